@@ -1,0 +1,625 @@
+"""The graph of parameters and quantities: plain data.
+
+Planner, command line, README, file attributes and tests all read this table. A node without `make`
+is a leaf. Everything is computed in SI units; a file's unit is `unit`, and `si` converts: SI value =
+file value times `si`. The arguments of `make` are the node's needs, in any order, by name. The axes
+of a node are the union of its needs' axes, plus what it adds; nobody writes axes by hand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn.indicator import Family
+
+__all__ = [
+    "CONSTANTS",
+    "NODES",
+    "PARAMETERS",
+    "QUANTITIES",
+    "SOLVER_COLUMNS",
+    "Node",
+    "check_graph",
+    "select",
+]
+
+
+@dataclass(frozen=True)
+class Node:
+    """A parameter, a stage or a quantity.
+
+    Parameters
+    ----------
+    name, symbol, unit, long_name, source : str
+        Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
+        as UDUNITS reads it; one line of meaning; author and equation.
+    needs : tuple of str
+        Names of the nodes that `make` takes.
+    adds : tuple of str
+        Dimensions beyond those of the needs: `crank_angle`, `cylinder`.
+    make : callable, optional
+        Computes the node from its needs, in SI units, broadcasting.
+    si : float
+        SI value of one file unit.
+    kind : str
+        "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
+        "curve" (over crank angle), "stage" (a kernel that gives several results at once).
+    gives : tuple of str
+        Results of a stage.
+    when : str
+        Closure for which this variant of a name holds; empty: any.
+    can_fail : bool
+        The stage writes `status`.
+    low, high : float
+        Range of a parameter in file units; `low_included`, `high_included` say whether its ends
+        belong to it; `whole` that only whole numbers do.
+    public : bool
+        Whether scenes may ask for it.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    long_name: str
+    source: str = ""
+    needs: tuple[str, ...] = ()
+    adds: tuple[str, ...] = ()
+    make: Callable[..., Any] | None = None
+    si: float = 1.0
+    kind: str = "value"
+    gives: tuple[str, ...] = ()
+    when: str = ""
+    can_fail: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+    low_included: bool = False
+    high_included: bool = False
+    whole: bool = False
+    public: bool = True
+
+
+BAR = 1e5
+RPM = math.pi / 30.0
+DEGREE = math.pi / 180.0
+
+
+def _parameter(name: str, symbol: str, unit: str, long_name: str, **more: Any) -> Node:
+    return Node(name, symbol, unit, long_name, kind="parameter", **more)
+
+
+_PARAMETERS = (
+    _parameter(
+        "reciprocating_mass", "m", "kg", "reciprocating mass per cylinder",
+        source="Kakaitsas eq. 2.10", low=0.0, low_included=True,
+        needs=("piston_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda piston_mass, rod_mass, rod_centre_of_gravity, rod: masses.reciprocating_mass(
+            piston_mass, rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    _parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0,
+    ),
+    _parameter(
+        "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0,
+        needs=("rod_length", "stroke"),
+        make=lambda rod_length, stroke: 0.5 * stroke / rod_length,
+    ),
+    _parameter(
+        "rod_length", "l", "m", "connecting rod length between centres", low=0.0,
+        source="Kakaitsas table 4.1",
+    ),
+    _parameter("bore", "D", "m", "cylinder bore", low=0.0, source="Kakaitsas table 4.1"),
+    _parameter("stroke", "s", "m", "piston stroke", low=0.0, source="Kakaitsas table 4.1"),
+    _parameter(
+        "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
+    ),
+    _parameter(
+        "load", "L", "percent", "engine load that names the indicator diagram",
+        source="Kakaitsas section 5.2.5", low=0.0, low_included=True,
+    ),
+    _parameter(
+        "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
+        high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
+    ),
+    _parameter(
+        "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.4",
+    ),
+    _parameter(
+        "load_offset", "a", "N m", "load torque that does not depend on speed",
+        source="Kakaitsas eq. 3.4",
+    ),
+    _parameter(
+        "crankcase_pressure", "p_c", "bar", "absolute pressure under the piston", si=BAR, low=0.0,
+        low_included=True, source="Kakaitsas section 2.1",
+    ),
+    _parameter(
+        "piston_mass", r"m_\epsilon", "kg", "piston with pin and rings", low=0.0,
+        low_included=True, source="Kakaitsas table 4.1",
+    ),
+    _parameter(
+        "rod_mass", r"m_\delta", "kg", "connecting rod mass", low=0.0, low_included=True,
+        source="Kakaitsas table 4.1",
+    ),
+    _parameter(
+        "rod_centre_of_gravity", "l_{cg}", "m",
+        "distance of the rod's centre of gravity from the big end", low=0.0, low_included=True,
+        source="Kakaitsas table 4.1",
+    ),
+    _parameter(
+        "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
+        low_included=True, source="Kakaitsas eq. 2.15",
+    ),
+    _parameter(
+        "friction_constant", "a_2", "bar", "constant part of the friction mean effective pressure",
+        si=BAR, low=0.0, low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    _parameter(
+        "friction_peak_pressure", "b_2", "1",
+        "share of the peak pressure in the friction mean effective pressure", low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    _parameter(
+        "friction_mean_piston_speed", "c_2", "bar s m-1",
+        "friction mean effective pressure per mean piston speed", si=BAR, low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    _parameter(
+        "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
+        low_included=True, source="Kakaitsas section 4.2",
+    ),
+    _parameter(
+        "start_speed", r"\omega_1", "rad s-1", "crank speed to march from (thesis and picard)",
+        low=0.0, source="Kakaitsas section 4.2",
+    ),
+    _parameter(
+        "start_angle", r"\varphi_1", "degree", "crank angle to march from (thesis and picard)",
+        si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
+        source="Kakaitsas section 4.2",
+    ),
+)  # fmt: skip
+
+SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
+"""Parameters of the marching methods, given in [solver] or as columns of [designs]."""
+
+_CONSTANTS = tuple(
+    Node(name, "", "1", long_name, kind="constant", public=False)
+    for name, long_name in (
+        ("family", "indicator diagrams over load"),
+        ("period", "angle of one cycle"),
+        ("closure", "what the nominal speed is the mean of"),
+        ("tolerance", "relative error of delta aimed at"),
+        ("scale_table", "factor on the pressure over speed"),
+        ("firing_orders", "firing order for each number of cylinders"),
+        ("method", "method of the periodic speed"),
+        ("inertia_model", "constant or variable inertia"),
+    )
+)
+
+
+def _row(load: Any, family: Family) -> Any:
+    row, weight = family.locate(load)
+    return row + weight
+
+
+def _scale(speed: Any, scale_table: Any) -> Any:
+    return np.interp(np.asarray(speed) / RPM, *scale_table)
+
+
+def _mean_gas(crank_ratio: Any, row: Any, family: Family) -> Any:
+    # The kernels come in only when asked for: importing this table compiles and loads nothing.
+    from engine_dyn.speed import sweep
+
+    return sweep.mean_gas_torque(crank_ratio, row, family)
+
+
+def _speed_solution(**needs: Any) -> Any:
+    from engine_dyn.speed import sweep
+
+    needs["mass"] = needs.pop("reciprocating_mass")
+    needs["exponent"] = needs.pop("load_exponent")
+    needs["offset"] = needs.pop("load_offset")
+    needs["mean_torque"] = needs.pop("torque_mean")
+    needs["scale"] = needs.pop("pressure_scale")
+    needs.pop("period")
+    return sweep.solve(**needs)
+
+
+def _torque_solution(**needs: Any) -> Any:
+    from engine_dyn.speed import sweep
+
+    needs["mass"] = needs.pop("reciprocating_mass")
+    needs["scale"] = needs.pop("pressure_scale")
+    needs.pop("period")
+    return sweep.torque_extremes(**needs)
+
+
+def _ratio(numerator: Any, denominator: Any) -> Any:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
+
+
+_STAGES = (
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        needs=("load", "family"), make=_row,
+    ),
+    Node(
+        "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
+        needs=("speed", "scale_table"), make=_scale,
+        source="diesel_105x137: curve times peak pressure over speed",
+    ),
+    Node(
+        "rod", "l", "m", "connecting rod length", public=False, needs=("stroke", "crank_ratio"),
+        make=lambda stroke, crank_ratio: 0.5 * stroke / crank_ratio,
+    ),
+    Node(
+        "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
+        needs=("crank_ratio", "row", "family"), make=_mean_gas,
+    ),
+    Node(
+        "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
+        kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
+        needs=(
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
+            "reciprocating_mass", "speed", "friction_torque", "cylinders", "family", "period",
+            "tolerance",
+        ),
+        make=_torque_solution,
+    ),
+    Node(
+        "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
+        can_fail=True,
+        gives=(
+            "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
+            "delta_error", "iterations", "omega", "angular_acceleration", "status",
+        ),
+        needs=(
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
+            "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
+            "torque_mean", "friction_torque", "cylinders", "passes", "start_speed",
+            "start_angle", "family", "period", "closure", "tolerance", "method",
+            "inertia_model", "crank_angle",
+        ),
+        make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
+    ),
+)  # fmt: skip
+
+
+def _speed_result(name: str, symbol: str, unit: str, long_name: str, source: str,
+                  **more: Any) -> Node:  # fmt: skip
+    return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
+
+
+def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: str) -> Node:
+    return Node(name, symbol, unit, long_name, source, needs=("torque_solution",))
+
+
+_LOAD = (
+    Node(
+        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "Kakaitsas eq. 3.5",
+        needs=("torque_mean", "load_offset", "speed", "load_exponent"), when="power_mean",
+        make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
+        / speed**load_exponent,
+    ),
+    Node(
+        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "Kakaitsas eq. 3.5 with the solved speed",
+        needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
+        when="cycle_time",
+        make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
+        * (torque_mean - load_offset) / speed**load_exponent,
+    ),
+)  # fmt: skip
+
+_QUANTITIES = (
+    _speed_result(
+        "delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"
+    ),
+    _speed_result(
+        "delta_midrange", r"\delta_{mid}", "1",
+        "coefficient of speed fluctuation over the mid-range speed", "Kakaitsas eq. 3.7, Asgari 19",
+    ),
+    _speed_result(
+        "delta_error", r"\Delta\delta/\delta", "1",
+        "estimated relative error of the coefficient of speed fluctuation",
+        "interpolation of the extremes; thesis and picard: against the periodic solution",
+    ),
+    _speed_result(
+        "omega", r"\omega", "rad s-1", "crank speed over the cycle", "Kakaitsas eq. 3.1",
+        adds=("crank_angle",), kind="curve",
+    ),
+    _speed_result("omega_max", r"\omega_{max}", "rad s-1", "largest crank speed",
+                  "Kakaitsas eq. 3.6"),
+    _speed_result("omega_min", r"\omega_{min}", "rad s-1", "smallest crank speed",
+                  "Kakaitsas eq. 3.6"),
+    _speed_result("omega_mean", r"\omega_m", "rad s-1", "mean crank speed over crank angle",
+                  "Kakaitsas eq. 3.6"),
+    _speed_result(
+        "angular_acceleration", r"\epsilon", "rad s-2", "angular acceleration of the crank",
+        "Kakaitsas eq. 4.1", adds=("crank_angle",), kind="curve",
+    ),
+    _speed_result(
+        "iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"
+    ),
+    _speed_result(
+        "status", "", "1", "outcome of the design", "this project"
+    ),
+    _speed_result(
+        "load_factor", "", "1", "load coefficient over its value at nominal speed",
+        "closure cycle_time",
+    ),
+    _torque_result("torque_max", "M_{max}", "N m", "largest torque at nominal speed",
+                   "Kakaitsas section 5.4"),
+    _torque_result("torque_min", "M_{min}", "N m", "smallest torque at nominal speed",
+                   "Kakaitsas section 5.4"),
+    _torque_result(
+        "energy_swing", "W", "J", "range of the work of torque less mean torque", "Asgari method 2"
+    ),
+    Node(
+        "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
+        needs=("mean_gas", "pressure_scale", "bore", "stroke", "cylinders", "friction_torque"),
+        make=lambda mean_gas, pressure_scale, bore, stroke, cylinders, friction_torque: cylinders
+        * forces.piston_area(bore) * 0.5 * stroke * pressure_scale * mean_gas - friction_torque,
+    ),
+    Node(
+        "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
+        "Kakaitsas section 5.4", needs=("torque_max", "torque_min"),
+        make=lambda torque_max, torque_min: torque_max - torque_min,
+    ),
+    Node(
+        "torque_ratio", "M_{max}/M_{mean}", "1", "largest over mean torque",
+        "Kakaitsas section 5.4", needs=("torque_max", "torque_mean"),
+        make=lambda torque_max, torque_mean: _ratio(torque_max, torque_mean),
+    ),
+    Node(
+        "torque_irregularity", r"\mu", "1", "coefficient of torque irregularity",
+        "lecture 18", needs=("torque_range", "torque_mean"),
+        make=lambda torque_range, torque_mean: _ratio(torque_range, torque_mean),
+    ),
+    Node(
+        "friction_torque", "M_{fr}", "N m", "mean friction torque, positive, subtracted",
+        "Kakaitsas eq. 3.8", needs=("fmep", "displacement", "period"),
+        make=lambda fmep, displacement, period: friction.friction_torque(
+            fmep, displacement, period
+        ),
+    ),
+    Node(
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
+        needs=(
+            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+            "peak_pressure", "mean_piston_speed",
+        ),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        peak_pressure, mean_piston_speed: friction.friction_mean_effective_pressure(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak_pressure,
+            mean_piston_speed,
+        ),
+    ),
+    Node(
+        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
+        needs=("mean_gas", "pressure_scale", "period"),
+        make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+    ),
+    Node(
+        "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
+        needs=("imep", "fmep"), make=lambda imep, fmep: imep - fmep,
+    ),
+    Node(
+        "mechanical_efficiency", r"\eta_m", "1", "brake over indicated mean effective pressure",
+        "Kakaitsas section 3.2.3", needs=("bmep", "imep"),
+        make=lambda bmep, imep: _ratio(bmep, imep),
+    ),
+    Node(
+        "brake_power", "P_e", "W", "brake power at nominal speed", "Kakaitsas section 3.2",
+        needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
+    ),
+    Node(
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed", "Kakaitsas eq. 3.9",
+        needs=("stroke", "speed"),
+        make=lambda stroke, speed: friction.mean_piston_speed(stroke, speed),
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", si=BAR, needs=("load", "family", "pressure_scale"),
+        make=lambda load, family, pressure_scale: family.peak(load) * pressure_scale,
+    ),
+    Node(
+        "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
+        needs=("bore", "stroke", "cylinders"),
+        make=lambda bore, stroke, cylinders: cylinders * forces.piston_area(bore) * stroke,
+    ),
+    Node(
+        "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
+        "Kakaitsas eq. 2.11",
+        needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod: masses.rotating_mass(
+            crank_mass, rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        needs=("reciprocating_mass", "rotating_mass", "stroke", "crank_ratio", "cylinders"),
+        make=lambda reciprocating_mass, rotating_mass, stroke, crank_ratio, cylinders:
+        masses.engine_inertia(
+            reciprocating_mass, rotating_mass, 0.5 * stroke, crank_ratio, cylinders
+        ),
+    ),
+    *_LOAD,
+    Node(
+        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
+        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
+        needs=("load_coefficient", "speed", "load_exponent"),
+        make=lambda load_coefficient, speed, load_exponent: load_coefficient
+        * speed**load_exponent,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
+        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
+        + load_coefficient * omega**load_exponent,
+    ),
+    Node(
+        "position", "x/r", "1", "piston travel from top dead centre over crank radius",
+        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio"),
+        make=lambda crank_angle, crank_ratio: slider_crank.position(crank_angle, crank_ratio),
+    ),
+    Node(
+        "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
+        kind="curve", needs=("crank_angle", "crank_ratio"),
+        make=lambda crank_angle, crank_ratio: slider_crank.velocity(crank_angle, crank_ratio),
+    ),
+    Node(
+        "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
+        kind="curve", needs=("crank_angle", "crank_ratio"),
+        make=lambda crank_angle, crank_ratio: slider_crank.acceleration(crank_angle, crank_ratio),
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
+        kind="curve", needs=("crank_angle", "family", "row", "pressure_scale"),
+        make=lambda crank_angle, family, row, pressure_scale: forces.pressure(
+            crank_angle, family, row, pressure_scale
+        ),
+    ),
+    Node(
+        "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
+        kind="curve",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "stroke", "cylinders", "period"),
+        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
+        bore, stroke, cylinders, period: forces.gas_torque(
+            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
+            stroke, cylinders, period,
+        ),
+    ),
+    Node(
+        "inertia_torque", "M_l", "N m",
+        "torque of the reciprocating masses at nominal speed, all cylinders",
+        "Kakaitsas eqs. 2.12, 2.13", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "speed", "cylinders",
+               "period"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders,
+        period: forces.inertia_torque(
+            crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders, period
+        ),
+    ),
+    Node(
+        "inertia_torque_actual", "M_{l,act}", "N m",
+        "torque of the reciprocating masses at the solved speed, all cylinders",
+        "Eksergian's equation", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "omega",
+               "angular_acceleration", "cylinders", "period"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, omega,
+        angular_acceleration, cylinders, period: forces.inertia_torque_actual(
+            crank_angle, crank_ratio, reciprocating_mass, stroke, omega, angular_acceleration,
+            cylinders, period,
+        ),
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", needs=("gas_torque", "inertia_torque", "friction_torque"),
+        make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
+        - friction_torque,
+    ),
+    Node(
+        "torque_after_throw", "T_i", "N m",
+        "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
+        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "stroke", "reciprocating_mass", "speed",
+               "friction_torque", "cylinders", "firing_orders", "period"),
+        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
+        bore, stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders,
+        period: forces.torque_after_throw(
+            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
+            stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders, period,
+        ),
+    ),
+)  # fmt: skip
+
+_ANGLE = (
+    Node(
+        "crank_angle", r"\varphi", "degree",
+        "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE, kind="parameter",
+        public=False,
+    ),
+)
+
+NODES: Mapping[str, tuple[Node, ...]]
+"""Every node by name; a name with variants has one node for each."""
+
+_by_name: dict[str, tuple[Node, ...]] = {}
+for _node in (*_PARAMETERS, *_ANGLE, *_CONSTANTS, *_STAGES, *_QUANTITIES):
+    _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
+NODES = MappingProxyType(_by_name)
+
+PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
+"""What a scene may set or vary."""
+
+QUANTITIES: Mapping[str, Node] = MappingProxyType(
+    {n.name: n for n in reversed(_QUANTITIES) if n.public}
+)
+"""What a scene may ask for."""
+QUANTITIES = MappingProxyType(dict(sorted(QUANTITIES.items())))
+
+CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
+
+
+def select(name: str, closure: str) -> Node:
+    """Return the variant of a node that holds for a closure."""
+    for node in NODES[name]:
+        if node.when in ("", closure):
+            return node
+    raise KeyError(name)
+
+
+def load_coefficient_unit(exponent: float) -> str | None:
+    """Unit of k where the exponent is a whole number, None otherwise (UDUNITS reads no other)."""
+    if exponent == 0.0:
+        return "N m"
+    if exponent == math.floor(exponent):
+        return "N m s" if exponent == 1.0 else f"N m s{int(exponent)}"
+    return None
+
+
+def check_graph() -> None:
+    """Raise ValueError if a need does not exist, a cycle does, or a function's arguments differ."""
+    import inspect
+
+    for variants in NODES.values():
+        for node in variants:
+            for need in node.needs:
+                if need not in NODES:
+                    raise ValueError(f"{node.name} needs {need}, which is not a node")
+            if node.make is None:
+                continue
+            arguments = inspect.signature(node.make).parameters.values()
+            named = {a.name for a in arguments if a.kind is a.POSITIONAL_OR_KEYWORD}
+            if named and named != set(node.needs):
+                raise ValueError(f"{node.name} takes {sorted(named)}, needs {sorted(node.needs)}")
+    done: set[str] = set()
+
+    def visit(name: str, path: tuple[str, ...]) -> None:
+        if name in path:
+            raise ValueError("cycle: " + " -> ".join((*path, name)))
+        if name not in done:
+            for node in NODES[name]:
+                for need in node.needs:
+                    visit(need, (*path, name))
+            done.add(name)
+
+    for name in NODES:
+        visit(name, ())
+
+

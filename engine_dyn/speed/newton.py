@@ -1,0 +1,188 @@
+"""Newton's method on the whole periodic curve, for one design.
+
+The unknown is e(phi), the kinetic energy over its nominal value (contract of `lanes`):
+
+    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2),
+
+e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta (variable). Written as e = w + s, s obeys
+s' = -kappa (F/mu - 1), which is discretised with the two-point Obreshkov formula of fourth order
+(values and slopes at both ends; it is A-stable). Each Newton step is one sweep of a scalar
+recurrence. The sum of all interval equations says mean(F) = mu; it replaces the equation of the
+last interval, so that weak loads (kappa near 0), whose closure omega(end) = omega(start) is
+singular, are as well conditioned as any other.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+
+__all__ = ["FLOOR", "POWER_MEAN", "CYCLE_TIME", "closure_terms", "load_terms", "newton"]
+
+Floats = npt.NDArray[np.float64]
+
+FLOOR = 1e-6
+"""Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
+through where the solution can not be; a solution below it is a stall."""
+
+POWER_MEAN = 0
+CYCLE_TIME = 1
+
+
+@inlined
+def load_terms(q: float, half: float) -> tuple[float, float, float]:
+    """F = q^half and its first two derivatives, continued by the tangent below `FLOOR`."""
+    if half == 0.0:
+        return 1.0, 0.0, 0.0
+    base = max(q, FLOOR)
+    if half == 1.0:
+        value = base
+    elif half == 0.5:
+        value = math.sqrt(base)
+    else:
+        value = base**half
+    first = half * value / base
+    if q < FLOOR:
+        return value + first * (q - FLOOR), first, 0.0
+    return value, first, (half - 1.0) * first / base
+
+
+@inlined
+def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
+    """Return the closure's residual density and its derivative: its mean must vanish.
+
+    Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
+    log q as its limit alpha -> 0.
+    """
+    base = max(q, FLOOR)
+    if closure == CYCLE_TIME:
+        value = 1.0 / math.sqrt(base) - 1.0
+        slope = -0.5 * (value + 1.0) / base
+    elif half == 0.0:
+        value = math.log(base)
+        slope = 1.0 / base
+    else:
+        value, slope, _ = load_terms(base, half)
+        value -= 1.0
+    if q < FLOOR:
+        value += slope * (q - FLOOR)
+    return value, slope
+
+
+@inlined
+def newton(
+    kappa: float,
+    half: float,
+    closure: int,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    s: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Solve for s at the nodes, in place, from the start that `s` holds.
+
+    `work` is scratch (6, nodes). Returns the number of steps (negative: not converged), mu, the
+    last change and the smallest q.
+    """
+    count = float(nodes)
+    mu = 1.0
+    held = closure == POWER_MEAN
+    factor = width * width / 12.0
+    change = math.inf
+    smallest = 0.0
+    for step in range(1, most + 1):
+        if not held:
+            total = 0.0
+            for j in range(nodes):
+                value, _, _ = load_terms((1.0 + w[j] + s[j]) / tau[j], half)
+                total += value
+            if step == 1:
+                mu = total / count
+        # f = s', its derivative g along the curve, b = -df/ds and b'; m = df/dmu.
+        for j in range(nodes):
+            q = (1.0 + w[j] + s[j]) / tau[j]
+            value, first, second = load_terms(q, half)
+            f = -kappa * (value / mu - 1.0)
+            dq = (dw[j] + f - q * dtau[j]) / tau[j]
+            work[0, j] = f
+            work[1, j] = -kappa / mu * first * dq
+            work[2, j] = kappa / mu * first / tau[j]
+            work[3, j] = kappa / mu * (second * dq - first * dtau[j] / tau[j]) / tau[j]
+            work[4, j] = kappa * value / (mu * mu)
+            work[5, j] = 0.0
+        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu, and the means that close it.
+        grow, shift, push = 1.0, 0.0, 0.0
+        a11 = a12 = r1 = a21 = a22 = r2 = 0.0
+        for j in range(nodes):
+            q = (1.0 + w[j] + s[j]) / tau[j]
+            value, slope = closure_terms(q, half, closure)
+            slope /= tau[j]
+            r1 -= value + slope * shift
+            a11 += slope * grow
+            a12 += slope * push
+            if not held:
+                value, first, _ = load_terms(q, half)
+                first /= tau[j]
+                r2 -= value - mu + first * shift
+                a21 += first * grow
+                a22 += first * push - 1.0
+            work[5, j] = grow
+            # Rows 0 and 4 are no longer needed at j once the interval after j is done.
+            if j + 1 < nodes:
+                residual = (
+                    s[j + 1]
+                    - s[j]
+                    - 0.5 * width * (work[0, j] + work[0, j + 1])
+                    - factor * (work[1, j] - work[1, j + 1])
+                )
+                b0, b1 = work[2, j], work[2, j + 1]
+                before = 1.0 - 0.5 * width * b0 + factor * (b0 * b0 - work[3, j])
+                behind = 1.0 + 0.5 * width * b1 + factor * (b1 * b1 - work[3, j + 1])
+                source = 0.5 * width * (work[4, j] + work[4, j + 1])
+                work[0, j] = shift
+                work[4, j] = push
+                grow = grow * before / behind
+                shift = (shift * before - residual) / behind
+                push = (push * before + source) / behind
+        work[0, nodes - 1] = shift
+        work[4, nodes - 1] = push
+        if held:
+            start = r1 / a11
+            change_mu = 0.0
+        else:
+            determinant = a11 * a22 - a12 * a21
+            start = (r1 * a22 - a12 * r2) / determinant
+            change_mu = (a11 * r2 - a21 * r1) / determinant
+        # A step that would more than halve a small q or double a large one is shortened.
+        share = 1.0
+        for j in range(nodes):
+            delta = (work[5, j] * start + work[0, j] + work[4, j] * change_mu) / tau[j]
+            q = max((1.0 + w[j] + s[j]) / tau[j], 0.25)
+            if abs(delta) * share > 2.0 * q:
+                share = 2.0 * q / abs(delta)
+        change = 0.0
+        smallest = math.inf
+        for j in range(nodes):
+            delta = share * (work[5, j] * start + work[0, j] + work[4, j] * change_mu)
+            s[j] += delta
+            change = max(change, abs(delta))
+            smallest = min(smallest, (1.0 + w[j] + s[j]) / tau[j])
+        mu += share * change_mu
+        if not held:
+            mu = max(mu, FLOOR)
+        if not (change < 1e300):
+            return -step, mu, change, smallest
+        # Newton squares the error: a step this small leaves nothing behind.
+        if share == 1.0 and change <= tolerance:
+            return step, mu, change, smallest
+    return -most, mu, change, smallest

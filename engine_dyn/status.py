@@ -1,0 +1,38 @@
+"""Outcomes of a design: codes and meanings, used by kernels and by files."""
+
+from __future__ import annotations
+
+__all__ = [
+    "CONVERGED",
+    "INVALID_INPUT",
+    "MEANINGS",
+    "NOT_CONVERGED",
+    "NO_STEADY_STATE",
+    "PASSES_DONE",
+    "STALLED",
+    "TOLERANCE_NOT_MET",
+    "has_numbers",
+]
+
+CONVERGED = 0
+STALLED = 1
+NO_STEADY_STATE = 2
+NOT_CONVERGED = 3
+INVALID_INPUT = 4
+TOLERANCE_NOT_MET = 5
+PASSES_DONE = 6
+
+MEANINGS = (
+    "converged",
+    "stalled",
+    "no_steady_state",
+    "not_converged",
+    "invalid_input",
+    "tolerance_not_met",
+    "passes_done",
+)
+
+
+def has_numbers(code: int) -> bool:
+    """Whether a design with this outcome keeps its numbers (the others hold NaN)."""
+    return code in (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
