@@ -1,0 +1,21 @@
+"""Dynamics of reciprocating engines: physics in SI units and radians, compiled where it pays.
+
+Angle zero is firing top dead centre of cylinder 1; torque is positive in the sense of rotation.
+"""
+
+from engine_dyn.indicator import Diagram, Family, diagram_from_points, family_from_diagrams
+from engine_dyn.slider_crank import acceleration, position, rod_angle, velocity
+from engine_dyn.speed.single import PeriodicSpeed, periodic_speed
+
+__all__ = [
+    "Diagram",
+    "Family",
+    "PeriodicSpeed",
+    "acceleration",
+    "diagram_from_points",
+    "family_from_diagrams",
+    "periodic_speed",
+    "position",
+    "rod_angle",
+    "velocity",
+]

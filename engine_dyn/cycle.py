@@ -42,6 +42,8 @@ FILE_UNITS: dict[str, tuple[str, float]] = {
     "crank_ratio": ("1", 1.0),
     "intake_pressure": ("bar", BAR),
     "exhaust_pressure": ("bar", BAR),
+    "intake_loss": ("bar", BAR),
+    "exhaust_loss": ("bar", BAR),
     "compression_exponent": ("1", 1.0),
     "expansion_exponent": ("1", 1.0),
     "heat": ("bar", BAR),
@@ -70,8 +72,11 @@ class DieselCycle:
     where c(phi) is 1 while the valves are closed and 0 while one is open, with a smooth ramp
     between; the first bracket is the first law of one zone of ideal gas (Heywood eq. 9.25) with an
     effective exponent n(phi), which contains the heat loss and goes from its compression to its
-    expansion value with the burnt fraction; the second lets the pressure relax to that of the open
-    manifold, p_m. Volumes are taken over the swept volume, so nothing depends on the bore.
+    expansion value with the burnt fraction; the second lets the pressure relax to p_m, which the
+    open manifold and the loss in its valve make: intake_pressure - intake_loss v^2 in the intake
+    stroke and exhaust_pressure + exhaust_loss v^2 in the exhaust stroke, v being the piston's
+    velocity over the crank pin's. Volumes are taken over the swept volume, so nothing depends on
+    the bore.
 
     Attributes
     ----------
@@ -80,7 +85,10 @@ class DieselCycle:
     crank_ratio : float
         Crank radius over rod length [1].
     intake_pressure, exhaust_pressure : float
-        Cylinder pressure during intake and exhaust stroke, absolute [Pa].
+        Pressure of the manifolds at the valves, absolute [Pa].
+    intake_loss, exhaust_loss : float
+        Difference of pressure across the open valve while the piston is as fast as the crank
+        pin [Pa].
     compression_exponent, expansion_exponent : float
         Effective polytropic exponents [1].
     heat : float
@@ -107,6 +115,8 @@ class DieselCycle:
     crank_ratio: float
     intake_pressure: float
     exhaust_pressure: float
+    intake_loss: float
+    exhaust_loss: float
     compression_exponent: float
     expansion_exponent: float
     heat: float
@@ -156,6 +166,12 @@ class DieselCycle:
             raise ValueError(self._refusal("premixed_share", "between 0 and 1"))
         if not 0.0 <= self.heat <= 200.0 * BAR:
             raise ValueError(self._refusal("heat", f"between {_show('heat', 0.0, 200.0 * BAR)}"))
+        for name, largest in (
+            ("intake_loss", 0.5 * self.intake_pressure),
+            ("exhaust_loss", 0.5 * self.exhaust_pressure),
+        ):
+            if not 0.0 <= getattr(self, name) <= largest:
+                raise ValueError(self._refusal(name, f"between {_show(name, 0.0, largest)}"))
         if self.intake_closing >= min(self.premixed_start, self.diffusion_start):
             raise ValueError(self._refusal("intake_closing", "before the combustion starts"))
 
@@ -271,11 +287,14 @@ class DieselCycle:
         shut = self.closed(phi)
         volume = self.volume(phi)
         n = self.exponent(phi)
-        growth = 0.5 * np.asarray(velocity(phi, self.crank_ratio), dtype=np.float64)
+        speed = np.asarray(velocity(phi, self.crank_ratio), dtype=np.float64)
+        growth = 0.5 * speed
         change = _smooth_step(0.5 * ((phi - 2.0 * math.pi) / self.valve_ramp + 1.0))
         before = phi < 0.0
         share = np.where(before, 1.0, change)
-        manifold = self.exhaust_pressure + (self.intake_pressure - self.exhaust_pressure) * share
+        intake = self.intake_pressure - self.intake_loss * speed**2
+        exhaust = self.exhaust_pressure + self.exhaust_loss * speed**2
+        manifold = exhaust + (intake - exhaust) * share
         decay = shut * n * growth / volume + (1.0 - shut) / self.valve_lag
         source = shut * (n - 1.0) * self.heat * self.burning_rate(phi) / volume
         source = source + (1.0 - shut) * manifold / self.valve_lag

@@ -1,0 +1,1 @@
+"""Periodic crank speed omega(phi) and its irregularity: one file a method, one place that loops."""

@@ -19,7 +19,7 @@ from engine_dyn.speed import tables
 from engine_dyn.speed.euler import march_cycles
 from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.fixed_point import LANES, MOST_SWEEPS, iterate, solve_linear
-from engine_dyn.speed.newton import FLOOR, POWER_MEAN, load_terms, newton
+from engine_dyn.speed.newton import FLOOR, POWER_MEAN, closure_terms, load_terms, newton
 from engine_dyn.speed.picard import MOST_CYCLES, repeat_cycles
 from engine_dyn.speed.tables import (
     GAS_TORQUE,
@@ -91,6 +91,10 @@ IDLE = 1e-9
 """A mean torque within this share of the torque's range is no load (contract)."""
 
 NEWTON_STEPS = 60
+
+NEARLY_STALLED = 0.25
+"""Below this (omega/omega_n)^2 the powers of the closure are sharp enough to ask for more nodes;
+above it the means over all nodes are exact to rounding."""
 
 
 @inlined
@@ -211,6 +215,20 @@ def extreme_near(
         middle = gas * table[GAS_WORK_MIDDLE, left] - eta * table[SQUARE_MIDDLE, left]
     value, _, bump = refine(q[left, lane], q[right, lane], d_left, d_right, middle)
     return value, abs(bump)
+
+
+@inlined
+def unresolved(nodes: int, q: Floats, lane: int, half: float, closure: int) -> float:
+    """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
+    even = odd = even_closure = odd_closure = 0.0
+    for j in range(0, nodes, 2):
+        even += math.sqrt(max(q[j, lane], 0.0))
+        odd += math.sqrt(max(q[j + 1, lane], 0.0))
+        value, _ = closure_terms(q[j, lane], half, closure)
+        even_closure += value
+        value, _ = closure_terms(q[j + 1, lane], half, closure)
+        odd_closure += value
+    return abs(even - odd) / (even + odd) + abs(even_closure - odd_closure) / nodes
 
 
 @kernel
@@ -461,6 +479,8 @@ def march(
                         miss_top / math.sqrt(highest) + miss_low / math.sqrt(lowest)
                     )
                     error = miss / swing if swing > 0.0 else 0.0
+                    if lowest < NEARLY_STALLED:
+                        error += unresolved(nodes, q, k, half[k], closure)
                     if error > tolerance:
                         codes[k] = TOLERANCE_NOT_MET
 

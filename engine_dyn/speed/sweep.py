@@ -21,6 +21,7 @@ from engine_dyn.indicator import Family
 from engine_dyn.speed import lanes
 from engine_dyn.speed.fixed_point import LANES
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
+from engine_dyn.status import TOLERANCE_NOT_MET
 from engine_dyn.speed.tables import (
     FEWEST_NODES,
     GAS_WORK,
@@ -82,6 +83,8 @@ _INPUTS = (
     "passes",
     "start_angle",
 )
+
+_FINEST = 16
 
 _SAMPLES = 720
 """Samples of a cycle in the thesis's method: one a degree of a four-stroke cycle."""
@@ -266,9 +269,10 @@ def _row_map(family: Family, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int6
     return table
 
 
-def _node_counts(family: Family, row: Floats, tolerance: float) -> npt.NDArray[np.int64]:
+def _node_counts(
+    family: Family, row: Floats, tolerance: float, known: dict[int, int]
+) -> npt.NDArray[np.int64]:
     """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for."""
-    known: dict[int, int] = {}
     counts = np.empty(row.shape, dtype=np.int64)
     for index, value in np.ndenumerate(row):
         below, above = int(np.floor(value)), int(np.ceil(value))
@@ -300,9 +304,12 @@ def solve(
     crank_angle: Floats | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    finer: int = 1,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
+
+    Designs that miss the tolerance are solved again with four, then sixteen times the nodes.
 
     Parameters
     ----------
@@ -325,6 +332,8 @@ def solve(
         As many as the machine has processors, unless given.
     progress : callable, optional
         Called with the number of designs done since the last call.
+    finer : int
+        Factor on the number of nodes.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
         crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
@@ -343,14 +352,11 @@ def solve(
         _code(METHODS, method, rank),
         _code(INERTIA_MODELS, inertia_model, rank),
         _exponent_class(np.asarray(inputs["exponent"], dtype=float)),
-        _node_counts(family, np.asarray(inputs["row"], dtype=float), tolerance),
+        finer * _node_counts(family, np.asarray(inputs["row"], dtype=float), tolerance, {}),
     ]
     choices = [c.reshape((1,) * (rank - c.ndim) + c.shape) for c in choices]
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), *(c.shape for c in choices))
-    # Every axis must be seen by the packed inputs, also one that only a choice depends on.
-    inputs["passes"] = np.broadcast_to(np.asarray(inputs["passes"], float), shape[:0] + np.shape(inputs["passes"]))
-    product = _Product.pack(inputs)
-    product = _widened(product, shape)
+    product = _widened(_Product.pack(inputs), shape)
     size = int(np.prod(shape, dtype=np.int64))
     names = [name for name in SPEED_RESULTS if name in wanted]
     scalars = np.empty((max(len(names), 1), size))
@@ -404,12 +410,35 @@ def solve(
 
         _run(blocks, filled, work, count, progress)
 
-    results: dict[str, Any] = {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
-    results["status"] = status.reshape(shape)
+    results: dict[str, Any] = {name: scalars[i] for i, name in enumerate(names)}
+    results["status"] = status
     for name, on, trace in zip(("omega", "angular_acceleration"), curves, traces, strict=True):
         if on:
-            results[name] = trace.reshape((*shape, -1))
-    return results
+            results[name] = trace
+    missed = np.flatnonzero(status == TOLERANCE_NOT_MET) if finer < _FINEST else np.zeros(0, int)
+    if missed.size:
+        place = np.unravel_index(missed, shape) if shape else ()
+        codes = np.broadcast_to(choices[1], shape)[place]
+        # Repeating cycles from a start has an error of its own, which more nodes do not mend.
+        solved = np.isin(codes, [lanes.AUTO, lanes.NEWTON, lanes.CLOSED])
+        missed = missed[solved.reshape(-1)]
+    if missed.size:
+        place = np.unravel_index(missed, shape) if shape else ()
+
+        def chosen(value: Any) -> Any:
+            return np.broadcast_to(np.asarray(value), shape)[place].reshape(-1)
+
+        again = solve(
+            family=family, wanted=wanted, method=chosen(method),
+            inertia_model=chosen(inertia_model), closure=closure, tolerance=tolerance,
+            cylinders=chosen(cylinders), crank_angle=crank_angle, threads=threads,
+            finer=4 * finer, **{name: chosen(value) for name, value in inputs.items()},
+        )  # fmt: skip
+        for name, array in results.items():
+            array[missed] = again[name]
+    return {
+        name: array.reshape((*shape, *array.shape[1:])) for name, array in results.items()
+    }
 
 
 def _taken(array: Floats, part: _Part, rank: int) -> Floats:
@@ -468,7 +497,7 @@ def torque_extremes(
     rank = max(np.ndim(v) for v in (*inputs.values(), cylinders))
     choices: list[Any] = [
         np.asarray(cylinders, dtype=np.int64),
-        _node_counts(family, np.asarray(inputs["row"], dtype=float), tolerance),
+        _node_counts(family, np.asarray(inputs["row"], dtype=float), tolerance, {}),
     ]
     choices = [c.reshape((1,) * (rank - c.ndim) + c.shape) for c in choices]
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), *(c.shape for c in choices))

@@ -57,8 +57,11 @@ class PressureNodes:
 
 
 def steps_per_cycle(cylinders: int, fewest: int) -> int:
-    """Nodes of a cycle: the first multiple of the number of cylinders from `fewest` on."""
-    return -(-fewest // cylinders) * cylinders
+    """Nodes of a cycle: from `fewest` on the first that gives every cylinder the same even number.
+
+    Even, so that the means over every other node tell whether the curve is resolved.
+    """
+    return -(-fewest // (2 * cylinders)) * 2 * cylinders
 
 
 def pressure_nodes(family: Family, rows: npt.NDArray[np.int64], steps: int) -> PressureNodes:

@@ -1,0 +1,99 @@
+# `make demo` and `make test` need Python 3.11 to 3.13, pip and make; they set up the rest in .venv.
+# Settings: PYTHON=python3.12 (the interpreter), VENV=folder, CONSTRAINTS= (empty: newest versions
+# instead of the tested ones).
+
+PYTHON ?= python3 python3.13 python3.12 python3.11
+VENV ?= .venv
+CONSTRAINTS ?= constraints.txt
+
+python := $(VENV)/bin/python
+# pip repeats a general warning of setuptools about editable installations; all else is shown.
+pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
+	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
+checked := $(wildcard engine_dyn sweeps tests tools benchmarks)
+typed := $(wildcard engine_dyn sweeps tools)
+
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.PHONY: help demo test coverage lint types validation calibrate wheel clean distclean
+
+help:
+	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
+	@echo "make test        every test"
+	@echo "make coverage    the tests marked plain, without compilation, with coverage of the kernels"
+	@echo "make lint types  ruff, mypy"
+	@echo "make validation  docs/validation.md: every published number beside ours"
+	@echo "make calibrate   fit the modelled diagrams of the catalogue engine ntua again"
+	@echo "make wheel       dist/*.whl"
+	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
+
+demo: $(VENV)/.installed
+	$(VENV)/bin/engine-dyn run thesis -o out/thesis.nc --overwrite
+	$(VENV)/bin/engine-dyn plot out/thesis.nc -o out/figures
+
+# The whole suite comes last, so that its closing line is the last line.
+test: coverage
+	$(python) -m pytest
+
+coverage: $(VENV)/.installed-test
+	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -q -m plain
+	$(python) -m coverage report
+
+lint: $(VENV)/.installed-lint
+	$(python) -m ruff check $(checked)
+	$(python) -m ruff format --check $(checked)
+
+types: $(VENV)/.installed-lint
+	$(python) -m mypy $(typed)
+
+validation: $(VENV)/.installed-test
+	$(python) tools/validation.py
+
+calibrate: $(VENV)/.installed-test
+	$(python) tools/calibrate_ntua.py
+
+# build/ is removed first: setuptools would pack what an earlier build left there.
+wheel: $(VENV)/.installed
+	rm -rf build dist
+	$(python) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+
+clean:
+	rm -rf out build dist *.egg-info .coverage .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	find $(checked) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)
+
+# The environment. Python itself is a prerequisite of what is installed: after a change of the
+# interpreter its time is newer, and everything is installed again.
+$(python):
+	@set -e; \
+	for candidate in $(PYTHON); do \
+	  if $$candidate -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' 2>/dev/null; \
+	  then found=$$candidate; break; fi; \
+	done; \
+	if [ -z "$$found" ]; then \
+	  echo "none of '$(PYTHON)' is Python 3.11 to 3.13; name one: make PYTHON=/path/to/python3 ..." >&2; exit 1; \
+	fi; \
+	echo "setting up $(VENV) with $$($$found --version)"; \
+	if ! $$found -m venv --clear $(VENV) >/dev/null 2>&1; then \
+	  : "Debian without python3-venv has no ensurepip: pip then comes from outside"; \
+	  $$found -m venv --clear --without-pip $(VENV); \
+	  $$found -m pip --python $(python) install --quiet --disable-pip-version-check --no-input pip \
+	    || { rm -rf $(VENV); exit 1; }; \
+	fi
+
+$(VENV)/.installed: $(python) pyproject.toml $(CONSTRAINTS)
+	@echo "installing engine-dyn and what it needs"
+	@$(pip_install) --editable .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	@echo "installing what the tests need"
+	@$(pip_install) --editable '.[test]'
+	@touch $@
+
+$(VENV)/.installed-lint: $(VENV)/.installed-test
+	@echo "installing what the checks need"
+	@$(pip_install) --editable '.[test,lint]'
+	@touch $@

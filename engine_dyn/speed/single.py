@@ -1,0 +1,203 @@
+"""The periodic crank speed of one design, through the same kernels as a sweep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn import status
+from engine_dyn.forces import piston_area
+from engine_dyn.indicator import Diagram, Family, family_from_diagrams
+from engine_dyn.speed import sweep
+
+__all__ = ["PeriodicSpeed", "periodic_speed"]
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicSpeed:
+    """Periodic crank speed of one design, SI units.
+
+    Attributes
+    ----------
+    status : int
+        Outcome, see `engine_dyn.status`; numbers are NaN for 1 to 4.
+    delta : float
+        Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean.
+    delta_error : float
+        Its estimated relative error.
+    omega_max, omega_min, omega_mean : float
+        Largest, smallest and mean (over crank angle) crank speed [rad/s].
+    torque_mean : float
+        Mean torque of the engine [N m].
+    load_coefficient : float
+        k of the load law a + k omega^alpha [N m s^alpha].
+    iterations : int
+        Cycles marched, or sweeps of the iteration.
+    crank_angle, omega : ndarray
+        Angles [rad] and the speed there [rad/s]; empty unless asked for.
+    """
+
+    status: int
+    delta: float
+    delta_error: float
+    omega_max: float
+    omega_min: float
+    omega_mean: float
+    torque_mean: float
+    load_coefficient: float
+    iterations: int
+    crank_angle: npt.NDArray[np.float64]
+    omega: npt.NDArray[np.float64]
+
+
+def periodic_speed(
+    diagram: Diagram,
+    *,
+    bore: float,
+    stroke: float,
+    crank_ratio: float,
+    reciprocating_mass: float,
+    inertia: float,
+    speed: float,
+    cylinders: int = 1,
+    load_exponent: float = 2.0,
+    load_offset: float = 0.0,
+    friction_torque: float = 0.0,
+    crankcase_pressure: float = 101325.0,
+    inertia_model: str = "constant",
+    method: str = "auto",
+    closure: str = "power_mean",
+    tolerance: float = 1e-6,
+    passes: int | None = None,
+    start_speed: float | None = None,
+    start_angle: float = -np.pi,
+    crank_angle: npt.ArrayLike | None = None,
+) -> PeriodicSpeed:
+    """Find the periodic crank speed of one evenly firing engine.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Absolute cylinder pressure over the cycle, see `diagram_from_points`.
+    bore, stroke : float
+        [m].
+    crank_ratio : float
+        Crank radius over rod length, in (0, 1).
+    reciprocating_mass : float
+        Per cylinder [kg].
+    inertia : float
+        Whole engine with its load [kg m2]; its cycle mean where `inertia_model` is "variable".
+    speed : float
+        Nominal crank speed [rad/s].
+    cylinders : int
+        Evenly firing.
+    load_exponent, load_offset : float
+        alpha and a [N m] of the load torque a + k omega^alpha.
+    friction_torque : float
+        Mean, positive, whole engine [N m].
+    crankcase_pressure : float
+        Absolute [Pa].
+    inertia_model : {"constant", "variable"}
+        Theta and inertia torque at nominal speed (Kakaitsas 2015, eq. 3.1), or the exact equation
+        of one degree of freedom (Eksergian).
+    method : {"auto", "thesis", "picard", "newton", "closed"}
+        "auto" takes the cheapest that meets the tolerance.
+    closure : {"power_mean", "cycle_time"}
+        What the nominal speed is: the power mean of order alpha of omega over angle, or the angle
+        of a cycle over its time.
+    tolerance : float
+        Relative error of delta aimed at.
+    passes, start_speed, start_angle
+        For "thesis" and "picard": cycles to march (until closed if not given), from which speed
+        [rad/s] (nominal if not given), at which angle [rad].
+    crank_angle : array_like, optional
+        Angles [rad] at which omega is wanted.
+
+    Returns
+    -------
+    PeriodicSpeed
+
+    Raises
+    ------
+    ValueError
+        For a choice that does not exist or a value outside its physical range; a design that has
+        no answer is no error but a status.
+    """
+    for name, value, known in (
+        ("inertia_model", inertia_model, sweep.INERTIA_MODELS),
+        ("method", method, sweep.METHODS),
+        ("closure", closure, sweep.CLOSURES),
+    ):
+        if value not in known:
+            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
+    positive = {"bore": bore, "stroke": stroke, "inertia": inertia, "speed": speed,
+                "tolerance": tolerance}  # fmt: skip
+    for name, number in positive.items():
+        if not 0.0 < number < np.inf:
+            raise ValueError(f"{name} = {number:g}: must be a positive number")
+    for name, number in {
+        "reciprocating_mass": reciprocating_mass, "load_exponent": load_exponent,
+        "crankcase_pressure": crankcase_pressure,
+    }.items():  # fmt: skip
+        if not 0.0 <= number < np.inf:
+            raise ValueError(f"{name} = {number:g}: must be zero or a positive number")
+    if not 0.0 < crank_ratio < 1.0:
+        raise ValueError(f"crank_ratio = {crank_ratio:g}: must lie between 0 and 1, both excluded")
+    if cylinders != int(cylinders) or cylinders < 1:
+        raise ValueError(f"cylinders = {cylinders}: must be a whole number from 1 on")
+    if not (np.isfinite(load_offset) and np.isfinite(friction_torque)):
+        raise ValueError("load_offset and friction_torque must be finite numbers")
+    if closure == "cycle_time" and method in ("thesis", "picard"):
+        raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
+
+    family: Family = family_from_diagrams([0.0], [diagram])
+    mean_gas = float(sweep.mean_gas_torque(crank_ratio, 0.0, family))
+    lever = float(piston_area(bore)) * 0.5 * stroke
+    torque_mean = cylinders * lever * mean_gas - friction_torque
+    angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
+    result = sweep.solve(
+        family=family,
+        wanted=(*sweep.SPEED_RESULTS, *(("omega",) if angles.size else ())),
+        method=method,
+        inertia_model=inertia_model,
+        closure=closure,
+        tolerance=tolerance,
+        cylinders=cylinders,
+        crank_angle=angles,
+        threads=1,
+        crank_ratio=crank_ratio,
+        row=0.0,
+        scale=1.0,
+        crankcase_pressure=crankcase_pressure,
+        bore=bore,
+        stroke=stroke,
+        mass=reciprocating_mass,
+        speed=speed,
+        inertia=inertia,
+        exponent=load_exponent,
+        offset=load_offset,
+        mean_torque=torque_mean,
+        friction_torque=friction_torque,
+        start_speed=0.0 if start_speed is None else start_speed,
+        passes=0.0 if passes is None else float(passes),
+        start_angle=start_angle,
+    )
+    code = int(result["status"])
+    steps = float(result["iterations"])
+    return PeriodicSpeed(
+        status=code,
+        delta=float(result["delta"]),
+        delta_error=float(result["delta_error"]),
+        omega_max=float(result["omega_max"]),
+        omega_min=float(result["omega_min"]),
+        omega_mean=float(result["omega_mean"]),
+        torque_mean=torque_mean,
+        load_coefficient=float(result["load_factor"])
+        * (torque_mean - load_offset)
+        / speed**load_exponent,
+        iterations=int(steps) if status.has_numbers(code) else 0,
+        crank_angle=angles,
+        omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
+    )

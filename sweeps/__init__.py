@@ -1,0 +1,24 @@
+"""Sweeps over engine designs: scene in, labelled netCDF archive and figures out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["Scene", "SceneError", "open_archive", "read_scene", "run"]
+
+_HOMES = {
+    "Scene": "sweeps.scene",
+    "SceneError": "sweeps.errors",
+    "open_archive": "sweeps.archive",
+    "read_scene": "sweeps.scene",
+    "run": "sweeps.run",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded when first used: `import sweeps` and the command's help stay quick.
+    if name in _HOMES:
+        import importlib
+
+        return getattr(importlib.import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'sweeps' has no attribute {name!r}")

@@ -1,0 +1,233 @@
+"""Checks of what people write: structure by pydantic, values by the table of parameters.
+
+Every failure is a `SceneError` of one line; pydantic's own messages never reach a person.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar, get_args, get_origin
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from engine_dyn.quantities import PARAMETERS, Node
+from sweeps.errors import SceneError, not_known, one_line, shown
+
+__all__ = [
+    "Strict",
+    "allowed",
+    "check_range",
+    "check_structure",
+    "known_key",
+    "number",
+    "numbers",
+    "plain",
+]
+
+DEEPEST = 8
+
+
+class Strict(BaseModel):
+    """Base of every table: no conversions, no unknown keys, no NaN or infinity.
+
+    The description of a field completes the sentence "must be ...".
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+Model = TypeVar("Model", bound=Strict)
+
+
+def plain(value: Any, name: str, depth: int = 0) -> Any:
+    """Return a copy in Python's own types: NumPy arrays and numbers, tuples and paths converted.
+
+    Raises
+    ------
+    SceneError
+        For keys that are not texts, and for nesting that no scene has (also a list in itself).
+    """
+    if depth > DEEPEST:
+        raise SceneError(f"{name}: tables or lists nested more than {DEEPEST} deep")
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise SceneError(f"{name}: key {shown(key)} must be a text")
+        return {str(key): plain(item, name, depth + 1) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist(), name, depth + 1)
+    if isinstance(value, list | tuple):
+        return [plain(item, name, depth + 1) for item in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return str(value)
+    return value
+
+
+def check_structure(model: type[Model], data: Any, name: str) -> Model:
+    """Check tables, keys and types; `name` is the file as messages call it.
+
+    Raises
+    ------
+    SceneError
+        For the first thing that is wrong; an unknown key goes first, because a slip of the pen
+        makes an unknown key and a missing one.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as failure:
+        errors = failure.errors(include_url=False, include_context=False)
+    error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    raise SceneError(f"{name}: {_sentence(model, error)}")
+
+
+def _sentence(model: type[Strict], error: Any) -> str:
+    """One error of pydantic in our words."""
+    inside: type[Strict] = model
+    place: list[str] = []
+    description = "a table"
+    of_free_keys = False
+    rest = list(error["loc"])
+    while rest:
+        part = rest.pop(0)
+        if isinstance(part, int):
+            place.append(f"number {part + 1}")
+            continue
+        field = inside.model_fields.get(part)
+        if field is None:
+            if error["type"] != "extra_forbidden":
+                if of_free_keys:
+                    place.append(part)
+                break  # the rest is a member of a union: the field says enough
+            known = list(inside.model_fields)
+            kind = "table or key" if inside is model else "key"
+            return f"{_place([*place, part])}: unknown {kind}{not_known(part, known)}"
+        place.append(part)
+        description = field.description or description
+        of_free_keys = get_origin(field.annotation) is dict
+        inner = _model_inside(field.annotation)
+        if inner is not None:
+            inside = inner
+    where = _place(place)
+    if error["type"] == "missing":
+        return f"{where}: missing; must be {description}"
+    return f"{where} = {shown(error['input'])}: must be {description}"
+
+
+def _model_inside(annotation: Any) -> type[Strict] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return annotation
+    found = (_model_inside(argument) for argument in get_args(annotation))
+    return next((model for model in found if model is not None), None)
+
+
+def _place(path: list[str]) -> str:
+    """`[solver] tolerance` for a key of a table, the bare name at the top."""
+    return path[0] if len(path) <= 1 else f"[{path[0]}] {' '.join(path[1:])}"
+
+
+def known_key(
+    key: str, where: str, also: tuple[str, ...] = (), without: tuple[str, ...] = ()
+) -> Node | None:
+    """Return the parameter of this name, or None for a name in `also`.
+
+    Names in `without` are not offered as allowed.
+
+    Raises
+    ------
+    SceneError
+        For any other name, with the nearest right one.
+    """
+    if key in also:
+        return None
+    node = PARAMETERS.get(key)
+    if node is None:
+        known = [*(name for name in PARAMETERS if name not in without), *also]
+        raise SceneError(
+            f"{where} {key}: unknown key{not_known(key, known, command='engine-dyn list keys')}"
+        )
+    return node
+
+
+def number(raw: Any, where: str, node: Node | None = None) -> float:
+    """One finite number; a text such as "2 kg" or a truth value is none.
+
+    Raises
+    ------
+    SceneError
+        For anything else; `where` says what it is, such as "scene.toml: [set] inertia".
+    """
+    if not isinstance(raw, bool) and isinstance(raw, int | float):
+        try:
+            value = float(raw)
+        except OverflowError:
+            value = math.inf
+        if math.isfinite(value):
+            return value
+    unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
+    hint = ""
+    if isinstance(raw, str):
+        hint = " without quotes or unit"
+    elif isinstance(raw, list | dict):
+        hint = ", not a list or table"
+    raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")
+
+
+def numbers(raw: Any, where: str, node: Node | None = None) -> npt.NDArray[np.float64]:
+    """Return a list of finite numbers, at least one.
+
+    Raises
+    ------
+    SceneError
+        For anything else, naming the place in the list.
+    """
+    if not isinstance(raw, list):
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
+    if not raw:
+        raise SceneError(f"{where} = []: no values; at least one is needed")
+    return np.array(
+        [number(item, f"{where}, value {i}", node) for i, item in enumerate(raw, start=1)]
+    )
+
+
+def allowed(node: Node) -> str:
+    """Return the physical range of a parameter in words: 'a number above 0 and below 1 [m]'."""
+    parts = []
+    if node.low is not None and math.isfinite(node.low):
+        parts.append(f"{node.low:g} or more" if node.low_included else f"above {node.low:g}")
+    if node.high is not None and math.isfinite(node.high):
+        parts.append(f"at most {node.high:g}" if node.high_included else f"below {node.high:g}")
+    kind = "a whole number" if node.whole else "a finite number"
+    unit = f" [{node.unit}]" if node.unit != "1" else ""
+    return f"{kind} {' and '.join(parts)}".rstrip() + unit
+
+
+def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
+    """Check values (file units) against the physical range of their parameter.
+
+    Raises
+    ------
+    SceneError
+        For the first value outside.
+    """
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    bad = ~np.isfinite(array)
+    if node.low is not None:
+        bad |= (array < node.low) if node.low_included else (array <= node.low)
+    if node.high is not None:
+        bad |= (array > node.high) if node.high_included else (array >= node.high)
+    if node.whole:
+        bad |= array != np.rint(array)
+    if bad.any():
+        value = float(array[bad][0])
+        raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}")
+
+
+def mentioned(error: Exception) -> str:
+    """Return the text of an error of the libraries below, on one line without a final full stop."""
+    return one_line(error).rstrip(".")

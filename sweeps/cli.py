@@ -1,0 +1,469 @@
+"""The command line: thin commands around the functions of this package.
+
+Exit status 0 on success, 2 on bad input with one line on stderr, 1 on other failures, 3 when
+designs failed and the scene asked for that to be an error. NumPy, Numba, xarray and matplotlib are
+imported by the commands that need them, so that help is quick.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from sweeps.errors import SceneError, one_line
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["main"]
+
+BAD_INPUT, FAILURE, DESIGNS_FAILED = 2, 1, 3
+
+
+def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Turn exceptions into one line on stderr and an exit status."""
+
+    @click.option("--debug", is_flag=True, help="Show the traceback of a failure.")
+    @functools.wraps(function)
+    def command(*args: Any, debug: bool, **options: Any) -> None:
+        try:
+            function(*args, **options)
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except KeyboardInterrupt:
+            _end("interrupted; nothing written", FAILURE)
+        except SceneError as error:
+            if debug:
+                traceback.print_exc()
+            _end(one_line(error, 2000), BAD_INPUT)
+        except Exception as error:
+            if debug:
+                traceback.print_exc()
+            _end(
+                f"failed: {type(error).__name__}: {one_line(error)} (--debug shows where)", FAILURE
+            )
+
+    return command
+
+
+def _end(message: str, exit_status: int) -> None:
+    click.echo(f"engine-dyn: {message}", err=True)
+    sys.exit(exit_status)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="engine-dyn", prog_name="engine-dyn")
+def main() -> None:
+    """Dynamics of reciprocating engines, swept over many designs.
+
+    A scene (a TOML file) says which engine, which axes and which quantities; `engine-dyn new`
+    writes one to start from.
+    """
+
+
+@main.command()
+@click.argument("scene")
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
+)
+@click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: bool) -> None:
+    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive."""
+    from sweeps.scene import read_scene
+
+    read = read_scene(scene)
+    _check_output(output, overwrite, read.path)
+
+    from sweeps import archive
+    from sweeps.reference import text
+    from sweeps.run import run as run_scene
+
+    if not quiet:
+        _tell_compilation()
+    began = time.perf_counter()
+    dataset = run_scene(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
+    computed = time.perf_counter()
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        archive.write(dataset, output, overwrite=overwrite)
+    except FileExistsError:
+        raise SceneError(f"{output}: exists; use --overwrite to replace it") from None
+    except (PermissionError, NotADirectoryError, IsADirectoryError) as error:
+        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
+    written = time.perf_counter()
+
+    counts = _outcomes(dataset)
+    if not quiet:
+        published = text(dataset)
+        if published:
+            click.echo(published + "\n")
+        designs = math.prod(
+            len(read.axes[d]) if d in read.axes else len(next(iter(read.designs.values())))
+            for d in read.dimensions
+        )
+        click.echo(f"{read.title}: {designs} design{'' if designs == 1 else 's'}")
+        if counts:
+            click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
+        click.echo(f"computing {computed - began:.2f} s, writing {written - computed:.2f} s")
+        click.echo(f"{output} ({_size(output.stat().st_size)})")
+    failed = {name: n for name, n in counts.items() if name in read.fail_on}
+    if failed:
+        listed = ", ".join(f"{name} {n}" for name, n in failed.items())
+        _end(f"designs failed: {listed} ([output] fail_on); {output} is written", DESIGNS_FAILED)
+
+
+@main.command()
+@click.argument("scene")
+@_guarded
+def plan(scene: str) -> None:
+    """Show what SCENE would compute, what it skips, and its time and memory; computes nothing."""
+    from sweeps.scene import read_scene
+
+    read = read_scene(scene)
+
+    from sweeps.plan import make_plan
+
+    click.echo(make_plan(read).text())
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for the figures; a folder beside the archive, named after it, if not given.",
+)
+@click.option(
+    "--format", "kind", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True
+)
+@click.option(
+    "--select",
+    "slices",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Where to cut an axis that a figure has no room for; may be repeated.",
+)
+@_guarded
+def plot(archive: Path, output: Path | None, kind: str, slices: tuple[str, ...]) -> None:
+    """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
+    select = dict(_slice(text) for text in slices)
+    folder = archive.with_suffix("") if output is None else output
+    if folder.exists() and not folder.is_dir():
+        raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+    with _opened(archive) as dataset:
+        from sweeps.figures import draw
+
+        try:
+            paths = draw(dataset, folder, kind, select=select)
+        except (PermissionError, NotADirectoryError, FileExistsError) as error:
+            raise SceneError(f"{folder}: cannot be written ({one_line(error.strerror)})") from None
+    for path in paths:
+        click.echo(path)
+
+
+@main.command()
+@click.argument("what")
+@_guarded
+def info(what: str) -> None:
+    """Tell what is in an archive (netCDF), or about an engine (its name or its TOML file)."""
+    from sweeps.engine_file import catalogue, load_engine
+
+    if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
+        click.echo(_engine_text(load_engine(what, Path())))
+        return
+    with _opened(Path(what)) as dataset:
+        click.echo(_archive_text(dataset, what))
+
+
+@main.command(name="list")
+@click.argument(
+    "what", required=False, type=click.Choice(["quantities", "engines", "scenes", "keys"])
+)
+@_guarded
+def list_(what: str | None) -> None:
+    """List quantities, engines, built-in scenes, or keys of a scene; all of them if not told which.
+
+    The first word of each line is the name.
+    """
+    lines: list[tuple[str, str]] = []
+    for kind, make in _LISTS.items():
+        if what in (None, kind):
+            lines += make()
+    width = max(len(name) for name, _ in lines)
+    for name, text in lines:
+        click.echo(f"{name:<{width}}  {text}")
+
+
+@main.command()
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@_guarded
+def new(file: Path | None) -> None:
+    """Write a commented scene to start from, to FILE or to the terminal; it runs as it is."""
+    from sweeps.scene import built_in_scenes
+
+    text = built_in_scenes()["first"].read_text(encoding="utf-8")
+    if file is None:
+        click.echo(text, nl=False)
+        return
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise SceneError(f"{file}: exists; it is not overwritten") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"{file}: cannot be written ({one_line(reason)})") from None
+    click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
+    """Refuse, before anything is computed, an output that could not be written."""
+    try:
+        if path.is_dir():
+            raise SceneError(f"{path}: is a folder; -o must name a file")
+        if path.exists():
+            if scene is not None and scene.exists() and path.samefile(scene):
+                raise SceneError(f"{path}: is the scene itself; -o must name another file")
+            if not overwrite:
+                raise SceneError(f"{path}: exists; use --overwrite to replace it")
+        folder = path.parent
+        while not folder.exists():
+            folder = folder.parent
+        # Asking for permission is not enough: a file system can be read-only for its owner.
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except SceneError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"{path}: cannot be written ({one_line(reason)})") from None
+
+
+def _opened(path: Path) -> xr.Dataset:
+    """Open an archive for reading.
+
+    Raises
+    ------
+    SceneError
+        For anything that is no netCDF file.
+    """
+    try:
+        exists, is_file = path.exists(), path.is_file()
+    except (OSError, ValueError):
+        exists = is_file = False
+    if not is_file:
+        problem = "is not a file" if exists else "no such file"
+        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+    from sweeps.archive import open_archive
+
+    try:
+        return open_archive(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
+
+
+def _slice(text: str) -> tuple[str, float | str]:
+    """Axis and value of "load=50" or "method=newton"."""
+    axis, separator, value = text.partition("=")
+    if not separator or not axis.strip() or not value.strip():
+        raise SceneError(f"--select {text}: must be AXIS=VALUE, such as load=50")
+    try:
+        return axis.strip(), float(value)
+    except ValueError:
+        return axis.strip(), value.strip()
+
+
+def _size(count: int) -> str:
+    """Bytes in decimal units."""
+    size = float(count)
+    for unit in ("B", "kB", "MB"):
+        if size < 1000.0:
+            return f"{size:.3g} {unit}"
+        size /= 1000.0
+    return f"{size:.3g} GB"
+
+
+# --- what is printed ----------------------------------------------------------------------------
+
+
+def _tell_compilation() -> None:
+    """Say why the first run is slow; the one place that asks whether kernels are compiled."""
+    from engine_dyn.compilation import is_cached
+
+    if not is_cached():
+        click.echo("compiling kernels (once for this version; later runs start at once)", err=True)
+
+
+def _outcomes(dataset: xr.Dataset) -> dict[str, int]:
+    """Count the designs of each outcome, in the order of the codes; none without a status."""
+    if "status" not in dataset:
+        return {}
+    import numpy as np
+
+    from engine_dyn.status import MEANINGS
+
+    counts = np.bincount(dataset["status"].to_numpy().ravel().astype(int), minlength=len(MEANINGS))
+    return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+
+
+def _archive_text(dataset: xr.Dataset, name: str) -> str:
+    """Axes, quantities, outcomes and provenance of an archive."""
+    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": "), "", "axes"]
+    for dimension, size in dataset.sizes.items():
+        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
+        columns = [
+            f"{n} [{c.attrs.get('units', '1')}]"
+            for n, c in dataset.coords.items()
+            if c.dims == (dimension,) and n != dimension and c.dtype.kind not in "UOT"
+        ]
+        if columns:
+            lines.append(f"    varying along it: {', '.join(columns)}")
+    lines += ["", "quantities"]
+    names = [str(n) for n in dataset.data_vars]
+    width = max((len(n) for n in names), default=0)
+    for variable in names:
+        data = dataset[variable]
+        over = ", ".join(str(d) for d in data.dims) or "one value"
+        units = data.attrs.get("units", "no single unit")
+        lines.append(
+            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over})"
+        )
+    counts = _outcomes(dataset)
+    if counts:
+        lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
+    lines += ["", "provenance"]
+    for key, value in dataset.attrs.items():
+        if key != "title":
+            lines += _attribute_lines(str(key), value)
+    return "\n".join(lines)
+
+
+def _attribute_lines(key: str, value: object) -> list[str]:
+    """One attribute; what is kept as JSON has a line for each of its members."""
+    import json
+
+    text = one_line(value, 10_000)
+    if text.startswith("{"):
+        try:
+            members = json.loads(text)
+        except ValueError:
+            members = {}
+        if members:
+            rows = [
+                f"    {name}: {item if isinstance(item, str) else json.dumps(item)}"
+                for name, item in members.items()
+            ]
+            return [f"  {key}:", *rows]
+    return [f"  {key}: {text}"]
+
+
+def _axis_text(dataset: xr.Dataset, dimension: str) -> str:
+    """Values along one dimension: words, or the numbers with their unit."""
+    words = [
+        coordinate
+        for coordinate in dataset.coords.values()
+        if coordinate.dims == (dimension,) and coordinate.dtype.kind in "UOT"
+    ]
+    if words:
+        return one_line(", ".join(str(word) for word in words[0].values), 100)
+    if dimension not in dataset.coords:
+        return ""
+    coordinate = dataset[dimension]
+    values = coordinate.to_numpy()
+    unit = coordinate.attrs.get("units", "1")
+    if len(values) <= 8:
+        listed = ", ".join(f"{value:g}" for value in values)
+    else:
+        listed = f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
+    return f"{listed} [{unit}]"
+
+
+def _engine_text(engine: Any) -> str:
+    """Values of an engine, which of them are assumed and why, and its sources."""
+    from engine_dyn.quantities import PARAMETERS
+
+    family = engine.family
+    lines = [f"{engine.name}: {engine.title}", "", "values"]
+    for key, value in engine.values.items():
+        node = PARAMETERS[key]
+        mark = "  (assumed)" if key in engine.assumed else ""
+        lines.append(f"  {key} = {value:.10g} [{node.unit}] {node.long_name}{mark}")
+    if engine.firing_order is not None:
+        lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
+    lines += ["", "diagrams"]
+    for load, diagram in zip(family.loads, family.diagrams, strict=True):
+        lines.append(
+            f"  load {load:g} percent: p_max {diagram.peak / 1e5:.4g} bar at "
+            f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
+        )
+    if engine.pressure_scale is not None:
+        speed, scale = engine.pressure_scale
+        lines.append(
+            f"  scaled over speed from {speed[0]:g} to {speed[-1]:g} rpm by factors from "
+            f"{min(scale):.4g} to {max(scale):.4g}"
+        )
+    if engine.assumed:
+        lines += ["", "assumed, because the sources do not give it"]
+        lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
+    if engine.sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    return "\n".join(lines)
+
+
+def _quantity_lines() -> list[tuple[str, str]]:
+    from engine_dyn.quantities import QUANTITIES
+
+    # The unit of the load coefficient follows the load exponent: it has none in the table.
+    return [
+        (name, f"[{node.unit or 'unit follows the load exponent'}] {node.long_name}")
+        for name, node in QUANTITIES.items()
+    ]
+
+
+def _key_lines() -> list[tuple[str, str]]:
+    from engine_dyn.quantities import PARAMETERS
+    from sweeps.checks import allowed
+
+    return [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
+
+
+def _engine_lines() -> list[tuple[str, str]]:
+    from sweeps.engine_file import catalogue, load_engine
+
+    return [(name, load_engine(name, Path()).title) for name in catalogue()]
+
+
+def _scene_lines() -> list[tuple[str, str]]:
+    import tomllib
+
+    from sweeps.scene import built_in_scenes
+
+    return [
+        (name, tomllib.loads(path.read_text(encoding="utf-8"))["title"])
+        for name, path in built_in_scenes().items()
+    ]
+
+
+_LISTS: dict[str, Callable[[], list[tuple[str, str]]]] = {
+    "quantities": _quantity_lines,
+    "engines": _engine_lines,
+    "scenes": _scene_lines,
+    "keys": _key_lines,
+}

@@ -1,0 +1,197 @@
+"""Labels at the mouth of the river: arrays become a dataset with names, units and provenance."""
+
+from __future__ import annotations
+
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from engine_dyn import status
+from engine_dyn.quantities import PARAMETERS, Node, load_coefficient_unit, select
+from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, crank_angles
+from sweeps.scene import DESIGN
+
+__all__ = ["PUBLISHED", "label"]
+
+PUBLISHED = "_published"
+"""Ending of the variables that hold a scene's [reference]."""
+
+_LABEL_NAMES = {"case": "name of the design"}
+_WORD_NAMES = {
+    "method": "method of the periodic speed",
+    "inertia_model": "model of the moment of inertia",
+}
+
+
+def label(
+    plan: Plan, results: Mapping[str, npt.NDArray[Any]], *, seconds: float | None = None
+) -> xr.Dataset:
+    """Put names, units and provenance on the results of a plan.
+
+    Values are converted from SI to the units of files here and nowhere else.
+    """
+    scene = plan.scene
+    dims = {s.node.name: s.dims for s in plan.stages}
+    variables: dict[str, Any] = {}
+    for name in plan.outputs:
+        node = select(name, scene.closure)
+        here = dims.get(name, plan.leaves[name].dims if name in plan.leaves else ())
+        data = results[name]
+        if name == "status":
+            variables[name] = (here, data, _status_attributes(node))
+            continue
+        if node.si != 1.0:
+            data = data / node.si
+        variables[name] = (here, data, _attributes(plan, node))
+    for name, column in (scene.reference.columns if scene.reference else {}).items():
+        node = select(name, scene.closure)
+        attributes = _attributes(plan, node)
+        attributes["long_name"] = f"{node.long_name}, published"
+        attributes["comment"] = f"from {scene.reference.name}" if scene.reference else ""
+        variables[f"{name}{PUBLISHED}"] = (
+            scene.reference.dimensions if scene.reference else (),
+            column,
+            attributes,
+        )
+    used = {d for v in variables.values() for d in v[0]}
+    dataset = xr.Dataset(variables, coords=_coordinates(plan, used))
+    for name in dataset.variables:
+        if name in dataset.coords or dataset[name].dtype.kind != "f":
+            dataset[name].encoding["_FillValue"] = None
+    dataset.attrs = _provenance(plan, seconds)
+    return dataset
+
+
+def _attributes(plan: Plan, node: Node) -> dict[str, str]:
+    attributes = {"long_name": node.long_name}
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    unit: str | None = node.unit
+    if node.name == "load_coefficient":
+        exponents = np.unique(plan.leaves["load_exponent"].data)
+        unit = load_coefficient_unit(float(exponents[0])) if len(exponents) == 1 else None
+        if unit is None:
+            attributes["comment"] = "unit N m s^alpha: it changes with the load exponent"
+    if unit is not None:
+        attributes["units"] = unit
+    if node.source:
+        attributes["references"] = node.source
+    return attributes
+
+
+def _status_attributes(node: Node) -> dict[str, Any]:
+    return {
+        "long_name": node.long_name,
+        "units": "1",
+        "flag_values": np.arange(len(status.MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(status.MEANINGS),
+    }
+
+
+def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
+    scene = plan.scene
+    coordinates: dict[str, Any] = {}
+    for name in scene.dimensions:
+        if name == DESIGN:
+            count = plan.sizes[DESIGN]
+            coordinates[DESIGN] = (
+                DESIGN,
+                np.arange(count),
+                {"long_name": "number of the design", "units": "1"},
+            )
+            for column, values in scene.designs.items():
+                coordinates[column] = (DESIGN, values, _parameter_attributes(column))
+            for column, texts in scene.labels.items():
+                attributes = {"long_name": _LABEL_NAMES.get(column, column), "units": "1"}
+                coordinates[column] = (DESIGN, np.array(texts, dtype=object), attributes)
+        elif name in PARAMETERS:
+            coordinates[name] = (name, scene.axes[name], _parameter_attributes(name))
+        else:
+            words = scene.axes[name]
+            text = _WORD_NAMES[name]
+            coordinates[name] = (
+                name,
+                np.arange(len(words)),
+                {"long_name": f"number of the {text}", "units": "1"},
+            )
+            coordinates[f"{name}_name"] = (
+                name,
+                np.array(words, dtype=object),
+                {"long_name": text, "units": "1"},
+            )
+    if CRANK_ANGLE in used:
+        node = select(CRANK_ANGLE, scene.closure)
+        coordinates[CRANK_ANGLE] = (
+            CRANK_ANGLE,
+            crank_angles(scene),
+            {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"},
+        )
+    if CYLINDER in used:
+        coordinates[CYLINDER] = (
+            CYLINDER,
+            np.arange(1, plan.sizes[CYLINDER] + 1),
+            {"long_name": "cylinder along the shaft", "units": "1"},
+        )
+    return coordinates
+
+
+def _parameter_attributes(name: str) -> dict[str, str]:
+    node = PARAMETERS[name]
+    attributes = {"long_name": node.long_name, "units": node.unit}
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    return attributes
+
+
+def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
+    scene, engine = plan.scene, plan.scene.engine
+    packages = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    version = metadata.version("engine-dyn")
+    given = {
+        name: float(plan.leaves[name].data) / PARAMETERS[name].si
+        for name in PARAMETERS
+        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
+    }
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": scene.title,
+        "institution": "",
+        "source": f"engine-dyn {version}: periodic crank speed of piston engines",
+        "history": f"{now}: engine-dyn {version} computed {plan.designs} designs",
+        "references": "; ".join(engine.sources),
+        "engine": engine.name,
+        "engine_title": engine.title,
+        "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
+        "parameters": json.dumps(given),
+        "solver": json.dumps(
+            {
+                "method": list(scene.methods),
+                "inertia_model": list(scene.inertia_models),
+                "closure": scene.closure,
+                "tolerance": scene.tolerance,
+            }
+        ),
+        "scene": json.dumps(scene.source, ensure_ascii=False),
+        "software": "; ".join(
+            [f"Python {sys.version.split()[0]}"]
+            + [f"{name} {metadata.version(name)}" for name in packages]
+        ),
+        "machine": f"{platform.machine()} {platform.system()}",
+    }
+    if plan.unused:
+        attributes["axes_without_effect"] = ", ".join(plan.unused)
+    if seconds is not None:
+        attributes["seconds"] = round(seconds, 3)
+    return {key: value for key, value in attributes.items() if value != ""}
+
+
+_MARCHING = ("passes", "start_speed", "start_angle")

@@ -1,0 +1,345 @@
+"""Engines and indicator diagrams from files, and the catalogue of engines.
+
+An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`; `[values]` with the keys
+of a scene; one `[[diagram]]` for each load, modelled (`kind = "diesel_cycle"`) or read from a CSV
+file (`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a reason for
+every value that the sources do not give; `[[source]]` with the citations.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from engine_dyn.cycle import FILE_UNITS, DieselCycle
+from engine_dyn.engine import FOUR_STROKE, Engine
+from engine_dyn.indicator import (
+    TWO_STROKE,
+    Diagram,
+    Family,
+    diagram_from_points,
+    family_from_diagrams,
+)
+from engine_dyn.quantities import PARAMETERS
+from sweeps.checks import (
+    Strict,
+    check_range,
+    check_structure,
+    known_key,
+    mentioned,
+    number,
+    plain,
+)
+from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.table import Table, read_table, read_text
+
+__all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
+
+ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+DEGREE = math.pi / 180.0
+BAR = 1e5
+
+# What every engine must say about itself; a scene can give the rest.
+_OWN = ("load", "speed", "cylinders")
+
+_PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
+
+
+class _Scale(Strict):
+    speed: list[float] = Field(description="a list of speeds in rpm, ascending")
+    scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
+
+
+class _Source(Strict):
+    text: str = Field(description="a text: one citation")
+
+
+class _EngineFile(Strict):
+    name: str | None = Field(default=None, description="a text: the engine's short name")
+    title: str = Field(description="a text: one line about the engine")
+    cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
+    firing_order: list[int] | None = Field(
+        default=None, description="a list of cylinder numbers in the order in which they fire"
+    )
+    values: dict[str, Any] = Field(description="a table of parameters")
+    diagram: list[dict[str, Any]] = Field(
+        description="tables [[diagram]], one for each load", min_length=1
+    )
+    pressure_scale: _Scale | None = Field(default=None, description="a table of speed and scale")
+    assumed: dict[str, str] = Field(
+        default={}, description="a table with a reason, a text, for each assumed value"
+    )
+    source: list[_Source] = Field(default=[], description="tables [[source]] with a text each")
+
+
+def catalogue() -> dict[str, Path]:
+    """Engines that come with the package: name and file."""
+    folder = Path(__file__).parent / "engines"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    SceneError
+        For a file that cannot be read, or is not TOML: with the line and what stands on it.
+    """
+    text = read_text(path, name, what)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message = one_line(error)
+        found = re.search(r"\(at line (\d+)", message)
+        # "at end of document" has no number: the last line is meant.
+        lines = text.splitlines()
+        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
+        message = re.sub(r"\s*\(at [^)]*\)$", "", message)
+        on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
+        raise SceneError(
+            f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
+        ) from None
+    except RecursionError:
+        raise SceneError(f"{name}: not TOML: nested too deeply") from None
+
+
+def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
+    """Read a measured indicator diagram from a CSV file.
+
+    Columns `crank_angle_deg` (firing top dead centre = 0, ascending within the cycle) and
+    `pressure_bar` (absolute), other columns are left aside. Both ends of the cycle are the same
+    angle: one may be missing, both are averaged.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str, optional
+        The file as messages should call it; its path if not given.
+    period : float
+        4 pi (four-stroke) or 2 pi [rad].
+
+    Raises
+    ------
+    SceneError
+        With the line, where one is to blame.
+    """
+    label = str(path) if name is None else name
+    table = read_table(
+        Path(path), label, "an indicator diagram (CSV)", (ANGLE_COLUMN, PRESSURE_COLUMN)
+    )
+    angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
+    pressure = np.array(table.numbers(PRESSURE_COLUMN)) * BAR
+    try:
+        return diagram_from_points(angle, pressure, period)
+    except ValueError as error:
+        raise SceneError(_with_line(mentioned(error), table)) from None
+
+
+def _with_line(message: str, table: Table) -> str:
+    """`point 7: ...` becomes `file, line 9: ...`, because people see lines."""
+    found = re.match(r"point (\d+): (.*)", message)
+    if found is None:
+        return f"{table.name}: {message}"
+    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
+
+
+def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> Engine:
+    """Read an engine of the catalogue, or one from a file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the catalogue, or path of a TOML file (it ends with .toml or has a separator).
+    base : Path
+        Folder that a relative path starts from.
+    where : str
+        What messages begin with when there is no such engine.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name, a file that is no engine, values outside their range, missing values.
+    """
+    known = catalogue()
+    text = str(name_or_path)
+    if text in known:
+        return _read_engine(known[text], f"{where} {text}")
+    if not (text.endswith(".toml") or "/" in text or "\\" in text):
+        raise SceneError(
+            f"{where} = {shown(text)}: unknown engine"
+            f"{not_known(text, known, also=', or the path of an engine file (.toml)')}"
+        )
+    return _read_engine(base / text, f"{where} {text}")
+
+
+def _read_engine(path: Path, name: str) -> Engine:
+    raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
+    given = check_structure(_EngineFile, raw, name)
+    period = _PERIODS[given.cycle]
+    values = _values(given.values, name)
+    diagrams = [
+        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period)
+        for i, table in enumerate(given.diagram, start=1)
+    ]
+    family = _family(diagrams, name)
+    for key in _OWN:
+        if key not in values:
+            raise SceneError(f"{name}: [values] {key}: missing; must be a number")
+    scale = _scale(given.pressure_scale, name)
+    _check_own_point(values, family, scale, name)
+    order = None
+    if given.firing_order is not None:
+        order = tuple(given.firing_order)
+        cylinders = int(values["cylinders"])
+        if sorted(order) != list(range(1, cylinders + 1)):
+            raise SceneError(
+                f"{name}: firing_order = {list(order)}: must name each of the cylinders "
+                f"1 to {cylinders} once"
+            )
+    return Engine(
+        name=given.name or path.stem,
+        title=one_line(given.title),
+        period=period,
+        values=values,
+        family=family,
+        pressure_scale=scale,
+        firing_order=order,
+        assumed=dict(given.assumed),
+        sources=tuple(source.text for source in given.source),
+    )
+
+
+def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
+    """Read [values]; a rod's length becomes the crank ratio, which a stroke keeps."""
+    values: dict[str, float] = {}
+    for key, item in raw.items():
+        where = f"{name}: [values] {key}"
+        node = known_key(key, f"{name}: [values]")
+        assert node is not None
+        values[key] = number(item, where, node)
+        check_range(values[key], where, node)
+    if "rod_length" in values:
+        if "crank_ratio" in values:
+            raise SceneError(
+                f"{name}: [values] has both crank_ratio and rod_length: give one of them"
+            )
+        if "stroke" not in values:
+            raise SceneError(f"{name}: [values] stroke: missing; rod_length alone says nothing")
+        rod, crank = values.pop("rod_length"), values["stroke"] / 2.0
+        if rod <= crank:
+            raise SceneError(
+                f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
+            )
+        values["crank_ratio"] = crank / rod
+    return values
+
+
+def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
+    """[pressure_scale] as arrays of speed [rpm] and factor."""
+    if given is None:
+        return None
+    where = f"{name}: [pressure_scale]"
+    speed, scale = np.array(given.speed), np.array(given.scale)
+    if len(speed) != len(scale) or len(speed) < 2:
+        raise SceneError(
+            f"{where} has {len(speed)} speeds and {len(scale)} factors: must be equally many, "
+            "at least two"
+        )
+    if (np.diff(speed) <= 0.0).any() or speed[0] < 0.0:
+        raise SceneError(f"{where} speed = {shown(given.speed)}: must ascend from 0 or more")
+    if (scale <= 0.0).any():
+        raise SceneError(f"{where} scale = {shown(given.scale)}: must be above 0")
+    return speed, scale
+
+
+def _diagram(
+    table: Mapping[str, Any], where: str, folder: Path, period: float
+) -> tuple[float, Diagram]:
+    """One [[diagram]]: its load [percent] and its curve."""
+    rest = dict(table)
+    load_node = PARAMETERS["load"]
+    load = number(_taken(rest, "load", where), f"{where} load", load_node)
+    check_range(load, f"{where} load", load_node)
+    kind = _taken(rest, "kind", where)
+    if kind == "points":
+        file = _taken(rest, "file", where)
+        if not isinstance(file, str):
+            raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
+        _no_more(rest, where, ("load", "kind", "file"))
+        return load, read_indicator(folder / file, f"{where} {file}", period)
+    if kind == "diesel_cycle":
+        if period != FOUR_STROKE:
+            raise SceneError(f"{where} kind = 'diesel_cycle': must belong to a four-stroke engine")
+        return load, _modelled(rest, where)
+    raise SceneError(f"{where} kind = {shown(kind)}: must be 'diesel_cycle' or 'points'")
+
+
+def _modelled(rest: Mapping[str, Any], where: str) -> Diagram:
+    """Model a diagram: the fields of `DieselCycle` in file units, `step` [degree] of points."""
+    known = ("load", "kind", "step", *FILE_UNITS)
+    _no_more(rest, where, known)
+    values: dict[str, float] = {}
+    for key, (unit, size) in FILE_UNITS.items():
+        if key not in rest:
+            raise SceneError(f"{where} {key}: missing; must be a number in {unit}")
+        values[key] = number(rest[key], f"{where} {key}") * size
+    step = number(rest["step"], f"{where} step") if "step" in rest else 0.5
+    try:
+        return _diagram_of_cycle(DieselCycle(**values), step)
+    except ValueError as error:
+        raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+@lru_cache(maxsize=64)
+def _diagram_of_cycle(cycle: DieselCycle, step: float) -> Diagram:
+    # Integrating a cycle takes far longer than reading a scene, and sessions read many.
+    return diagram_from_points(*cycle.points(step))
+
+
+def _taken(table: dict[str, Any], key: str, where: str) -> Any:
+    if key not in table:
+        raise SceneError(f"{where} {key}: missing")
+    return table.pop(key)
+
+
+def _no_more(rest: Mapping[str, Any], where: str, known: tuple[str, ...]) -> None:
+    for key in rest:
+        if key not in known:
+            raise SceneError(f"{where} {key}: unknown key{not_known(key, known)}")
+
+
+def _family(diagrams: list[tuple[float, Diagram]], name: str) -> Family:
+    try:
+        return family_from_diagrams([load for load, _ in diagrams], [d for _, d in diagrams])
+    except ValueError as error:
+        raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
+
+
+def _check_own_point(
+    values: Mapping[str, float], family: Family, scale: tuple[Any, Any] | None, name: str
+) -> None:
+    """Check that the engine's own load and speed lie where its diagrams are known."""
+    load = values["load"]
+    if not family.low <= load <= family.high:
+        raise SceneError(
+            f"{name}: [values] load = {load:g}: must be within the engine's diagrams, "
+            f"{family.low:g} to {family.high:g} percent"
+        )
+    if scale is not None:
+        low, high = float(scale[0][0]), float(scale[0][-1])
+        speed = values["speed"]
+        if not low <= speed <= high:
+            raise SceneError(
+                f"{name}: [values] speed = {speed:g}: must be within [pressure_scale], {low:g} to "
+                f"{high:g} rpm"
+            )

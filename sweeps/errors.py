@@ -1,0 +1,77 @@
+"""The one error that a person's input can raise, and helpers that word it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+__all__ = ["SceneError", "counted", "did_you_mean", "not_known", "one_line", "shown"]
+
+
+class SceneError(ValueError):
+    """Bad input of a person: one line that names file, key, value and what is allowed."""
+
+    def __init__(self, message: str) -> None:
+        # A name in the input may itself hold line ends.
+        super().__init__(" ".join(message.splitlines()))
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'inertia'?" for the nearest right name, "" where none is near.
+
+    Case, blanks and hyphens do not count as differences, so that 'Omega Max' finds 'omega_max'.
+    """
+    names = list(known)
+    plain = {n.lower(): n for n in reversed(names)}
+    wanted = name.strip().lower().replace("-", "_").replace(" ", "_")
+    close = difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
+    if not close and len(wanted) >= 3:
+        # A beginning is a good guess too, though by letters it is far: 'recip', 'cyl'.
+        close = [plain_name for plain_name in plain if plain_name.startswith(wanted)][:1]
+    return f"; did you mean '{plain[close[0]]}'?" if close else ""
+
+
+def not_known(name: str, known: Iterable[str], *, command: str = "", also: str = "") -> str:
+    """Say behind "unknown key" the nearest right name, and which names are allowed.
+
+    Parameters
+    ----------
+    name : str
+        The wrong name.
+    known : iterable of str
+        The right ones.
+    command : str
+        What lists them; it replaces a long list where a near name is found.
+    also : str
+        What else is allowed.
+    """
+    names = list(known)
+    hint = did_you_mean(name, names)
+    if hint and command:
+        return f"{hint} Allowed: what `{command}` shows{also}"
+    return f"{hint or '.'} Allowed: {', '.join(names)}{also}"
+
+
+def counted(count: int, word: str) -> str:
+    """Return "1 row", "2 rows"."""
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def one_line(text: object, limit: int = 600) -> str:
+    """Any text on one line, cut where it is very long."""
+    line = " ".join(str(text).split())
+    return line if len(line) <= limit else line[: limit - 3] + "..."
+
+
+def shown(value: object, limit: int = 60) -> str:
+    """Return a value as it would be written in a scene, short enough for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    if isinstance(value, str):
+        return one_line(f"'{value}'", limit)
+    try:
+        return one_line(repr(value), limit)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, a list in itself
+        return f"<{type(value).__name__}>"

@@ -1,0 +1,329 @@
+"""From the asked quantities back to the stages needed, each on the axes that it depends on.
+
+The graph of `engine_dyn.quantities` says what needs what; the scene says which parameters vary.
+The plan is the ancestors of what is asked, in order. Nobody writes axes by hand, and nothing is
+computed on an axis that it does not depend on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import psutil
+
+from engine_dyn.arrangement import customary_order
+from engine_dyn.indicator import family_from_diagrams
+from engine_dyn.quantities import CONSTANTS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS, Node, select
+from sweeps.errors import SceneError
+from sweeps.scene import DESIGN, Scene
+
+__all__ = ["CRANK_ANGLE", "CYLINDER", "Plan", "Stage", "Value", "make_plan"]
+
+CRANK_ANGLE = "crank_angle"
+CYLINDER = "cylinder"
+
+_MARCHED = 2e6
+"""Designs a second and core, for the estimate of time only: constant inertia, whole exponent."""
+_SLOW_METHODS = {"thesis": 2e4, "picard": 5e2, "newton": 2e4}
+_CURVE_POINTS = 2e7
+"""Points of curves a second, for the estimate of time only."""
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """An array in SI units and the names of its dimensions; a constant is anything, without."""
+
+    data: Any
+    dims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One node that is computed, with the dimensions of what it gives."""
+
+    node: Node
+    dims: tuple[str, ...]
+    size: int
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Dimensions without those that belong to a curve."""
+        return tuple(d for d in self.dims if d not in (CRANK_ANGLE, CYLINDER))
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a scene computes.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    leaves : dict of Value
+        Given values, SI, and constants.
+    stages : tuple of Stage
+        In the order of computing.
+    sizes : dict
+        Length of every dimension.
+    outputs : tuple of str
+        Variables that the archive holds, `status` among them where a stage can fail.
+    unused : tuple of str
+        Axes that nothing depends on.
+    """
+
+    scene: Scene
+    leaves: Mapping[str, Value]
+    stages: tuple[Stage, ...]
+    sizes: Mapping[str, int]
+    outputs: tuple[str, ...]
+    unused: tuple[str, ...]
+
+    @property
+    def designs(self) -> int:
+        """Number of designs, the product of the scene's axes."""
+        return math.prod(self.sizes[d] for d in self.scene.dimensions)
+
+    @property
+    def output_bytes(self) -> int:
+        """Size of the variables of the archive, uncompressed."""
+        return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.name in self.outputs)
+
+    @property
+    def memory_bytes(self) -> int:
+        """Arrays that exist at the same time at most: outputs and what they are made from."""
+        return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.kind != "stage")
+
+    def check_memory(self) -> None:
+        """Refuse a scene larger than memory.
+
+        Raises
+        ------
+        SceneError
+            With the size and what is free.
+        """
+        free = psutil.virtual_memory().available
+        if self.memory_bytes > 0.9 * free:
+            raise SceneError(
+                f"scene: {self.designs} designs need {_size(self.memory_bytes)} of memory and "
+                f"{_size(free)} are free; ask for fewer points or fewer quantities "
+                f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
+            )
+
+    @property
+    def seconds(self) -> float:
+        """Estimated time on this machine, compiling aside; good to a factor of a few."""
+        cores = psutil.cpu_count() or 1
+        total = 0.0
+        for stage in self.stages:
+            if stage.node.kind == "stage":
+                rate = _MARCHED * cores
+                if stage.node.can_fail:
+                    rate = min([rate, *(_SLOW_METHODS[m] * cores for m in self.scene.methods
+                                        if m in _SLOW_METHODS)])  # fmt: skip
+                total += stage.size / rate
+            elif CRANK_ANGLE in stage.dims:
+                total += stage.size / _CURVE_POINTS
+        return total
+
+    def text(self) -> str:
+        """Describe the plan for people: stages with axes and sizes, what is skipped and why."""
+        scene = self.scene
+        axes = ", ".join(f"{d} ({self.sizes[d]})" for d in scene.dimensions) or "none"
+        asked = set(scene.quantities)
+        lines = [
+            f"{scene.title}: {self.designs} design{'' if self.designs == 1 else 's'} "
+            f"of engine {scene.engine.name}",
+            f"axes: {axes}",
+            "",
+            f"{'stage':<22}{'over':<44}{'numbers':>12}  kept",
+        ]
+        for stage in self.stages:
+            over = ", ".join(stage.dims) or "one value"
+            kept = "in the archive" if stage.node.name in self.outputs else ""
+            if stage.node.kind == "stage":
+                kept = "gives " + ", ".join(g for g in stage.node.gives if self._wants(g))
+            elif stage.node.name in self.outputs and stage.node.name not in asked:
+                kept = "in the archive (outcome)"
+            lines.append(f"{stage.node.name:<22}{over:<44}{stage.size:>12}  {kept}".rstrip())
+        skipped = [name for name in QUANTITIES if name not in {s.node.name for s in self.stages}]
+        lines += ["", "skipped, because nothing asked for it: " + ", ".join(skipped)]
+        for name in self.unused:
+            lines.append(f"axis {name}: nothing that is asked for depends on it")
+        lines += [
+            "",
+            f"archive about {_size(self.output_bytes)} uncompressed, "
+            f"memory about {_size(self.memory_bytes)}, "
+            f"time about {self.seconds:.1g} s (first run of this version: compiling besides)",
+        ]
+        return "\n".join(lines)
+
+    def _wants(self, name: str) -> bool:
+        return any(s.node.name == name for s in self.stages)
+
+    def wanted(self, stage: Stage) -> tuple[str, ...]:
+        """Results of a stage that the plan uses."""
+        return tuple(name for name in stage.node.gives if self._wants(name))
+
+
+def _bytes(name: str, size: int) -> int:
+    return size if name == "status" else 8 * size
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000.0:
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return f"{count:.3g} TB"
+
+
+def make_plan(scene: Scene) -> Plan:
+    """Plan a scene.
+
+    Raises
+    ------
+    SceneError
+        Where a value that is needed is given by neither scene nor engine, or a quantity needs
+        throws and no firing order is known.
+    """
+    leaves = _leaves(scene)
+    sizes = _sizes(scene)
+    order = (*scene.dimensions, CYLINDER, CRANK_ANGLE)
+    stages: dict[str, Stage] = {}
+    used: set[str] = set()
+
+    def visit(name: str) -> tuple[str, ...]:
+        if name in leaves:
+            used.add(name)
+            return leaves[name].dims
+        if name in stages:
+            return stages[name].dims
+        node = select(name, scene.closure)
+        if node.make is None and not node.gives and node.kind == "parameter":
+            raise SceneError(
+                f"engine {scene.engine.name}: gives no {name} [{node.unit}], which "
+                f"{_asked_for(scene, stages)} needs; give it in [set], [axes] or [designs]"
+            )
+        dims: set[str] = set(node.adds)
+        for need in node.needs:
+            here = visit(need)
+            # A kernel takes the angles whole: only the curves among its results have them.
+            dims.update(d for d in here if not (node.kind == "stage" and d == CRANK_ANGLE))
+        ordered = tuple(d for d in order if d in dims)
+        stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
+        return ordered
+
+    if "torque_after_throw" in scene.quantities:
+        _check_orders(scene, leaves)
+    for name in scene.quantities:
+        visit(name)
+    outputs = list(scene.quantities)
+    if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
+        outputs.append("status")
+        visit("status")
+    touched = {d for name in used for d in leaves[name].dims}
+    unused = tuple(d for d in scene.dimensions if d not in touched)
+    if DESIGN in touched:
+        unused += tuple(c for c in scene.designs if c not in used)
+    return Plan(scene, leaves, tuple(stages.values()), sizes, tuple(outputs), unused)
+
+
+def _asked_for(scene: Scene, stages: Mapping[str, Stage]) -> str:
+    return "'" + "', '".join(q for q in scene.quantities if q not in stages) + "'"
+
+
+def _sizes(scene: Scene) -> dict[str, int]:
+    sizes = {d: len(scene.axes[d]) for d in scene.dimensions if d in scene.axes}
+    if scene.designs:
+        sizes[DESIGN] = len(next(iter(scene.designs.values())))
+    elif DESIGN in scene.dimensions:
+        sizes[DESIGN] = len(next(iter(scene.labels.values())))
+    sizes[CRANK_ANGLE] = len(crank_angles(scene))
+    sizes[CYLINDER] = int(max(np.max(v.data) for v in [_given(scene)["cylinders"]]))
+    return sizes
+
+
+def crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
+    """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
+    cycle = math.degrees(scene.engine.period)
+    count = round(cycle / scene.angle_step)
+    return -0.5 * cycle + np.arange(count) * scene.angle_step
+
+
+def _given(scene: Scene) -> dict[str, Value]:
+    """Parameters that engine or scene give, in SI units; the scene's word counts."""
+    engine = {k: Value(np.float64(v)) for k, v in scene.engine.values.items()}
+    mine: dict[str, Value] = {}
+    for key, number in scene.settings.items():
+        mine[key] = Value(np.float64(number))
+    for key, values in scene.axes.items():
+        if key in PARAMETERS:
+            mine[key] = Value(np.asarray(values, dtype=np.float64), (key,))
+    for key, column in scene.designs.items():
+        mine[key] = Value(np.asarray(column, dtype=np.float64), (DESIGN,))
+    for key in SOLVER_COLUMNS:
+        single = getattr(scene, key)
+        if single is not None:
+            mine[key] = Value(np.float64(single))
+    if "rod_length" in mine:
+        # The engine's own crank ratio is what a given rod replaces.
+        engine.pop("crank_ratio", None)
+    given = {
+        "passes": Value(np.float64(0)),
+        "start_speed": Value(np.float64(0)),
+        "start_angle": Value(np.float64(-180.0)),
+        **engine,
+        **mine,
+    }
+    return {k: Value(v.data * PARAMETERS[k].si, v.dims) for k, v in given.items()}
+
+
+def _leaves(scene: Scene) -> dict[str, Value]:
+    engine = scene.engine
+    leaves = _given(scene)
+    family = engine.family
+    if scene.indicator is not None:
+        # A given diagram holds whatever the load is called.
+        family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
+    if engine.pressure_scale is None or scene.indicator is not None:
+        leaves["pressure_scale"] = Value(np.float64(1.0))
+    counts = np.unique(leaves["cylinders"].data).astype(int)
+    orders = {int(n): _order(scene, int(n)) for n in counts}
+    leaves[CRANK_ANGLE] = Value(np.radians(crank_angles(scene)), (CRANK_ANGLE,))
+    constants = {
+        "family": family,
+        "period": engine.period,
+        "closure": scene.closure,
+        "tolerance": scene.tolerance,
+        "scale_table": engine.pressure_scale,
+        "firing_orders": orders,
+    }
+    words = {"method": scene.methods, "inertia_model": scene.inertia_models}
+    for name in CONSTANTS:
+        if name in words:
+            varies = name in scene.dimensions
+            data = np.asarray(words[name]) if varies else words[name][0]
+            leaves[name] = Value(data, (name,) if varies else ())
+        else:
+            leaves[name] = Value(constants[name])
+    return leaves
+
+
+def _order(scene: Scene, cylinders: int) -> tuple[int, ...] | None:
+    own = scene.engine.firing_order
+    return own if own is not None and len(own) == cylinders else customary_order(cylinders)
+
+
+def _check_orders(scene: Scene, leaves: Mapping[str, Value]) -> None:
+    for count, order in leaves["firing_orders"].data.items():
+        if order is None:
+            raise SceneError(
+                f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
+                "'torque_after_throw' needs throws, and no firing order is known for "
+                f"{count} cylinders; known: 1 to 8, and the engine's own"
+            )

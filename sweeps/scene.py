@@ -1,0 +1,865 @@
+"""Scenes: what a person wants computed, read and checked.
+
+A scene is a TOML file, the name of a built-in one, or a dict of the same shape. Everything that
+can be seen to be wrong without computing is refused here, in one line that names the file, the
+key, the value and what is allowed. What a parameter or quantity is called, and which values it may
+take, stands in `engine_dyn.quantities` alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from engine_dyn import arrangement, status
+from engine_dyn.engine import Engine
+from engine_dyn.indicator import Diagram
+from engine_dyn.quantities import (
+    CONSTANTS,
+    NODES,
+    PARAMETERS,
+    QUANTITIES,
+    SOLVER_COLUMNS,
+    Node,
+    select,
+)
+from sweeps.checks import (
+    Strict,
+    check_range,
+    check_structure,
+    known_key,
+    number,
+    numbers,
+    plain,
+)
+from sweeps.engine_file import load_engine, parse_toml, read_indicator
+from sweeps.errors import SceneError, counted, not_known, one_line, shown
+from sweeps.table import Table, read_table
+
+__all__ = [
+    "DESIGN",
+    "FAILURES",
+    "INERTIA_MODELS",
+    "LABELS",
+    "METHODS",
+    "Reference",
+    "Scene",
+    "SceneError",
+    "built_in_scenes",
+    "read_scene",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+DESIGN = "design"
+METHODS = ("auto", "thesis", "picard", "newton", "closed")
+INERTIA_MODELS = ("constant", "variable")
+CLOSURES = ("power_mean", "cycle_time")
+FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
+
+LABELS = ("case",)
+"""Columns of [designs] that hold texts and name the designs."""
+
+STEPPING_METHODS = ("thesis", "picard")
+"""Methods that repeat cycles from a start; they cannot solve for the load coefficient."""
+
+SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
+SMALLEST_STEP = 0.01
+LARGEST_AXIS = 10_000_000
+SAME = 1e-6
+"""Relative difference up to which a value of a reference file is the same as the scene's."""
+
+
+class _Range(Strict):
+    start: float = Field(description="a finite number")
+    stop: float = Field(description="a finite number")
+    num: int = Field(description=f"a whole number from 2 to {LARGEST_AXIS}", ge=2, le=LARGEST_AXIS)
+    spacing: Literal["linear", "log"] = Field(default="linear", description="'linear' or 'log'")
+
+
+class _File(Strict):
+    file: str = Field(description="a text: the path of a CSV file", min_length=1)
+
+
+class _Solver(Strict):
+    method: str | list[str] = Field(
+        default="auto", description=f"one of {', '.join(METHODS)}, or a list of them"
+    )
+    tolerance: float = Field(
+        default=1e-6, description=f"a number from {SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+    )
+    inertia_model: str | list[str] = Field(
+        default="constant", description=f"one of {', '.join(INERTIA_MODELS)}, or a list of them"
+    )
+    closure: str = Field(default="power_mean", description=f"one of {', '.join(CLOSURES)}")
+    passes: Any = Field(default=None, description="a whole number")
+    start_speed: Any = Field(default=None, description="a number in rad/s")
+    start_angle: Any = Field(default=None, description="a number in degree")
+
+
+class _Output(Strict):
+    quantities: list[str] = Field(description="a list of texts; `engine-dyn list` shows them")
+    fail_on: list[str] = Field(
+        default=[], description=f"a list of outcomes out of {', '.join(FAILURES)}"
+    )
+    angle_step: float = Field(default=1.0, description="a number of degrees that divides the cycle")
+
+
+class _SceneFile(Strict):
+    title: str | None = Field(default=None, description="a text")
+    engine: str = Field(
+        description="a text: an engine of the catalogue or the path of an engine file"
+    )
+    set: dict[str, Any] = Field(default={}, description="a table of single values")
+    axes: dict[str, Any] = Field(default={}, description="a table of lists and ranges")
+    designs: dict[str, Any] | None = Field(
+        default=None, description="a table of equally long lists, or file = 'table.csv'"
+    )
+    indicator: _File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    solver: _Solver = Field(default=_Solver(), description="a table")
+    output: _Output = Field(description="a table [output] with quantities = ['delta', ...]")
+    reference: _File | None = Field(default=None, description="a table with file = 'table.csv'")
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Published values beside the computed ones.
+
+    Attributes
+    ----------
+    name : str
+        The file as messages call it.
+    dimensions : tuple of str
+        Dimensions of the scene that the rows tell apart, in scene order.
+    columns : dict of ndarray
+        Published values of each quantity over these dimensions, NaN where nothing is printed.
+    """
+
+    name: str
+    dimensions: tuple[str, ...]
+    columns: dict[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A checked scene. Values are in the units of files; nothing has been computed yet.
+
+    Attributes
+    ----------
+    title : str
+        One line.
+    engine : Engine
+        The engine whose values hold where the scene gives none.
+    dimensions : tuple of str
+        Axes in the order of the file, `design` where [designs] stands among its tables, then
+        `method` and `inertia_model` where the solver gives lists.
+    axes : dict
+        Values of every axis but `design`: numbers in file units, or words.
+    designs : dict of ndarray
+        Columns of [designs], equally long, in file units; empty without [designs].
+    labels : dict of tuple of str
+        Names of the designs (`case`).
+    settings : dict of float
+        [set], in file units.
+    indicator : Diagram, optional
+        The measured diagram that replaces the engine's own.
+    methods, inertia_models : tuple of str
+        As asked for; one unless they are dimensions.
+    tolerance : float
+        Relative error of delta aimed at.
+    closure : str
+        What the nominal speed means: `power_mean` or `cycle_time`.
+    passes, start_speed, start_angle : float, optional
+        For the stepping methods: [1], [rad/s], [degree]; None where not given here.
+    quantities : tuple of str
+        What is asked for.
+    fail_on : tuple of str
+        Outcomes that make the command end with status 3.
+    angle_step : float
+        Step of `crank_angle` [degree]; divides the cycle.
+    reference : Reference, optional
+        Published values.
+    source : dict
+        The scene as it was read, in JSON's types.
+    path : Path, optional
+        Its file.
+    """
+
+    title: str
+    engine: Engine
+    dimensions: tuple[str, ...]
+    axes: dict[str, FloatArray | tuple[str, ...]]
+    designs: dict[str, FloatArray]
+    labels: dict[str, tuple[str, ...]]
+    settings: dict[str, float]
+    indicator: Diagram | None
+    methods: tuple[str, ...]
+    inertia_models: tuple[str, ...]
+    tolerance: float
+    closure: str
+    passes: int | None
+    start_speed: float | None
+    start_angle: float | None
+    quantities: tuple[str, ...]
+    fail_on: tuple[str, ...]
+    angle_step: float
+    reference: Reference | None
+    source: dict[str, Any]
+    path: Path | None
+
+
+def built_in_scenes() -> dict[str, Path]:
+    """Scenes that come with the package: name and file."""
+    folder = Path(__file__).parent / "scenes"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:
+    """Read and check a scene.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        Path of a TOML file, name of a built-in scene, a dict of the same shape (paths in it are
+        relative to the working folder), or a Scene, which comes back as it is.
+
+    Raises
+    ------
+    SceneError
+        With one line, for everything that can be seen to be wrong without computing.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    path: Path | None = None
+    if isinstance(scene, Mapping):
+        name, base, raw = "scene", Path(), plain(scene, "scene")
+    elif isinstance(scene, str | Path):
+        path, name = _find(scene)
+        base, raw = path.parent, plain(parse_toml(path, name, "a scene (TOML)"), name)
+    else:
+        raise SceneError(
+            f"scene = {shown(scene)}: must be a path, the name of a built-in scene, a dict or a "
+            "Scene"
+        )
+    return _scene(raw, name, base, path)
+
+
+def _find(scene: str | Path) -> tuple[Path, str]:
+    """Path of a scene and what messages call it."""
+    known = built_in_scenes()
+    text = str(scene)
+    if isinstance(scene, str) and text in known:
+        return known[text], f"{text}.toml"
+    path = Path(scene)
+    try:
+        exists = path.exists()
+    except (OSError, ValueError):  # a name too long, a null character
+        exists = False
+    if not exists:
+        raise SceneError(
+            f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
+        )
+    return path, text
+
+
+def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Scene:
+    given = check_structure(_SceneFile, raw, name)
+    engine = load_engine(given.engine, base, f"{name}: engine")
+    settings = _settings(given.set, name)
+    axes: dict[str, FloatArray | tuple[str, ...]] = {}
+    for key, item in given.axes.items():
+        axes[key] = _axis(key, item, name)
+    designs, labels = _designs(given.designs, name, base)
+    start = _start(given.solver, name)
+    _check_places(settings, axes, designs, start, name)
+
+    dimensions = list(axes)
+    if given.designs is not None:
+        # Among the tables of the file, so that a person chooses which varies slowest.
+        first = "axes" in raw and list(raw).index("axes") < list(raw).index("designs")
+        dimensions.insert(len(dimensions) if first else 0, DESIGN)
+    methods, several = _words(given.solver.method, METHODS, f"{name}: [solver] method")
+    if several:
+        axes["method"] = methods
+        dimensions.append("method")
+    models, several = _words(
+        given.solver.inertia_model, INERTIA_MODELS, f"{name}: [solver] inertia_model"
+    )
+    if several:
+        axes["inertia_model"] = models
+        dimensions.append("inertia_model")
+
+    _check_solver(given.solver, methods, start, name)
+    _check_output(given.output, engine, name)
+    indicator = None
+    if given.indicator is not None:
+        if "load" in axes or "load" in designs:
+            table = "axes" if "load" in axes else "designs"
+            raise SceneError(
+                f"{name}: [{table}] load: not allowed together with [indicator], whose one diagram "
+                "holds for every design"
+            )
+        indicator = read_indicator(
+            base / given.indicator.file,
+            f"{name}: [indicator] {given.indicator.file}",
+            engine.period,
+        )
+    scene = Scene(
+        title=one_line(given.title or f"Scene on {engine.title}"),
+        engine=engine,
+        dimensions=tuple(dimensions),
+        axes=axes,
+        designs=designs,
+        labels=labels,
+        settings=settings,
+        indicator=indicator,
+        methods=methods,
+        inertia_models=models,
+        tolerance=given.solver.tolerance,
+        closure=given.solver.closure,
+        passes=None if start["passes"] is None else int(start["passes"]),
+        start_speed=start["start_speed"],
+        start_angle=start["start_angle"],
+        quantities=tuple(given.output.quantities),
+        fail_on=tuple(given.output.fail_on),
+        angle_step=given.output.angle_step,
+        reference=None,
+        source=raw,
+        path=path,
+    )
+    _check_values(scene, name)
+    if given.reference is None:
+        return scene
+    label = f"{name}: [reference] {given.reference.file}"
+    rows = read_table(base / given.reference.file, label, "a table of published values (CSV)")
+    return replace(scene, reference=_reference(rows, scene))
+
+
+# --- values -------------------------------------------------------------------------------------
+
+
+def _settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
+    """[set]."""
+    values: dict[str, float] = {}
+    for key, item in raw.items():
+        node = _key(key, "set", name)
+        where = f"{name}: [set] {key}"
+        values[key] = number(item, where, node)
+        check_range(values[key], where, node)
+    return values
+
+
+def _key(key: str, table: str, name: str) -> Node:
+    """Return the parameter that a key of [set] or [axes] names."""
+    if key in SOLVER_COLUMNS:
+        raise SceneError(
+            f"{name}: [{table}] {key}: must stand in [solver] or as a column of [designs]"
+        )
+    if key in ("method", "inertia_model"):
+        raise SceneError(f"{name}: [{table}] {key}: belongs in [solver]; a list makes it an axis")
+    node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
+    assert node is not None  # nothing else is known here
+    return node
+
+
+def _axis(key: str, raw: Any, name: str) -> FloatArray:
+    """One axis: a list, or a range with start, stop, num and spacing."""
+    node = _key(key, "axes", name)
+    where = f"{name}: [axes] {key}"
+    if isinstance(raw, dict):
+        values = _range(raw, where)
+    elif isinstance(raw, list):
+        values = numbers(raw, where, node)
+    else:
+        raise SceneError(
+            f"{where} = {shown(raw)}: must be a list, or a table with start, stop, num and "
+            "optionally spacing = 'log'; a single value belongs in [set]"
+        )
+    check_range(values, where, node)
+    unique, counts = np.unique(values, return_counts=True)
+    if len(unique) < len(values):
+        twice = float(unique[counts > 1][0])
+        raise SceneError(f"{where}: value {twice:.12g} stands there twice; each value once")
+    return values
+
+
+def _range(raw: dict[str, Any], where: str) -> FloatArray:
+    """Values of start/stop/num."""
+    given = check_structure(_Range, raw, where)
+    if given.start == given.stop:
+        raise SceneError(
+            f"{where}: start and stop are both {given.start:g}; they must differ (a single value "
+            "belongs in [set])"
+        )
+    if given.spacing == "linear":
+        return np.linspace(given.start, given.stop, given.num)
+    for end, value in (("start", given.start), ("stop", given.stop)):
+        if value <= 0.0:
+            raise SceneError(f"{where} {end} = {value:g}: must be above 0 with spacing = 'log'")
+    return np.geomspace(given.start, given.stop, given.num)
+
+
+def _designs(
+    raw: Mapping[str, Any] | None, name: str, base: Path
+) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+    """[designs]: columns of numbers and labels."""
+    columns: dict[str, FloatArray] = {}
+    labels: dict[str, tuple[str, ...]] = {}
+    if raw is None:
+        return columns, labels
+    if "file" in raw:
+        return _designs_from_file(raw, name, base)
+    for key, item in raw.items():
+        where = f"{name}: [designs] {key}"
+        node = known_key(key, f"{name}: [designs]", LABELS)
+        if node is None:
+            labels[key] = _labels(item, where)
+            continue
+        columns[key] = numbers(item, where, node)
+        check_range(columns[key], where, node)
+    _check_lengths({**columns, **labels}, name)
+    return columns, labels
+
+
+def _labels(raw: Any, where: str) -> tuple[str, ...]:
+    if not isinstance(raw, list) or not raw or not all(isinstance(item, str) for item in raw):
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts, one for each design")
+    return tuple(one_line(item) for item in raw)
+
+
+def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
+    if not columns or all(key in LABELS for key in columns):
+        raise SceneError(
+            f"{name}: [designs] has no column of a parameter; at least one is needed, such as "
+            "inertia = [1.0, 2.0]"
+        )
+    lengths = {key: len(values) for key, values in columns.items()}
+    first, expected = next(iter(lengths.items()))
+    for key, length in lengths.items():
+        if length != expected:
+            raise SceneError(
+                f"{name}: [designs] {key} has {counted(length, 'value')}, {first} has {expected}: "
+                "lists of [designs] must be equally long"
+            )
+
+
+def _designs_from_file(
+    raw: Mapping[str, Any], name: str, base: Path
+) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+    """[designs] file = "table.csv": its header names the columns."""
+    file = raw["file"]
+    if not isinstance(file, str) or not file:
+        raise SceneError(
+            f"{name}: [designs] file = {shown(file)}: must be a text: the path of a CSV file"
+        )
+    for key in raw:
+        if key != "file":
+            raise SceneError(
+                f"{name}: [designs] {key}: not allowed beside file, which holds all columns"
+            )
+    table = read_table(base / file, f"{name}: [designs] {file}", "a table of designs (CSV)")
+    columns: dict[str, FloatArray] = {}
+    labels: dict[str, tuple[str, ...]] = {}
+    for key in table.header:
+        node = known_key(key, f"{table.name}: column", LABELS)
+        if node is None:
+            labels[key] = tuple(one_line(text) for text in table.texts(key))
+            continue
+        columns[key] = np.array(table.numbers(key))
+        for value, line in zip(columns[key], table.lines, strict=True):
+            check_range(value, f"{table.name}, line {line}: {key}", node)
+    _check_lengths({**columns, **labels}, name)
+    return columns, labels
+
+
+def _start(solver: _Solver, name: str) -> dict[str, float | None]:
+    """Values of [solver] passes, start_speed and start_angle."""
+    values: dict[str, float | None] = {}
+    for key in SOLVER_COLUMNS:
+        raw = getattr(solver, key)
+        values[key] = None
+        if raw is not None:
+            where = f"{name}: [solver] {key}"
+            value = number(raw, where, PARAMETERS[key])
+            check_range(value, where, PARAMETERS[key])
+            values[key] = value
+    return values
+
+
+def _words(
+    raw: str | list[str], known: tuple[str, ...], where: str
+) -> tuple[tuple[str, ...], bool]:
+    """Check a word or a list of words; say also whether it was a list."""
+    words = [raw] if isinstance(raw, str) else raw
+    if not words:
+        raise SceneError(f"{where} = []: no values; at least one of {', '.join(known)}")
+    for i, word in enumerate(words):
+        if word not in known:
+            raise SceneError(f"{where} = {shown(word)}: unknown{not_known(word, known)}")
+        if word in words[:i]:
+            raise SceneError(f"{where}: {shown(word)} stands there twice; each once")
+    return tuple(words), not isinstance(raw, str)
+
+
+# --- checks across keys -------------------------------------------------------------------------
+
+
+def _check_places(
+    settings: Mapping[str, Any],
+    axes: Mapping[str, Any],
+    designs: Mapping[str, Any],
+    start: Mapping[str, float | None],
+    name: str,
+) -> None:
+    """Each key stands in one place, and the rod is given once."""
+    solver = {key: value for key, value in start.items() if value is not None}
+    place: dict[str, str] = {}
+    tables = {"set": settings, "axes": axes, "designs": designs, "solver": solver}
+    for table, keys in tables.items():
+        for key in keys:
+            if key in place:
+                raise SceneError(
+                    f"{name}: {key} stands in [{place[key]}] and in [{table}]; give it in one place"
+                )
+            place[key] = table
+    if "crank_ratio" in place and "rod_length" in place:
+        raise SceneError(
+            f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
+            f"[{place['rod_length']}]) say the same thing; give one of them"
+        )
+
+
+def _check_solver(
+    solver: _Solver, methods: tuple[str, ...], start: Mapping[str, float | None], name: str
+) -> None:
+    if not SMALLEST_TOLERANCE <= solver.tolerance <= LARGEST_TOLERANCE:
+        raise SceneError(
+            f"{name}: [solver] tolerance = {solver.tolerance:g}: must be a number from "
+            f"{SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+        )
+    _words(solver.closure, CLOSURES, f"{name}: [solver] closure")
+    stepping = [method for method in methods if method in STEPPING_METHODS]
+    if solver.closure == "cycle_time" and stepping:
+        others = [method for method in METHODS if method not in STEPPING_METHODS]
+        raise SceneError(
+            f"{name}: [solver] closure = 'cycle_time': method '{stepping[0]}' does not solve for "
+            f"the load coefficient; use one of {', '.join(others)}, or closure = 'power_mean'"
+        )
+    for key, value in start.items():
+        if value is not None and not stepping:
+            raise SceneError(
+                f"{name}: [solver] {key} = {value:g}: has no effect on method "
+                f"'{', '.join(methods)}'; allowed with {' and '.join(STEPPING_METHODS)}"
+            )
+
+
+def _check_output(output: _Output, engine: Engine, name: str) -> None:
+    where = f"{name}: [output] quantities"
+    if not output.quantities:
+        raise SceneError(f"{where} = []: empty; ask for at least one, such as 'delta'")
+    for i, quantity in enumerate(output.quantities):
+        if quantity not in QUANTITIES:
+            if quantity in PARAMETERS:
+                raise SceneError(
+                    f"{where}: '{quantity}' is a parameter, not a quantity; as an axis or column "
+                    "it is in the archive anyway"
+                )
+            raise SceneError(
+                f"{where}: {shown(quantity)}: unknown quantity"
+                f"{not_known(quantity, QUANTITIES, command='engine-dyn list quantities')}"
+            )
+        if quantity in output.quantities[:i]:
+            raise SceneError(f"{where}: '{quantity}' stands there twice; each once")
+    for outcome in output.fail_on:
+        if outcome not in FAILURES:
+            raise SceneError(
+                f"{name}: [output] fail_on = {shown(outcome)}: unknown outcome"
+                f"{not_known(outcome, FAILURES)}"
+            )
+    step, cycle = output.angle_step, round(math.degrees(engine.period))
+    largest = cycle / 8
+    count = cycle / step if step >= SMALLEST_STEP else 0.0
+    # Decimal steps such as 0.1 divide the cycle only up to rounding.
+    if not SMALLEST_STEP <= step <= largest or abs(count - round(count)) > 1e-9 * count:
+        raise SceneError(
+            f"{name}: [output] angle_step = {step:g}: must divide the cycle of {cycle} degrees "
+            f"into equal steps of {SMALLEST_STEP:g} to {largest:g} degrees"
+        )
+
+
+def _places(scene: Scene, key: str) -> tuple[str, FloatArray] | None:
+    """Table of the scene that gives a parameter, and its values there."""
+    if key in scene.settings:
+        return "set", np.array([scene.settings[key]])
+    if key in scene.designs:
+        return "designs", scene.designs[key]
+    values = scene.axes.get(key)
+    return None if values is None else ("axes", np.asarray(values, dtype=float))
+
+
+def _check_values(scene: Scene, name: str) -> None:
+    """Check what depends on the engine, or on two parameters."""
+    family, scale = scene.engine.family, scene.engine.pressure_scale
+    given = _places(scene, "load")
+    if given is not None and scene.indicator is None:
+        table, loads = given
+        bad = (loads < family.low) | (loads > family.high)
+        if bad.any():
+            if family.low == family.high:
+                covered = f"the one load of engine {scene.engine.name}, {family.low:g} percent"
+            else:
+                covered = (
+                    f"from {family.low:g} to {family.high:g} percent, where engine "
+                    f"{scene.engine.name} has diagrams"
+                )
+            raise SceneError(f"{name}: [{table}] load = {loads[bad][0]:g}: must be {covered}")
+    given = _places(scene, "speed")
+    if given is not None and scale is not None and scene.indicator is None:
+        table, speeds = given
+        low, high = float(scale[0][0]), float(scale[0][-1])
+        bad = (speeds < low) | (speeds > high)
+        if bad.any():
+            raise SceneError(
+                f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be from {low:g} to {high:g} "
+                f"rpm, where the diagram of engine {scene.engine.name} is known"
+            )
+    _check_rod(scene, name)
+    _check_needs(scene, name)
+
+
+def _check_needs(scene: Scene, name: str) -> None:
+    """Check that scene and engine give everything that the asked quantities need."""
+    given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
+    if _places(scene, "rod_length") is not None:
+        given.discard("crank_ratio")  # the scene's rod replaces the engine's
+    for quantity in scene.quantities:
+        waiting, seen = [quantity], set(given) | {"crank_angle", *CONSTANTS, *SOLVER_COLUMNS}
+        while waiting:
+            need = waiting.pop()
+            if need in seen:
+                continue
+            seen.add(need)
+            node = select(need, scene.closure)
+            if node.make is None and need in PARAMETERS:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs {need} "
+                    f"({node.long_name}), which engine {scene.engine.name} does not give; must be "
+                    "in [set], [axes] or [designs]"
+                )
+            waiting += node.needs
+        if any("firing_orders" in node.needs for node in NODES[quantity]):
+            _check_throws(scene, quantity, name)
+
+
+def _check_throws(scene: Scene, quantity: str, name: str) -> None:
+    """Check that the order of the throws is known for every number of cylinders."""
+    given = _places(scene, "cylinders")
+    counts = [scene.engine.values["cylinders"]] if given is None else given[1]
+    own = len(scene.engine.firing_order or ())
+    for count in counts:
+        if int(count) != own and arrangement.customary_order(int(count)) is None:
+            orders = ", ".join(str(z) for z in sorted({*arrangement.CUSTOMARY_ORDERS, own} - {0}))
+            raise SceneError(
+                f"{name}: cylinders = {count:g}: no firing order is known, which '{quantity}' "
+                f"needs; must be one of {orders}"
+            )
+
+
+def _check_rod(scene: Scene, name: str) -> None:
+    """Check that the rod is longer than half the stroke in every combination of the scene."""
+    given = _places(scene, "rod_length")
+    if given is None:
+        return
+    table, rods = given
+    stroke = _places(scene, "stroke")
+    own = scene.engine.values.get("stroke", 0.0)
+    strokes = np.array([own]) if stroke is None else stroke[1]
+    if stroke is not None and stroke[0] == table == "designs":
+        pairs = list(zip(rods, strokes, strict=True))
+    else:
+        pairs = [(rods.min(), strokes.max())]
+    for rod, length in pairs:
+        if rod <= length / 2.0:
+            raise SceneError(
+                f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
+                f"{length / 2.0:g} m"
+            )
+
+
+# --- published values ---------------------------------------------------------------------------
+
+
+def _reference(table: Table, scene: Scene) -> Reference:
+    """Place the rows of a table of published values among the scene's designs."""
+    quantities = _reference_quantities(table, scene)
+    by_axis = tuple(d for d in scene.dimensions if d in table.header)
+    of_design = tuple(key for key in table.header if key in scene.labels or key in scene.designs)
+    dimensions = by_axis
+    if DESIGN in scene.dimensions and (of_design or not by_axis):
+        dimensions = tuple(d for d in scene.dimensions if d == DESIGN or d in by_axis)
+    if not dimensions and (scene.dimensions or len(table.rows) > 1):
+        raise SceneError(
+            f"{table.name}: {counted(len(table.rows), 'row')} cannot be told apart; "
+            f"must have a column of {' or '.join(scene.dimensions) or 'an axis, or one row'}"
+        )
+    _check_constants(table, scene, (*by_axis, *of_design, *quantities))
+    index = {axis: _axis_index(table, scene, axis) for axis in by_axis}
+    if DESIGN in dimensions:
+        index[DESIGN] = _design_index(table, scene, of_design, in_order=not by_axis)
+    places = list(zip(*(index[d] for d in dimensions), strict=True)) or [()]
+    first: dict[tuple[int, ...], int] = {}
+    for place, line in zip(places, table.lines, strict=True):
+        if place in first:
+            raise SceneError(
+                f"{table.name}, line {line}: the same design as on line {first[place]}; each once"
+            )
+        first[place] = line
+    shape = tuple(_length(scene, d) for d in dimensions)
+    columns: dict[str, FloatArray] = {}
+    for quantity in quantities:
+        columns[quantity] = np.full(shape, np.nan)
+        for place, value in zip(places, table.numbers(quantity, blanks=True), strict=True):
+            columns[quantity][place] = value
+    return Reference(table.name, dimensions, columns)
+
+
+def _length(scene: Scene, dimension: str) -> int:
+    if dimension == DESIGN:
+        return len(next(iter(scene.designs.values())))
+    return len(scene.axes[dimension])
+
+
+def _reference_quantities(table: Table, scene: Scene) -> tuple[str, ...]:
+    """Columns that hold published values; every other column must be a key, label or axis."""
+    words = tuple(key for key in ("method", "inertia_model") if key in scene.axes)
+    known = (*QUANTITIES, *PARAMETERS, *LABELS, *words)
+    for column in table.header:
+        if column not in known:
+            raise SceneError(
+                f"{table.name}: column '{column}': unknown"
+                f"{not_known(column, known, command='engine-dyn list')}"
+            )
+        if column in LABELS and column not in scene.labels:
+            raise SceneError(
+                f"{table.name}: column '{column}': the scene's [designs] have no such labels"
+            )
+    quantities = tuple(column for column in table.header if column in QUANTITIES)
+    for quantity in quantities:
+        if QUANTITIES[quantity].kind == "curve":
+            raise SceneError(
+                f"{table.name}: column '{quantity}': runs over crank angle; published values must "
+                "be of quantities with one value for each design"
+            )
+    if not quantities:
+        raise SceneError(
+            f"{table.name}: no column of a quantity; found {one_line(', '.join(table.header), 200)}"
+        )
+    return quantities
+
+
+def _same(a: float, b: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    return np.isclose(np.asarray(b, dtype=float), a, rtol=SAME, atol=1e-12)
+
+
+def _check_constants(table: Table, scene: Scene, used: Sequence[str]) -> None:
+    """Columns of parameters that do not vary must say what the scene says."""
+    for key in table.header:
+        if key in used:
+            continue
+        here = scene.settings.get(key, scene.engine.values.get(key))
+        solver = getattr(scene, key, None) if key in SOLVER_COLUMNS else here
+        expected = here if solver is None else solver
+        for value, line in zip(table.numbers(key), table.lines, strict=True):
+            if expected is None or not _same(value, expected):
+                stands = "not" if expected is None else f"{expected:g}"
+                raise SceneError(
+                    f"{table.name}, line {line}: {key} = {value:g}: is {stands} in the "
+                    "scene; rows must match"
+                )
+
+
+def _axis_index(table: Table, scene: Scene, axis: str) -> list[int]:
+    """Place of each row along one axis."""
+    values = scene.axes[axis]
+    found: list[int] = []
+    if isinstance(values, tuple):
+        for word, line in zip(table.texts(axis), table.lines, strict=True):
+            if word not in values:
+                raise SceneError(
+                    f"{table.name}, line {line}: {axis} = {shown(word)}: not on the scene's axis; "
+                    f"allowed: {', '.join(values)}"
+                )
+            found.append(values.index(word))
+        return found
+    for value, line in zip(table.numbers(axis), table.lines, strict=True):
+        hits = np.flatnonzero(_same(value, values))
+        if len(hits) == 0:
+            listed = one_line(", ".join(f"{v:g}" for v in values), 200)
+            raise SceneError(
+                f"{table.name}, line {line}: {axis} = {value:g}: not on the scene's axis; "
+                f"allowed: {listed}"
+            )
+        found.append(int(hits[0]))
+    return found
+
+
+def _design_index(
+    table: Table, scene: Scene, columns: tuple[str, ...], in_order: bool
+) -> list[int]:
+    """Design of each row: in order where only designs vary, else by the columns that name them."""
+    count = _length(scene, DESIGN)
+    if in_order:
+        if len(table.rows) != count:
+            raise SceneError(
+                f"{table.name}: {counted(len(table.rows), 'row')} for {counted(count, 'design')}; "
+                "one row for each, in order"
+            )
+        for key in columns:
+            _check_order(table, scene, key)
+        return list(range(count))
+    fits = np.ones((len(table.rows), count), dtype=bool)
+    for key in columns:
+        fits &= np.array([_fits(table, scene, key, row) for row in range(len(table.rows))])
+    found: list[int] = []
+    for hits, line in zip(fits, table.lines, strict=True):
+        if hits.sum() != 1:
+            raise SceneError(
+                f"{table.name}, line {line}: fits {hits.sum()} of the designs by "
+                f"{', '.join(columns)}; must fit one"
+            )
+        found.append(int(np.argmax(hits)))
+    return found
+
+
+def _fits(table: Table, scene: Scene, key: str, row: int) -> npt.NDArray[np.bool_]:
+    """Which designs have the label or value of one row."""
+    if key in scene.labels:
+        text = one_line(table.texts(key)[row])
+        return np.array([label == text for label in scene.labels[key]])
+    return _same(table.numbers(key)[row], scene.designs[key])
+
+
+def _check_order(table: Table, scene: Scene, key: str) -> None:
+    """Check that each row has the label or value of the design of the same place."""
+    texts = table.texts(key)
+    labels = scene.labels.get(key)
+    numbers_here = None if labels is not None else table.numbers(key)
+    for i, line in enumerate(table.lines):
+        if labels is not None:
+            same, expected = one_line(texts[i]) == labels[i], shown(labels[i])
+        else:
+            assert numbers_here is not None
+            value = float(scene.designs[key][i])
+            same, expected = bool(_same(numbers_here[i], value)), f"{value:g}"
+        if not same:
+            raise SceneError(
+                f"{table.name}, line {line}: {key} = {texts[i]}: design {i + 1} of the scene has "
+                f"{expected}; rows must match [designs] in order"
+            )

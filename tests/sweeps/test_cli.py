@@ -1,0 +1,399 @@
+"""The command line as a user meets it: files, what is printed, exit status."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import click.testing
+import numpy as np
+import pytest
+import xarray as xr
+
+from engine_dyn.quantities import PARAMETERS, QUANTITIES
+from engine_dyn.status import MEANINGS
+from sweeps.cli import main
+from sweeps.engine_file import catalogue, load_engine
+from sweeps.reference import text as reference_text
+from sweeps.scene import built_in_scenes, read_scene
+
+SCENE = """\
+title = "A small map"
+engine = "ntua"
+
+[axes]
+inertia = [1.5, 2.0, 5.0]
+speed = [1200, 1500]
+
+[output]
+quantities = ["delta", "omega_mean", "torque"]
+angle_step = 5
+"""
+
+# At this inertia the engine stops within its cycle.
+STALLING = """\
+engine = "ntua"
+
+[axes]
+inertia = [0.01, 2.0]
+
+[output]
+quantities = ["delta"]
+fail_on = ["stalled", "not_converged"]
+"""
+
+
+def invoke(*arguments: str | Path) -> click.testing.Result:
+    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def succeeded(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def shell(*arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the installed command in a process of its own."""
+    command = Path(sys.executable).with_name("engine-dyn")
+    return subprocess.run(
+        [str(command), *map(str, arguments)], cwd=folder, capture_output=True, text=True
+    )
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The small map, run once."""
+    folder = tmp_path_factory.mktemp("archive")
+    folder.joinpath("scene.toml").write_text(SCENE)
+    path = folder / "out.nc"
+    assert invoke("run", folder / "scene.toml", "-o", path, "-q").output == ""
+    return path
+
+
+# --- in processes of their own ------------------------------------------------------------------
+
+
+def test_a_first_session(tmp_path: Path) -> None:
+    """New, run, info, plot, as the README has it."""
+    made = shell("new", "my.toml", folder=tmp_path)
+    assert (made.returncode, made.stderr) == (0, "")
+    done = shell("run", "my.toml", "-o", "deep/er/out.nc", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "75 designs" in done.stdout
+    assert "converged 75" in done.stdout
+    assert re.search(r"computing \d+\.\d+ s, writing \d+\.\d+ s", done.stdout)
+    assert "deep/er/out.nc (" in done.stdout
+    assert "%|" not in done.stderr  # no progress bar without a terminal
+    with xr.open_dataset(tmp_path / "deep/er/out.nc") as dataset:
+        assert dataset["delta"].dims == ("load", "inertia")
+        assert dataset["delta"].shape == (3, 25)
+    told = shell("info", "deep/er/out.nc", folder=tmp_path)
+    assert told.returncode == 0
+    assert "inertia (25)" in told.stdout
+    drawn = shell("plot", "deep/er/out.nc", "-o", "figures", folder=tmp_path)
+    assert drawn.returncode == 0, drawn.stderr
+    paths = [tmp_path / line for line in drawn.stdout.splitlines()]
+    assert paths
+    assert all(path.stat().st_size > 1000 and path.suffix == ".png" for path in paths)
+    again = shell("run", "my.toml", "-o", "deep/er/out.nc", folder=tmp_path)
+    assert again.returncode == 2
+    assert again.stderr.count("\n") == 1
+    assert "--overwrite" in again.stderr
+    assert sorted(p.name for p in (tmp_path / "deep/er").iterdir()) == ["out.nc"]
+
+
+def test_bad_input_in_a_process_of_its_own(tmp_path: Path) -> None:
+    tmp_path.joinpath("scene.toml").write_text(SCENE.replace("inertia", "intertia"))
+    done = shell("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("engine-dyn: scene.toml: [axes] intertia: unknown key; did you")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out.nc").exists()
+
+
+def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
+    tmp_path.joinpath("scene.toml").write_text(STALLING)
+    done = shell("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    assert done.returncode == 3, done.stderr
+    assert "stalled 1" in done.stderr
+    assert "stalled 1" in done.stdout
+    with xr.open_dataset(tmp_path / "out.nc") as dataset:
+        np.testing.assert_array_equal(dataset["status"], [MEANINGS.index("stalled"), 0])
+        np.testing.assert_array_equal(np.isnan(dataset["delta"]), [True, False])
+
+
+def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "from sweeps.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numba', 'xarray', 'matplotlib', 'numpy', 'pydantic'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    began = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    assert time.perf_counter() - began < 5.0  # typically 0.1 s; a busy machine is allowed for
+
+
+# --- run ----------------------------------------------------------------------------------------
+
+
+def test_without_fail_on_failed_designs_are_only_counted(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(STALLING.replace('"stalled", "not_converged"', ""))
+    assert "outcomes: converged 1, stalled 1" in succeeded("run", path, "-o", tmp_path / "out.nc")
+
+
+def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
+    path, out = tmp_path / "scene.toml", tmp_path / "out.nc"
+    path.write_text(SCENE)
+    out.write_text("an older file")
+    succeeded("run", path, "-o", out, "--overwrite", "--threads", "1")
+    with xr.open_dataset(out) as dataset:
+        assert dict(dataset.sizes) == {"inertia": 3, "speed": 2, "crank_angle": 144}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+def test_a_failure_leaves_the_old_archive_and_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sweeps.run
+
+    def broken(*_: Any, **__: Any) -> None:
+        raise RuntimeError("something\nwent wrong")
+
+    monkeypatch.setattr(sweeps.run, "run", broken)
+    out = tmp_path / "out.nc"
+    out.write_text("kept")
+    result = invoke("run", "first", "-o", out, "--overwrite")
+    assert result.exit_code == 1
+    assert result.stderr == (
+        "engine-dyn: failed: RuntimeError: something went wrong (--debug shows where)\n"
+    )
+    shown = invoke("run", "first", "-o", out, "--overwrite", "--debug")
+    assert shown.exit_code == 1
+    assert "Traceback" in shown.stderr
+    assert out.read_text() == "kept"
+
+
+def test_a_disk_that_refuses_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sweeps.archive
+
+    def refuse(*_: Any, **__: Any) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    monkeypatch.setattr(sweeps.archive, "write", refuse)
+    result = invoke("run", path, "-o", tmp_path / "out.nc", "-q")
+    assert result.exit_code == 2
+    assert "out.nc: cannot be written (Permission denied)" in result.stderr
+
+
+def test_a_scene_larger_than_memory_is_refused_with_its_size(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    axis = "{ start = 1, stop = 2, num = 100000 }"
+    path.write_text(
+        f'engine = "ntua"\n[axes]\ninertia = {axis}\nreciprocating_mass = {axis}\n'
+        '[output]\nquantities = ["delta"]\n'
+    )
+    result = invoke("run", path, "-o", tmp_path / "out.nc")
+    assert result.exit_code == 2, result.output
+    assert re.search(r"\d (GB|TB)", result.stderr)
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+    assert "10000000000 designs" in succeeded("plan", path)
+
+
+# --- plan, plot, info, list, new ----------------------------------------------------------------
+
+
+def test_plan_computes_nothing_and_says_what_it_would(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    text = succeeded("plan", path)
+    for expected in ("6 designs", "inertia", "speed", "delta", "skipped", "memory", "time"):
+        assert expected in text
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "figures"
+    lines = succeeded("plot", archive, "-o", folder, "--format", "svg").splitlines()
+    assert lines
+    assert sorted(map(Path, lines)) == sorted(folder.iterdir())
+    assert {p.suffix for p in folder.iterdir()} == {".svg"}
+
+
+def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "figures"
+    succeeded("plot", archive, "-o", folder, "--format", "svg", "--select", "speed=1500")
+    for bad in ("speed", "=3", "speeed=1500", "speed="):
+        result = invoke("plot", archive, "-o", folder, "--select", bad)
+        assert result.exit_code == 2
+        assert result.stderr.count("\n") == 1
+    file = tmp_path / "file"
+    file.write_text("")
+    for place in (file, file / "deeper"):
+        result = invoke("plot", archive, "-o", place)
+        assert result.exit_code == 2, result.output
+
+
+def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
+    text = succeeded("info", archive)
+    for expected in (
+        "A small map",
+        "inertia (3): 1.5, 2, 5 [kg m2]",
+        "crank_angle (144)",
+        "delta ",
+        "[rad s-1]",
+        "converged: 6",
+        "history: ",
+        "engine: ntua",
+    ):
+        assert expected in text, text
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Path) -> None:
+    engine = load_engine(name, Path())
+    text = succeeded("info", name)
+    for key, reason in engine.assumed.items():
+        assert key in text
+        assert " ".join(reason.split()) in text
+    for key in engine.values:
+        assert f"  {key} = " in text
+    # An archive carries them too.
+    scene = tmp_path / "scene.toml"
+    scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')
+    succeeded("run", scene, "-o", tmp_path / "out.nc")
+    told = succeeded("info", tmp_path / "out.nc")
+    for key, reason in engine.assumed.items():
+        assert f"{key}: {' '.join(reason.split())}" in told
+
+
+@pytest.mark.parametrize(
+    ("what", "names"),
+    [
+        ("quantities", list(QUANTITIES)),
+        ("keys", list(PARAMETERS)),
+        ("engines", list(catalogue())),
+        ("scenes", list(built_in_scenes())),
+    ],
+)
+def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) -> None:
+    lines = succeeded("list", what).splitlines()
+    assert [line.split()[0] for line in lines] == names
+    assert all(len(line.split()) > 2 for line in lines)
+    assert set(lines[0].split()[0] for _ in lines) <= set(names)
+    everything = {line.split()[0] for line in succeeded("list").splitlines()}
+    assert set(names) <= everything
+
+
+def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:
+    text = succeeded("new")
+    path = tmp_path / "scene.toml"
+    assert str(path) in succeeded("new", path)
+    assert path.read_text(encoding="utf-8") == text
+    assert read_scene(path).dimensions == ("load", "inertia")
+
+
+def test_version() -> None:
+    assert re.fullmatch(r"engine-dyn, version \d+\.\d+\S*\n", succeeded("--version"))
+
+
+# --- published against computed -----------------------------------------------------------------
+
+
+def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> None:
+    tmp_path.joinpath("published.csv").write_text(
+        "inertia,delta,omega_mean\n2,0.1,125.6\n5,,125.6\n"
+    )
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE + '[reference]\nfile = "published.csv"\n')
+    text = succeeded("run", path, "-o", tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as dataset:
+        delta = float(dataset["delta"].sel(inertia=2.0, speed=1200.0))
+        np.testing.assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
+        assert reference_text(dataset) in text
+    row = next(line for line in text.splitlines() if line.startswith("inertia 2, speed 1200"))
+    assert f"{delta:.6g}" in row
+    assert f"{100.0 * (delta / 0.1 - 1.0):+.2f} %" in row
+    assert not any(line.startswith("inertia 1.5,") for line in text.splitlines())
+    assert "largest difference of delta" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def dataset_with(**published: float) -> xr.Dataset:
+    variables: dict[str, Any] = {"delta": ("design", [0.1, np.nan, 0.3])}
+    variables["delta_published"] = ("design", [0.1, 0.2, 0.0])
+    coordinates = {"design": [0, 1, 2], "case": ("design", np.array(["a", "b", "c"], dtype=object))}
+    return xr.Dataset(variables, coordinates).assign(
+        {f"{name}_published": value for name, value in published.items()}
+    )
+
+
+def test_rows_without_an_answer_or_a_percentage() -> None:
+    lines = reference_text(dataset_with(mu=1.0)).splitlines()
+    assert re.split(r"\s+", lines[2]) == ["a", "0.1", "0.1", "+0.00", "%"]
+    assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
+    assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
+    assert "not asked for in [output] quantities: mu" in lines[-1]
+
+
+def test_rows_of_further_axes_and_words() -> None:
+    dataset = xr.Dataset(
+        {
+            "delta": (("method", "speed"), [[0.1, 0.2], [0.11, 0.21]]),
+            "delta_published": ("speed", [0.1, np.nan]),
+            "mu": ((), 2.0),
+            "mu_published": ((), 2.5),
+        },
+        {
+            "method": [0, 1],
+            "method_name": ("method", np.array(["newton", "thesis"], dtype=object)),
+            "speed": [1000.0, 1100.0],
+        },
+    )
+    text = reference_text(dataset)
+    assert "newton, speed 1000" in text
+    assert "thesis, speed 1000" in text
+    assert "1100" not in text
+    assert "largest difference of delta: +10.00 % (thesis, speed 1000)" in text
+    assert "largest difference of mu: -20.00 % (the only row)" in text
+
+
+def test_no_table_without_published_values() -> None:
+    assert reference_text(xr.Dataset({"delta": ("x", [1.0])})) == ""
+
+
+@pytest.mark.slow
+def test_the_thesis_comes_out_as_printed(tmp_path: Path) -> None:
+    """Rows of Tables 5.3 and 5.4 that the calibration of the diagrams did not use."""
+    text = succeeded("run", "thesis", "-o", tmp_path / "thesis.nc")
+    for label in read_scene("thesis").labels["case"]:
+        assert label in text
+    with xr.open_dataset(tmp_path / "thesis.nc") as dataset:
+        assert (dataset["status"] == MEANINGS.index("passes_done")).all()
+        json.loads(dataset.attrs["scene"])
+        difference = (dataset["delta"] / dataset["delta_published"] - 1.0).to_numpy()
+        allowed = np.full(22, 0.03)
+        single = dataset["cylinders"].to_numpy() == 1
+        allowed[single] = 0.005
+        allowed[dataset["speed"].to_numpy() >= 3000] = 0.012
+        allowed[dataset["cylinders"].to_numpy() == 2] = 0.02
+        checked = dataset["load"].to_numpy() == 50
+        labels = dataset["case"].to_numpy()
+        wrong = [
+            f"{label}: {100 * d:.2f} %"
+            for label, d, a, c in zip(labels, difference, allowed, checked, strict=True)
+            if c and abs(d) > a
+        ]
+        assert not wrong
+    assert os.path.getsize(tmp_path / "thesis.nc") > 1000

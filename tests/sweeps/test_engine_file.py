@@ -1,0 +1,306 @@
+"""Engine files: the catalogue, a file of one's own, and every way in which one can be wrong."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine_dyn.cycle import FILE_UNITS
+from engine_dyn.engine import FOUR_STROKE
+from engine_dyn.quantities import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from sweeps.engine_file import catalogue, load_engine, read_indicator
+from sweeps.errors import SceneError
+from sweeps.scene import read_scene
+from tests.sweeps.test_bad_input import indicator_text, points
+
+VALUES = """\
+name = "mine"
+title = "An engine of one's own"
+cycle = "four-stroke"
+
+[values]
+reciprocating_mass = 6.67
+inertia = 2
+rod_length = 0.35
+bore = 0.14
+stroke = 0.18
+speed = 1200
+load = 50
+cylinders = 2
+load_exponent = 2
+load_offset = 0
+crankcase_pressure = 1.01325
+friction_constant = 0.137
+friction_peak_pressure = 0.005
+friction_mean_piston_speed = 0.142
+"""
+
+POINTS = '\n[[diagram]]\nload = 50\nkind = "points"\nfile = "pressure.csv"\n'
+
+
+def modelled() -> str:
+    """A [[diagram]] of the catalogue that is modelled, written out again."""
+    raw = tomllib.loads(catalogue()["ntua"].read_text(encoding="utf-8"))
+    table = next(t for t in raw["diagram"] if t["kind"] == "diesel_cycle")
+    lines = [f"{key} = {value!r}" for key, value in {**table, "load": 50}.items()]
+    return "\n[[diagram]]\n" + "\n".join(lines).replace("'", '"') + "\n"
+
+
+def written(folder: Path, text: str) -> Path:
+    folder.joinpath("pressure.csv").write_text(indicator_text(points()))
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# --- the catalogue ------------------------------------------------------------------------------
+
+
+def test_the_catalogue_has_the_three_engines_of_the_sources() -> None:
+    assert {"b112", "diesel_105x137", "ntua"} <= set(catalogue())
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_every_engine_gives_a_value_for_everything(name: str) -> None:
+    engine = load_engine(name, Path())
+    assert engine.name == name
+    assert engine.title
+    assert engine.sources
+    assert engine.period == FOUR_STROKE
+    # What any quantity needs: a scene that names only the engine and everything there is.
+    read = read_scene({"engine": name, "output": {"quantities": list(QUANTITIES)}})
+    assert read.engine.name == name
+    assert set(engine.values) <= set(PARAMETERS) - {"rod_length", *SOLVER_COLUMNS}
+    for reason in engine.assumed.values():
+        assert len(reason) > 10
+
+
+def test_ntua_is_the_engine_of_table_4_1() -> None:
+    engine = load_engine("ntua", Path())
+    values = engine.values
+    assert (values["bore"], values["stroke"], values["inertia"]) == (0.14, 0.18, 2.0)
+    assert values["crank_ratio"] == pytest.approx(90.0 / 350.0, rel=1e-12)
+    assert (values["speed"], values["load"], values["load_exponent"]) == (1200.0, 50.0, 2.0)
+    np.testing.assert_array_equal(engine.family.loads, [0.0, 50.0, 90.0])
+    # Table 5.2 with (3.8) and (3.9) fixes the peak pressures.
+    peaks = [diagram.peak / 1e5 for diagram in engine.family.diagrams]
+    np.testing.assert_allclose(peaks, [51.4, 65.4, 80.8], atol=0.1)
+
+
+def test_diesel_105x137_is_scaled_over_speed() -> None:
+    engine = load_engine("diesel_105x137", Path())
+    assert engine.pressure_scale is not None
+    speed, scale = engine.pressure_scale
+    assert (np.diff(speed) > 0.0).all()
+    assert (scale > 0.0).all()
+    assert engine.firing_order == (1, 5, 3, 6, 2, 4)
+    assert (engine.values["bore"], engine.values["stroke"]) == (0.105, 0.137)
+
+
+# --- a file of one's own ------------------------------------------------------------------------
+
+
+def test_points_are_read_from_beside_the_engine_file(tmp_path: Path) -> None:
+    path = written(tmp_path, VALUES + POINTS)
+    engine = load_engine(path, Path())
+    assert engine.name == "mine"
+    assert engine.values["crank_ratio"] == pytest.approx(0.09 / 0.35, rel=1e-15)
+    assert "rod_length" not in engine.values
+    assert (engine.family.low, engine.family.high) == (50.0, 50.0)
+    assert engine.pressure_scale is None
+    assert engine.firing_order is None
+    expected = read_indicator(tmp_path / "pressure.csv")
+    np.testing.assert_array_equal(engine.family.diagrams[0].pressure, expected.pressure)
+
+
+def test_an_engine_file_is_relative_to_its_scene(tmp_path: Path) -> None:
+    folder = tmp_path / "engines"
+    folder.mkdir()
+    written(folder, VALUES + POINTS)
+    scene = tmp_path / "scene.toml"
+    scene.write_text('engine = "engines/mine.toml"\n[output]\nquantities = ["delta"]\n')
+    assert read_scene(scene).engine.name == "mine"
+
+
+def test_a_modelled_diagram_is_in_the_units_of_files(tmp_path: Path) -> None:
+    engine = load_engine(written(tmp_path, VALUES + modelled()), Path())
+    diagram = engine.family.diagrams[0]
+    assert 1e6 < diagram.peak < 2e7
+    assert abs(diagram.peak_angle) < math.radians(30.0)
+
+
+def test_everything_optional(tmp_path: Path) -> None:
+    text = VALUES.replace('name = "mine"\n', "firing_order = [2, 1]\n") + POINTS
+    text += (
+        '[pressure_scale]\nspeed = [1000, 2000]\nscale = [1, 1.2]\n[assumed]\nbore = "a guess"\n'
+    )
+    text += '[[source]]\ntext = "Author 1999"\n[[source]]\ntext = "Other 2001"\n'
+    engine = load_engine(written(tmp_path, text), Path())
+    assert engine.name == "mine"  # the file's
+    assert engine.firing_order == (2, 1)
+    assert engine.assumed == {"bore": "a guess"}
+    assert engine.sources == ("Author 1999", "Other 2001")
+    assert engine.pressure_scale is not None
+    np.testing.assert_array_equal(engine.pressure_scale[1], [1.0, 1.2])
+
+
+def test_a_scene_may_give_what_the_engine_lacks(tmp_path: Path) -> None:
+    path = written(tmp_path, VALUES.replace("inertia = 2\n", "") + POINTS)
+    scene = {"engine": str(path), "output": {"quantities": ["delta"]}}
+    with pytest.raises(SceneError, match=r"'delta' needs inertia .* engine mine does not give"):
+        read_scene(scene)
+    read_scene({**scene, "set": {"inertia": 2}})
+    read_scene({**scene, "output": {"quantities": ["torque"]}})
+
+
+def test_no_order_of_throws(tmp_path: Path) -> None:
+    order = "firing_order = [1, 2, 3, 4, 5, 6, 7, 8, 9]\n"
+    text = VALUES.replace("cylinders = 2", "cylinders = 9") + POINTS
+    scene = {"output": {"quantities": ["torque_after_throw"]}}
+    path = written(tmp_path, text)
+    with pytest.raises(SceneError, match="cylinders = 9: no firing order is known"):
+        read_scene({"engine": str(path), **scene})
+    read_scene({"engine": str(path), "set": {"cylinders": 6}, **scene})
+    path = written(tmp_path, order + text)
+    read_scene({"engine": str(path), **scene})
+    with pytest.raises(SceneError, match="cylinders = 10: no firing order"):
+        read_scene({"engine": str(path), "axes": {"cylinders": [9, 10]}, **scene})
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+
+def swapped(old: str, new: str) -> Callable[[], str]:
+    def text() -> str:
+        whole = VALUES + POINTS
+        assert old in whole
+        return whole.replace(old, new)
+
+    return text
+
+
+def added(more: str) -> Callable[[], str]:
+    return lambda: VALUES + POINTS + more
+
+
+def cycle(old: str, new: str) -> Callable[[], str]:
+    def text() -> str:
+        lines = [new if line.startswith(old) else line for line in modelled().splitlines()]
+        assert new in lines
+        return VALUES + "\n".join(lines) + "\n"
+
+    return text
+
+
+WRONG: dict[str, tuple[Callable[[], str], tuple[str, ...]]] = {
+    "syntax": (swapped("bore = 0.14", "bore = 0,14"), ("line 9", "not TOML", "bore = 0,14")),
+    "unknown table": (added("[value]\nbore = 1\n"), ("value", "did you mean 'values'")),
+    "unknown key": (swapped("bore =", "boer ="), ("[values] boer", "did you mean 'bore'")),
+    "no title": (swapped('title = "An engine of one\'s own"', ""), ("title", "missing")),
+    "no cycle": (swapped('cycle = "four-stroke"', ""), ("cycle", "missing", "four-stroke")),
+    "other cycle": (swapped("four-stroke", "six-stroke"), ("cycle = 'six-stroke'", "two-stroke")),
+    "no diagram": (lambda: VALUES, ("diagram", "missing")),
+    "text for a number": (swapped("bore = 0.14", 'bore = "140 mm"'), ("bore = '140 mm'", "in m")),
+    "truth value": (swapped("bore = 0.14", "bore = true"), ("bore = true", "number")),
+    "nan": (swapped("bore = 0.14", "bore = nan"), ("bore = nan", "finite")),
+    "negative": (swapped("bore = 0.14", "bore = -0.14"), ("bore = -0.14", "above 0")),
+    "parts of cylinders": (swapped("cylinders = 2", "cylinders = 1.5"), ("= 1.5", "whole")),
+    "both rods": (
+        swapped("rod_length = 0.35", "rod_length = 0.35\ncrank_ratio = 0.25"),
+        ("crank_ratio", "rod_length"),
+    ),
+    "short rod": (swapped("rod_length = 0.35", "rod_length = 0.08"), ("= 0.08", "0.09 m")),
+    "rod without a stroke": (swapped("stroke = 0.18", ""), ("stroke", "missing")),
+    "no load": (swapped("load = 50\ncyl", "cyl"), ("[values] load", "missing")),
+    "no cylinders": (swapped("cylinders = 2", ""), ("[values] cylinders", "missing")),
+    "own load outside": (
+        swapped("load = 50\ncyl", "load = 60\ncyl"),
+        ("[values] load = 60", "50"),
+    ),
+    "own speed outside": (
+        added("[pressure_scale]\nspeed = [2000, 3000]\nscale = [1, 1]\n"),
+        ("[values] speed = 1200", "2000 to 3000"),
+    ),
+    "scale of another length": (
+        added("[pressure_scale]\nspeed = [1000, 2000]\nscale = [1]\n"),
+        ("[pressure_scale]", "2 speeds", "1 factor"),
+    ),
+    "scale that descends": (
+        added("[pressure_scale]\nspeed = [2000, 1000]\nscale = [1, 1]\n"),
+        ("[pressure_scale] speed", "ascend"),
+    ),
+    "scale of 0": (
+        added("[pressure_scale]\nspeed = [1000, 2000]\nscale = [1, 0]\n"),
+        ("[pressure_scale] scale", "above 0"),
+    ),
+    "firing order too short": (
+        swapped("[values]", "firing_order = [1]\n[values]"),
+        ("firing_order = [1]", "1 to 2"),
+    ),
+    "firing order with a cylinder twice": (
+        swapped("[values]", "firing_order = [1, 1]\n[values]"),
+        ("firing_order = [1, 1]", "once"),
+    ),
+    "firing order of words": (
+        swapped("[values]", 'firing_order = ["1", "2"]\n[values]'),
+        ("firing_order", "list of cylinder numbers"),
+    ),
+    "diagram without a load": (swapped('load = 50\nkind', "kind"), ("number 1 load", "missing")),
+    "diagram without a kind": (swapped('kind = "points"', ""), ("number 1 kind", "missing")),
+    "other kind": (swapped('"points"', '"curve"'), ("kind = 'curve'", "diesel_cycle", "points")),
+    "no file": (swapped('file = "pressure.csv"', ""), ("number 1 file", "missing")),
+    "missing file": (swapped("pressure.csv", "none.csv"), ("none.csv", "no such file")),
+    "unknown key of a diagram": (
+        swapped('file = "p', 'fiel = "x"\nfile = "p'),
+        ("fiel", "did you mean 'file'"),
+    ),
+    "load of a diagram twice": (added(POINTS), ("[[diagram]]", "ascend")),
+    "negative load": (swapped("load = 50\nkind", "load = -1\nkind"), ("load = -1", "0 or more")),
+    "cycle without a field": (
+        cycle("compression_ratio", ""),
+        ("compression_ratio", "missing"),
+    ),
+    "cycle with an impossible value": (
+        cycle("compression_ratio", "compression_ratio = 0.5"),
+        ("[[diagram]] number 1", "compression_ratio"),
+    ),
+    "cycle with an unknown field": (
+        cycle("compression_ratio", "compresion_ratio = 15"),
+        ("compresion_ratio", "did you mean 'compression_ratio'"),
+    ),
+    "modelled two-stroke": (
+        lambda: (VALUES + modelled()).replace("four-stroke", "two-stroke"),
+        ("diesel_cycle", "four-stroke"),
+    ),
+    "assumed without a reason": (added("[assumed]\nbore = true\n"), ("bore", "reason")),
+    "source without a text": (added('[[source]]\nname = "x"\n'), ("source", "name", "text")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_engine_file_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
+    text, fragments = WRONG[case]
+    path = written(tmp_path, text())
+    with pytest.raises(SceneError) as caught:
+        load_engine(path, Path())
+    message = str(caught.value)
+    assert "\n" not in message
+    for fragment in ("mine.toml", *fragments):
+        assert fragment in message, message
+
+
+def test_unknown_engines_and_files() -> None:
+    with pytest.raises(SceneError, match=r"engine = 'NTUA': unknown engine; did you mean 'ntua'\?"):
+        load_engine("NTUA", Path())
+    with pytest.raises(SceneError, match="no such file"):
+        load_engine("nowhere/mine.toml", Path())
+
+
+def test_every_field_of_a_cycle_is_needed() -> None:
+    table = tomllib.loads(modelled())["diagram"][0]
+    assert set(table) - {"load", "kind", "step"} == set(FILE_UNITS)

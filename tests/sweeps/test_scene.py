@@ -1,0 +1,426 @@
+"""Scenes: what is read from them, and that nothing but a SceneError ever comes of reading."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from engine_dyn.quantities import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from sweeps.errors import SceneError
+from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
+from tests.sweeps.test_bad_input import indicator_text, points
+
+
+def scene(**tables: Any) -> dict[str, Any]:
+    return {"engine": "ntua", "output": {"quantities": ["delta"]}, **tables}
+
+
+def read(text: str, folder: Path) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_scene(path)
+
+
+HEAD = 'engine = "ntua"\n'
+OUTPUT = '[output]\nquantities = ["delta"]\n'
+
+
+# --- what is read -------------------------------------------------------------------------------
+
+
+def test_smallest_scene_is_one_design_with_the_defaults_of_the_contract() -> None:
+    read = read_scene(scene())
+    assert read.dimensions == ()
+    assert read.axes == {}
+    assert read.designs == {}
+    assert read.settings == {}
+    assert read.methods == ("auto",)
+    assert read.inertia_models == ("constant",)
+    assert read.closure == "power_mean"
+    assert read.tolerance == 1e-6
+    assert (read.passes, read.start_speed, read.start_angle) == (None, None, None)
+    assert read.quantities == ("delta",)
+    assert read.fail_on == ()
+    assert read.angle_step == 1.0
+    assert read.indicator is None
+    assert read.reference is None
+    assert read.path is None
+    assert read.engine.name == "ntua"
+
+
+def test_a_scene_comes_back_as_it_is() -> None:
+    once = read_scene(scene())
+    assert read_scene(once) is once
+
+
+@pytest.mark.parametrize("name", built_in_scenes())
+def test_built_in_scenes_are_read(name: str) -> None:
+    read = read_scene(name)
+    assert read.title
+    assert read.path is not None
+    assert read.path.stem == name
+
+
+def test_a_built_in_name_goes_before_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("first").write_text(HEAD + OUTPUT)
+    assert len(read_scene("first").axes) == 2
+    assert read_scene("./first").axes == {}
+    assert read_scene(Path("first")).axes == {}
+
+
+def test_ranges_are_linear_or_logarithmic_and_keep_their_ends() -> None:
+    axes = {
+        "inertia": {"start": 0.5, "stop": 12.0, "num": 24, "spacing": "log"},
+        "speed": {"start": 2000, "stop": 1000, "num": 5},
+        "load": {"start": 0, "stop": 90, "num": 3, "spacing": "linear"},
+    }
+    read = read_scene(scene(axes=axes))
+    inertia = np.asarray(read.axes["inertia"])
+    assert (inertia[0], inertia[-1], len(inertia)) == (0.5, 12.0, 24)
+    np.testing.assert_allclose(inertia[1:] / inertia[:-1], (12.0 / 0.5) ** (1.0 / 23.0), rtol=1e-12)
+    np.testing.assert_array_equal(read.axes["speed"], [2000, 1750, 1500, 1250, 1000])
+    np.testing.assert_array_equal(read.axes["load"], [0, 45, 90])
+
+
+def test_dimensions_follow_the_order_of_the_file(tmp_path: Path) -> None:
+    axes = "[axes]\nspeed = [1000, 1100]\ninertia = [1, 2, 3]\n"
+    designs = "[designs]\nload = [0, 50]\n"
+    solver = '[solver]\nmethod = ["newton", "auto"]\ninertia_model = ["variable"]\n'
+    words = ("method", "inertia_model")
+    first = read(HEAD + axes + designs + solver + OUTPUT, tmp_path)
+    assert first.dimensions == ("speed", "inertia", "design", *words)
+    second = read(HEAD + solver + designs + axes + OUTPUT, tmp_path)
+    assert second.dimensions == ("design", "speed", "inertia", *words)
+    assert second.axes["method"] == ("newton", "auto")
+    assert second.methods == ("newton", "auto")
+    assert second.axes["inertia_model"] == ("variable",)
+    assert read(HEAD + designs + OUTPUT, tmp_path).dimensions == ("design",)
+
+
+def test_python_values_read_like_those_of_a_file(tmp_path: Path) -> None:
+    text = HEAD + "[set]\nload = 50\n[axes]\ninertia = [1, 2.5]\ncylinders = [1, 4]\n" + OUTPUT
+    from_file = read(text, tmp_path)
+    for inertia, load in [
+        (np.array([1.0, 2.5]), np.int32(50)),
+        ((1, 2.5), 50.0),
+        ([np.float32(1), np.float64(2.5)], np.float32(50)),
+    ]:
+        axes = {"inertia": inertia, "cylinders": np.array([1, 4])}
+        from_dict = read_scene(scene(set={"load": load}, axes=axes))
+        for key, values in from_file.axes.items():
+            np.testing.assert_array_equal(from_dict.axes[key], values)
+        assert from_dict.settings == from_file.settings
+        json.dumps(from_dict.source)
+
+
+@pytest.mark.parametrize("name", built_in_scenes())
+def test_source_says_the_scene_again(name: str) -> None:
+    once = read_scene(name)
+    raw = json.loads(json.dumps(once.source))
+    raw.pop("reference", None)  # its path is relative to the scene's file
+    again = read_scene(raw)
+    assert again.dimensions == once.dimensions
+    assert again.quantities == once.quantities
+    for key, values in {**once.axes, **once.designs}.items():
+        np.testing.assert_array_equal({**again.axes, **again.designs}[key], values)
+
+
+def test_columns_of_designs_and_their_labels() -> None:
+    designs = {"case": ["short rod", "long rod"], "crank_ratio": [1 / 3, 0.2], "passes": [1, 20]}
+    read = read_scene(scene(designs=designs, solver={"method": "thesis", "start_speed": 125.6}))
+    assert read.dimensions == ("design",)
+    assert read.labels == {"case": ("short rod", "long rod")}
+    np.testing.assert_array_equal(read.designs["crank_ratio"], [1 / 3, 0.2])
+    np.testing.assert_array_equal(read.designs["passes"], [1, 20])
+    assert read.start_speed == 125.6
+
+
+def test_designs_may_repeat() -> None:
+    read = read_scene(scene(designs={"inertia": [2, 2]}))
+    np.testing.assert_array_equal(read.designs["inertia"], [2, 2])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_table_of_designs(tmp_path: Path, mark: str, end: str) -> None:
+    lines = ["# source", "case, inertia ,speed", "", "a,1.5,1e3", '"b, c", 2 ,1100']
+    data = mark + end.join(lines) + end
+    tmp_path.joinpath("table.csv").write_bytes(data.encode())
+    result = read(HEAD + '[designs]\nfile = "table.csv"\n' + OUTPUT, tmp_path)
+    assert result.labels == {"case": ("a", "b, c")}
+    np.testing.assert_array_equal(result.designs["inertia"], [1.5, 2.0])
+    np.testing.assert_array_equal(result.designs["speed"], [1000.0, 1100.0])
+
+
+@pytest.mark.parametrize("step", [1, 0.1, 0.25, 0.5, 2, 7.2, 90, 720 / 7000])
+def test_steps_that_divide_the_cycle(step: float) -> None:
+    assert (
+        read_scene(scene(output={"quantities": ["omega"], "angle_step": step})).angle_step == step
+    )
+
+
+def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
+    engine = read_scene(scene()).engine
+    for key, node in PARAMETERS.items():
+        value = engine.values.get(key, 1.0)
+        if key in SOLVER_COLUMNS:
+            raw = scene(solver={"method": "thesis", key: value})
+        elif key == "rod_length":
+            raw = scene(set={key: 0.35})
+        else:
+            raw = scene(set={key: value})
+        read_scene(raw)
+        if node.whole:
+            with pytest.raises(SceneError, match="whole"):
+                read_scene(scene(designs={key: [1.5]}))
+    for quantity in QUANTITIES:
+        read_scene(scene(output={"quantities": [quantity]}))
+
+
+def test_all_methods_and_outcomes_are_known() -> None:
+    read = read_scene(scene(solver={"method": list(METHODS)}))
+    assert read.axes["method"] == METHODS
+    output = {"quantities": ["delta"], "fail_on": list(FAILURES)}
+    assert read_scene(scene(output=output)).fail_on == FAILURES
+
+
+def test_title_is_the_engine_when_there_is_none() -> None:
+    assert read_scene(scene()).engine.title in read_scene(scene()).title
+    assert read_scene(scene(title="two\nlines")).title == "two lines"
+
+
+# --- indicator ----------------------------------------------------------------------------------
+
+
+def with_indicator(folder: Path, text: str, body: str = "") -> Scene:
+    folder.joinpath("pressure.csv").write_text(text)
+    return read(HEAD + body + '[indicator]\nfile = "pressure.csv"\n' + OUTPUT, folder)
+
+
+def test_indicator_is_relative_to_the_scene_and_in_bar_and_degrees(tmp_path: Path) -> None:
+    diagram = with_indicator(tmp_path, indicator_text(points())).indicator
+    assert diagram is not None
+    for angle, pressure in points()[:-1]:
+        assert float(diagram(math.radians(angle))) == pytest.approx(1e5 * pressure, rel=1e-7)
+    assert len(diagram.angle) == 360
+
+
+def test_either_end_of_the_cycle_may_be_missing_and_both_are_averaged(tmp_path: Path) -> None:
+    rows = points()
+    rows[0], rows[-1] = (-360.0, 1.1), (360.0, 1.3)
+    ends = []
+    for part in (rows, rows[:-1], rows[1:]):
+        diagram = with_indicator(tmp_path, indicator_text(part)).indicator
+        assert diagram is not None
+        assert len(diagram.angle) == 360
+        ends.append(float(diagram(-2.0 * math.pi)) / 1e5)
+    assert ends == pytest.approx([1.2, 1.1, 1.3])
+
+
+def test_other_columns_of_a_measured_file_are_left_aside(tmp_path: Path) -> None:
+    rows = "".join(f"{p:.6g},x,{a:g}\n" for a, p in points())
+    diagram = with_indicator(tmp_path, "pressure_bar,note,crank_angle_deg\n" + rows).indicator
+    assert diagram is not None
+    assert len(diagram.angle) == 360
+
+
+def test_load_may_be_set_beside_an_indicator_which_holds_all_the_same(tmp_path: Path) -> None:
+    result = with_indicator(tmp_path, indicator_text(points()), "[set]\nload = 100\n")
+    assert result.settings == {"load": 100.0}
+
+
+# --- published values ---------------------------------------------------------------------------
+
+
+def with_reference(folder: Path, body: str, table: str) -> Scene:
+    folder.joinpath("published.csv").write_text(table)
+    return read(HEAD + body + '[reference]\nfile = "published.csv"\n' + OUTPUT, folder)
+
+
+def test_reference_in_the_order_of_the_designs(tmp_path: Path) -> None:
+    body = '[designs]\ncase = ["a", "b"]\ninertia = [1, 2]\n'
+    table = "# Author 1999\ncase,inertia,speed,delta,omega_max\na,1,1200,0.1,\nb,2,1200,,130\n"
+    reference = with_reference(tmp_path, body, table).reference
+    assert reference is not None
+    assert reference.dimensions == ("design",)
+    np.testing.assert_array_equal(reference.columns["delta"], [0.1, np.nan])
+    np.testing.assert_array_equal(reference.columns["omega_max"], [np.nan, 130.0])
+    assert set(reference.columns) == {"delta", "omega_max"}
+
+
+def test_reference_by_the_columns_of_axes(tmp_path: Path) -> None:
+    body = (
+        "[axes]\nload = [0, 50]\ninertia = {start = 1, stop = 2, num = 4}\nspeed = [1000, 1100]\n"
+    )
+    table = "speed,inertia,delta\n1100,1.3333333,3\n1000,2,4\n"
+    reference = with_reference(tmp_path, body, table).reference
+    assert reference is not None
+    assert reference.dimensions == ("inertia", "speed")
+    expected = np.full((4, 2), np.nan)
+    expected[1, 1], expected[3, 0] = 3.0, 4.0
+    np.testing.assert_array_equal(reference.columns["delta"], expected)
+
+
+def test_reference_by_axis_and_label(tmp_path: Path) -> None:
+    body = '[designs]\ncase = ["a", "b"]\ninertia = [1, 2]\n[axes]\nspeed = [1000, 1100]\n'
+    table = "case,speed,delta\nb,1000,1\na,1100,2\n"
+    reference = with_reference(tmp_path, body, table).reference
+    assert reference is not None
+    assert reference.dimensions == ("design", "speed")
+    np.testing.assert_array_equal(reference.columns["delta"], [[np.nan, 2.0], [1.0, np.nan]])
+    alone = with_reference(tmp_path, body, "speed,delta\n1100,2\n").reference
+    assert alone is not None
+    assert alone.dimensions == ("speed",)
+    np.testing.assert_array_equal(alone.columns["delta"], [np.nan, 2.0])
+
+
+def test_reference_by_words(tmp_path: Path) -> None:
+    body = '[solver]\nmethod = ["newton", "picard"]\n'
+    reference = with_reference(tmp_path, body, "method,delta\npicard,2\n").reference
+    assert reference is not None
+    assert reference.dimensions == ("method",)
+    np.testing.assert_array_equal(reference.columns["delta"], [np.nan, 2.0])
+
+
+def test_reference_of_a_single_design(tmp_path: Path) -> None:
+    reference = with_reference(tmp_path, "", "delta\n0.1\n").reference
+    assert reference is not None
+    assert reference.dimensions == ()
+    assert float(reference.columns["delta"]) == 0.1
+
+
+def test_the_thesis_has_both_tables_with_every_printed_row() -> None:
+    read = read_scene("thesis")
+    reference = read.reference
+    assert reference is not None
+    assert reference.dimensions == ("design",)
+    assert len(read.labels["case"]) == 22
+    assert read.settings == {"crankcase_pressure": 0.0}
+    columns = reference.columns
+    # (3.6) from the printed omegas; the printed deltas are cut.
+    swing = (columns["omega_max"] - columns["omega_min"]) / columns["omega_mean"]
+    np.testing.assert_allclose(columns["delta"], swing, atol=6e-6)
+    for quantity in ("delta", "omega_max", "omega_min", "omega_mean"):
+        assert np.isfinite(columns[quantity]).all()
+    assert np.isfinite(columns["torque_ratio"]).sum() == 5
+    assert np.isfinite(columns["torque_range"]).sum() == 5
+    assert np.isfinite(columns["friction_torque"]).sum() == 3
+    single = read.designs["cylinders"] == 1
+    assert single.sum() == 16
+    assert set(read.designs["passes"][single]) == {1.0}
+    assert set(read.designs["start_angle"][single]) == {-180.0}
+    assert set(read.designs["start_angle"][~single]) == {0.0}
+    # omega_n is cut to 0.1 rad/s.
+    nominal = read.designs["speed"][single] * math.pi / 30.0
+    assert (np.abs(read.designs["start_speed"][single] - nominal) < 0.1).all()
+
+
+# --- nothing but a SceneError -------------------------------------------------------------------
+
+table_words = "title engine set axes designs indicator solver output reference".split()
+other_words = "case file start stop num spacing log method tolerance closure ntua".split()
+words = st.sampled_from(
+    [*PARAMETERS, *QUANTITIES, *METHODS, *table_words, *other_words, "quantities", "angle_step", ""]
+)
+leaves = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=8)
+    | words
+    | st.binary(max_size=4)
+)
+values = st.recursive(
+    leaves,
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(words | st.text(max_size=5), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+parameters = st.dictionaries(words | st.text(max_size=5), values, max_size=4)
+scenes = st.fixed_dictionaries(
+    {},
+    optional={
+        "title": values,
+        "engine": st.just("ntua") | values,
+        "set": parameters | values,
+        "axes": parameters | values,
+        "designs": parameters | values,
+        "indicator": parameters | values,
+        "solver": parameters | values,
+        "output": st.just({"quantities": ["delta"]}) | parameters | values,
+        "reference": parameters | values,
+        "surprise": values,
+    },
+)
+
+quick = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+def reads_or_refuses(raw: Any) -> None:
+    try:
+        result = read_scene(raw)
+    except SceneError as error:
+        assert "\n" not in str(error)
+        assert str(error)
+    else:
+        assert isinstance(result, Scene)
+        json.dumps(result.source, allow_nan=False)
+
+
+@quick
+@given(scenes)
+def test_any_dict_is_read_or_refused(raw: dict[str, Any]) -> None:
+    reads_or_refuses(raw)
+
+
+@quick
+@given(values)
+def test_anything_is_read_or_refused(raw: Any) -> None:
+    reads_or_refuses(raw)
+
+
+@quick
+@given(st.sampled_from(list(PARAMETERS)), values)
+def test_any_value_of_any_key_is_read_or_refused(key: str, value: Any) -> None:
+    for table in ("set", "axes", "designs", "solver"):
+        reads_or_refuses(scene(**{table: {key: value}}))
+
+
+@settings(quick, suppress_health_check=list(HealthCheck))
+@given(st.text(max_size=60))
+def test_any_text_is_read_or_refused(tmp_path: Path, text: str) -> None:
+    for name, content in [
+        ("scene.toml", text),
+        ("pressure.csv", "crank_angle_deg,pressure_bar\n" + text),
+    ]:
+        tmp_path.joinpath(name).write_bytes(content.encode("utf-8", "surrogatepass"))
+    reads_or_refuses(str(tmp_path / "scene.toml"))
+    path = tmp_path / "with.toml"
+    path.write_text(HEAD + '[indicator]\nfile = "pressure.csv"\n' + OUTPUT)
+    reads_or_refuses(path)
+
+
+finite = st.floats(min_value=0.1, max_value=1e4, allow_nan=False)
+
+
+@quick
+@given(st.lists(finite, min_size=1, max_size=6, unique=True))
+def test_any_axis_within_its_range_is_kept_as_it_is(values: list[float]) -> None:
+    read = read_scene(scene(axes={"inertia": values, "speed": values[:1]}))
+    assert read.dimensions == ("inertia", "speed")
+    np.testing.assert_array_equal(read.axes["inertia"], values)
+    columns = read_scene(scene(designs={"inertia": values, "speed": values})).designs
+    np.testing.assert_array_equal(columns["speed"], values)

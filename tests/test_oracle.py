@@ -1,0 +1,499 @@
+"""The oracle against closed forms, manufactured solutions, a second method and itself."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+from tests.oracle import designs, golden, solution, thesis
+from tests.oracle.collocation import collocate, differentiation_matrix
+from tests.oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
+
+ITEMS = {item.name: item for item in designs.held_out()}
+GOLDEN = golden.read()
+
+# Geometry and torques -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 0.25, 0.6, 0.95])
+def test_velocity_and_acceleration_are_derivatives_of_position(ratio: float) -> None:
+    # Complex steps: no cancellation, so rounding is all there is.
+    phi = np.linspace(-7.0, 7.0, 301)
+    step = 1e-30
+    angle = phi + 1j * step
+    rod = 1.0 / ratio
+    sine, cosine = np.sin(angle), np.cos(angle)
+    root = np.sqrt(rod**2 - sine**2)
+    travel = 1.0 - cosine + rod - root
+    speed = sine + sine * cosine / root
+    np.testing.assert_allclose(solution.position(phi, ratio), travel.real, atol=1e-12 * rod)
+    np.testing.assert_allclose(solution.velocity(phi, ratio), travel.imag / step, atol=1e-12)
+    np.testing.assert_allclose(solution.velocity(phi, ratio), speed.real, atol=1e-12)
+    np.testing.assert_allclose(solution.acceleration(phi, ratio), speed.imag / step, atol=1e-11)
+
+
+def test_a_long_rod_gives_a_cosine() -> None:
+    phi = np.linspace(0.0, CYCLE, 99)
+    np.testing.assert_allclose(solution.position(phi, 1e-7), 1.0 - np.cos(phi), atol=1e-6)
+    np.testing.assert_allclose(solution.velocity(phi, 1e-9), np.sin(phi), atol=1e-9)
+    np.testing.assert_allclose(solution.acceleration(phi, 1e-9), np.cos(phi), atol=1e-8)
+
+
+def test_stroke_is_twice_the_crank_radius() -> None:
+    assert solution.position(math.pi, 0.3) - solution.position(0.0, 0.3) == pytest.approx(2.0)
+
+
+def test_mean_torque_is_the_work_around_the_indicator_diagram() -> None:
+    design = ITEMS["5 cyl, alpha 3, constant"].design
+    phi = np.arange(28800) * CYCLE / 28800
+    area = math.pi / 4.0 * design.bore**2
+    volume = area * design.stroke / 2.0 * solution.position(phi, design.crank_ratio)
+    pressure = design.pressure(phi)
+    # Trapezoids of p dV, closed: second order in the step.
+    work = np.sum(0.5 * (pressure + np.roll(pressure, -1)) * (np.roll(volume, -1) - volume))
+    expected = design.cylinders * work / CYCLE - design.friction_torque
+    assert solution.mean_torque(design) == pytest.approx(expected, rel=1e-5)
+
+
+def test_inertia_torque_is_minus_the_slope_of_the_kinetic_energy() -> None:
+    design = ITEMS["8 cyl, alpha 0.5, variable"].design
+    phi = np.linspace(0.0, CYCLE, 57)
+    shift = np.arange(8) * CYCLE / 8
+    factor = design.reciprocating_mass * (design.stroke / 2.0 * design.omega_n) ** 2 / 2.0
+
+    def energy(angle: np.ndarray) -> np.ndarray:
+        speeds = solution.velocity(angle[:, None] + shift, design.crank_ratio)
+        return np.asarray(factor * np.sum(speeds**2, axis=1))
+
+    step = 1e-4
+    slope = (energy(phi + step) - energy(phi - step)) / (2.0 * step)
+    torque = solution.inertia_torque(design, phi)
+    np.testing.assert_allclose(torque, -slope, atol=1e-6 * np.max(np.abs(slope)))
+
+
+def test_torque_extremes_match_a_fine_grid() -> None:
+    design = ITEMS["2 cyl, alpha 0.5, constant"].design
+    found = solution.extreme_values(lambda phi: solution.total_torque(design, phi))
+    values = solution.total_torque(design, np.arange(0.0, CYCLE, CYCLE / 400_000))
+    assert found == pytest.approx((values.min(), values.max()), rel=1e-8)
+    assert found[0] <= values.min() + 1e-9
+    assert found[1] >= values.max() - 1e-9
+
+
+# Closed forms -------------------------------------------------------------------------------------
+
+# Without a rod, without a mass and with p - p_crankcase proportional to sin(phi), the torque is
+# M0 (1 - cos 2 phi).
+SWING = 40.0
+LONG_ROD = 1e-15  # crank ratio
+
+
+def harmonic(exponent: float, closure: str, amplitude: float, friction: float = 0.0) -> Design:
+    """Design with ``Theta y' / 2 = M0 (1 - cos 2 phi) - ...``, ``M0 = Theta amplitude omega_n^2``.
+
+    With a load independent of the speed, ``y = Y - amplitude omega_n^2 sin 2 phi``.
+    """
+    bore, stroke, rpm = 0.1, 0.1, 1000.0
+    omega_n = rpm * math.pi / 30.0
+    half_area_radius = math.pi / 4.0 * bore**2 * stroke / 2.0 / 2.0
+    inertia = SWING / (amplitude * omega_n**2)
+    return Design(
+        pressure=lambda phi: 1e5 + SWING / half_area_radius * np.sin(phi),
+        bore=bore,
+        stroke=stroke,
+        crank_ratio=LONG_ROD,
+        reciprocating_mass=0.0,
+        inertia=inertia,
+        speed_rpm=rpm,
+        load_exponent=exponent,
+        friction_torque=friction,
+        crankcase_pressure=1e5,
+        closure=closure,
+    )
+
+
+def test_quadratic_load_on_a_harmonic_torque() -> None:
+    # y' + beta y = beta omega_n^2 - 2 q cos 2 phi omega_n^2 with beta = 2 k / Theta = 2 q:
+    # a linear equation; its answer lags and is 1 / sqrt(1 + (2 / beta)^2) high.
+    q = 0.3
+    design = harmonic(2.0, "power_mean", q)
+    found = solve(design)
+    beta = 2.0 * q
+    phi = np.linspace(0.0, CYCLE, 200)
+    square = 1.0 - beta * (beta * np.cos(2 * phi) + 2.0 * np.sin(2 * phi)) / (beta**2 + 4.0)
+    np.testing.assert_allclose(found.omega(phi), design.omega_n * np.sqrt(square), rtol=1e-11)
+    height = beta / math.sqrt(beta**2 + 4.0)
+    assert found.omega_max == pytest.approx(design.omega_n * math.sqrt(1 + height), rel=1e-12)
+    assert found.omega_min == pytest.approx(design.omega_n * math.sqrt(1 - height), rel=1e-12)
+    assert found.k == pytest.approx(SWING / design.omega_n**2, rel=1e-12)
+    assert found.energy_swing == pytest.approx(design.inertia * design.omega_n**2 * height)
+    assert (found.torque_mean, found.torque_min) == pytest.approx((SWING, 0.0), abs=1e-9)
+    assert found.torque_max == pytest.approx(2.0 * SWING, rel=1e-12)
+
+
+def constant_load_level(closure: str, q: float) -> float:
+    """``Y / omega_n^2`` of ``y = Y (1 - q sin 2 phi)`` for a load independent of the speed."""
+    if closure == "power_mean":  # mean of log(1 - q sin) = log((1 + sqrt(1 - q^2)) / 2)
+        return 2.0 / (1.0 + math.sqrt(1.0 - q**2))
+    # mean of (1 - q sin)^(-1/2) = 2 K / (pi sqrt(1 + q)), K of parameter 2 q / (1 + q)
+    return float(2.0 / math.pi * ellipk(2.0 * q / (1.0 + q))) ** 2 / (1.0 + q)
+
+
+@pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
+@pytest.mark.parametrize("q", [0.01, 0.5, 0.9])
+def test_constant_load_on_a_harmonic_torque(closure: str, q: float) -> None:
+    level = constant_load_level(closure, q)
+    design = harmonic(0.0, closure, q * level)
+    found = solve(design)
+    assert found.status == "converged"
+    assert found.k == pytest.approx(SWING, rel=1e-12)
+    for speed, sign in ((found.omega_max, 1.0), (found.omega_min, -1.0)):
+        expected = design.omega_n * math.sqrt(level * (1.0 + sign * q))
+        assert speed == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize(("amplitude", "status"), [(1.98, "converged"), (2.02, "stalled")])
+def test_constant_load_stalls_at_twice_the_square_of_the_speed(
+    amplitude: float, status: str
+) -> None:
+    # The level above times q is 2 at q = 1, the largest amplitude that leaves y positive.
+    assert solve(harmonic(0.0, "power_mean", amplitude)).status == status
+
+
+@pytest.mark.parametrize("exponent", [2.0, 4.0])
+def test_no_load_on_a_harmonic_torque(exponent: float) -> None:
+    # Friction takes the whole mean torque: y = Y - amplitude sin 2 phi, with the mean of y, or of
+    # y^2 = Y^2 + amplitude^2 / 2, given.
+    amplitude = 0.2
+    level = 1.0 if exponent == 2.0 else math.sqrt(1.0 - amplitude**2 / 2.0)
+    design = harmonic(exponent, "power_mean", amplitude, friction=SWING)
+    found = solve(design)
+    assert abs(found.k) < 1e-12
+    assert found.omega_max == pytest.approx(
+        design.omega_n * math.sqrt(level + amplitude), rel=1e-11
+    )
+    assert found.omega_min == pytest.approx(
+        design.omega_n * math.sqrt(level - amplitude), rel=1e-11
+    )
+
+
+def coasting(model: str, exponent: float = 2.0, cylinders: int = 1) -> Design:
+    """Engine without gas force, friction and load."""
+    return Design(
+        pressure=lambda phi: 1e5 * np.ones_like(phi),
+        bore=0.1,
+        stroke=0.12,
+        crank_ratio=0.3,
+        reciprocating_mass=2.0,
+        inertia=0.05,
+        speed_rpm=1500.0,
+        cylinders=cylinders,
+        load_exponent=exponent,
+        crankcase_pressure=1e5,
+        inertia_model=model,
+    )
+
+
+@pytest.mark.parametrize("model", ["constant", "variable"])
+def test_coasting_engine_trades_energy_with_its_pistons(model: str) -> None:
+    design = coasting(model)
+    found = solve(design)
+    share = design.reciprocating_mass * (design.stroke / 2.0) ** 2 / design.inertia
+    phi = np.arange(4096) * CYCLE / 4096
+    square = solution.velocity(phi, design.crank_ratio) ** 2
+    if model == "constant":  # y + (2 / Theta) m r^2 omega_n^2 v^2 / 2 = const, mean y = omega_n^2
+        expected = 1.0 + share * (square.mean() - square)
+        swing = 0.5 * design.inertia * design.omega_n**2 * np.ptp(expected)
+    else:  # Theta(phi) omega^2 = const
+        inverse = 1.0 / (1.0 + share * (square - square.mean()))
+        expected = inverse / inverse.mean()
+        swing = 0.0
+    speeds = design.omega_n * np.sqrt(expected)
+    np.testing.assert_allclose(found.omega(phi), speeds, rtol=1e-11)
+    assert found.omega_mean == pytest.approx(speeds.mean(), rel=1e-12)
+    assert found.omega_max == pytest.approx(speeds.max(), rel=1e-6)
+    assert found.omega_max >= speeds.max() * (1.0 - 1e-13)
+    assert found.energy_swing == pytest.approx(swing, rel=1e-5, abs=1e-9)
+    assert found.torque_mean == pytest.approx(0.0, abs=1e-9)
+    assert found.k == 0.0
+
+
+# Manufactured solutions ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.6, 2.0, 3.0])
+@pytest.mark.parametrize("varying", [False, True])
+@pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
+def test_manufactured_speed_is_found(exponent: float, varying: bool, closure: str) -> None:
+    """The torque is made from a speed, by the equation of motion; the solver finds the speed."""
+    inertia, offset, coefficient = 0.7, 11.0, 35.0
+    phi = np.arange(4096) * CYCLE / 4096
+
+    def shape(angle: np.ndarray) -> np.ndarray:
+        wave = 0.25 * np.sin(angle / 2.0) + 0.1 * np.cos(1.5 * angle) + 0.05 * np.sin(4.0 * angle)
+        return np.asarray(np.exp(wave))
+
+    def shape_slope(angle: np.ndarray) -> np.ndarray:
+        slope = 0.125 * np.cos(angle / 2.0) - 0.15 * np.sin(1.5 * angle) + 0.2 * np.cos(4.0 * angle)
+        return np.asarray(shape(angle) * slope)
+
+    relative = shape(phi)
+    if closure == "cycle_time":
+        nominal = 1.0 / float(np.mean(1.0 / relative))
+    elif exponent == 0.0:
+        nominal = math.exp(float(np.mean(np.log(relative))))
+    else:
+        nominal = float(np.mean(relative**exponent)) ** (1.0 / exponent)
+    speed = 120.0  # rad/s where the shape is 1
+    omega_n = speed * nominal
+    k = coefficient / speed**exponent
+
+    def ratio(angle: np.ndarray) -> np.ndarray:
+        return 1.0 + 0.2 * np.cos(2.0 * angle) * varying
+
+    def ratio_slope(angle: np.ndarray) -> np.ndarray:
+        return -0.4 * np.sin(2.0 * angle) * varying
+
+    def torque(angle: np.ndarray) -> np.ndarray:
+        omega = speed * shape(angle)
+        energy_slope = inertia * (
+            0.5 * ratio_slope(angle) * omega**2 + ratio(angle) * omega * speed * shape_slope(angle)
+        )
+        return np.asarray(energy_slope + offset + k * omega**exponent)
+
+    values = torque(phi)
+    problem = Problem(
+        torque=torque,
+        torque_mean=float(np.mean(values)),
+        torque_range=float(np.ptp(values)),
+        inertia=inertia,
+        inertia_ratio=ratio,
+        inertia_slope=ratio_slope,
+        omega_n=omega_n,
+        load_exponent=exponent,
+        load_offset=offset,
+        closure=closure,
+    )
+    found = periodic_speed(problem)
+    np.testing.assert_allclose(found.omega(phi), speed * relative, rtol=1e-11)
+    assert found.load_torque_nominal == pytest.approx(k * omega_n**exponent, rel=1e-11)
+    assert found.omega_mean == pytest.approx(speed * np.mean(relative), rel=1e-12)
+    fine = speed * shape(np.linspace(0.0, CYCLE, 500_001))
+    assert found.omega_max == pytest.approx(fine.max(), rel=1e-9)
+    assert found.omega_min == pytest.approx(fine.min(), rel=1e-9)
+
+    other = collocate(problem, 401)
+    np.testing.assert_allclose(other.omega, speed * shape(other.phi), rtol=1e-11)
+    assert other.load_torque_nominal == pytest.approx(k * omega_n**exponent, rel=1e-10)
+
+
+# Consistency on engines ---------------------------------------------------------------------------
+
+ENGINES = (
+    "alpha 0, variable, 1 cyl, power_mean",
+    "alpha 0.5, constant, 1 cyl, power_mean",
+    "alpha 1.6, variable, 1 cyl, cycle_time",
+    "alpha 2, constant, 3 cyl, power_mean",
+    "weak load, alpha 1, variable, power_mean",
+    "strong, alpha 3, constant, cycle_time",
+)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_solution_is_consistent(name: str) -> None:
+    """Second method, closure, energy balance, mean speed, load and golden record."""
+    item = ITEMS[name]
+    design = item.design
+    found = solve(design)
+    assert found.status == item.status
+
+    assert golden.disagreement(item, found, 1441) < golden.AGREEMENT
+    for quantity in golden.NUMBERS:
+        assert getattr(found, quantity) == pytest.approx(GOLDEN[name][quantity], rel=1e-10)
+
+    phi = np.arange(14400) * CYCLE / 14400
+    omega = found.omega(phi)
+    alpha, omega_n = design.load_exponent, design.omega_n
+    if design.closure == "cycle_time":
+        assert np.mean(1.0 / omega) == pytest.approx(1.0 / omega_n, rel=1e-11)
+    elif alpha == 0.0:
+        assert np.mean(np.log(omega)) == pytest.approx(math.log(omega_n), abs=1e-11)
+    else:
+        assert np.mean(omega**alpha) == pytest.approx(omega_n**alpha, rel=1e-11)
+    load = design.load_offset + found.k * omega**alpha
+    assert np.mean(load) == pytest.approx(found.torque_mean, rel=1e-11)
+    assert found.omega_mean == pytest.approx(np.mean(omega), rel=1e-12)
+
+    # The energy between any two angles is the work between them: trapezoids, so second order.
+    theta = design.inertia
+    work_rate = found.torque(phi) - load
+    if design.inertia_model == "variable":
+        work_rate = work_rate - solution.inertia_torque(design, phi)
+        problem, _ = solution.problem_of(design)
+        theta = theta * problem.inertia_ratio(phi)
+    energy = 0.5 * theta * omega**2
+    step = CYCLE / phi.size
+    work = np.cumsum(0.5 * (work_rate[1:] + work_rate[:-1])) * step
+    np.testing.assert_allclose(energy[1:] - energy[0], work, atol=2e-6 * found.energy_swing)
+    assert np.ptp(energy) == pytest.approx(found.energy_swing, rel=1e-6)
+    assert omega.max() <= found.omega_max * (1.0 + 1e-13)
+    assert found.omega_max == pytest.approx(omega.max(), rel=1e-7)
+    assert found.omega_min == pytest.approx(omega.min(), rel=1e-7)
+    np.testing.assert_allclose(found.omega(phi[::99] - CYCLE), omega[::99], rtol=1e-12)
+
+
+def test_cylinders_may_be_renumbered() -> None:
+    design = ITEMS["alpha 2, constant, 3 cyl, power_mean"].design
+    found = solve(design)
+    phi = np.linspace(0.0, CYCLE, 50)
+    np.testing.assert_allclose(found.omega(phi), found.omega(phi + CYCLE / 3.0), rtol=1e-11)
+
+
+def test_small_exponents_tend_to_the_geometric_mean() -> None:
+    design = ITEMS["alpha 0, constant, 1 cyl, power_mean"].design
+    limit = solve(design)
+    near = solve(replace(design, load_exponent=1e-7))
+    assert near.omega_max == pytest.approx(limit.omega_max, rel=1e-7)
+    assert near.omega_min == pytest.approx(limit.omega_min, rel=1e-7)
+
+
+def test_differentiation_matrix_is_exact_for_low_orders() -> None:
+    phi = np.arange(31) * CYCLE / 31
+    slope = differentiation_matrix(31) @ np.sin(3.5 * phi + 0.2)
+    np.testing.assert_allclose(slope, 3.5 * np.cos(3.5 * phi + 0.2), atol=1e-12)
+    with pytest.raises(ValueError, match="odd"):
+        differentiation_matrix(30)
+
+
+# Outcomes -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["no steady state, alpha 0", "no steady state, alpha 1", "inertia vanishes, 1 cyl"],
+)
+def test_outcome_without_a_speed(name: str) -> None:
+    item = ITEMS[name]
+    found = solve(item.design)
+    assert found.status == item.status
+    assert math.isfinite(found.torque_mean)
+    assert math.isnan(found.omega_mean)
+    assert math.isnan(found.delta)
+    assert math.isnan(found.k)
+    assert np.isnan(found.omega(np.zeros(3))).all()
+
+
+def test_the_offset_decides_between_idle_and_no_steady_state() -> None:
+    design = harmonic(2.0, "power_mean", 0.1)
+    range_ = 2.0 * SWING
+    for excess, status in ((0.5e-9, "converged"), (2e-9, "no_steady_state")):
+        found = solve(replace(design, load_offset=SWING + excess * range_))
+        assert found.status == status
+
+
+def test_unknown_words_are_refused() -> None:
+    with pytest.raises(ValueError, match="inertia_model"):
+        solve(replace(coasting("constant"), inertia_model="exact"))
+    with pytest.raises(ValueError, match="closure"):
+        solve(replace(coasting("constant"), closure="mean"))
+
+
+# Explicit Euler -----------------------------------------------------------------------------------
+
+
+def test_euler_torque_is_the_same_torque() -> None:
+    design = ITEMS["4 cyl, alpha 1.6, variable"].design
+    degrees = [-200.0, -3.0, 0.0, 17.0, 333.3]
+    plain = [thesis.torque_at(design, angle) for angle in degrees]
+    np.testing.assert_allclose(plain, solution.total_torque(design, np.radians(degrees)), rtol=1e-9)
+
+
+def test_euler_converges_at_first_order() -> None:
+    # A strong load on a light flywheel forgets its start in a few cycles.
+    design = harmonic(2.0, "power_mean", 0.3)
+    exact = solve(design)
+    errors = []
+    for step in (2.0, 1.0, 0.5):
+        run = thesis.euler(design, passes=8, step_degrees=step)
+        assert run.status == "passes_done"
+        assert run.omega_end == pytest.approx(run.omega[0], rel=1e-9)
+        errors.append(run.delta / exact.delta - 1.0)
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.05)
+
+
+def test_euler_takes_its_start_and_steps_by_hand() -> None:
+    design = replace(harmonic(1.0, "power_mean", 0.3), load_offset=5.0)
+    run = thesis.euler(design, start_speed=101.0, start_degrees=-180.0, k=0.25)
+    assert (len(run.omega), run.degrees[0], run.degrees[-1]) == (720, -180.0, 539.0)
+    speed = 101.0
+    for degrees, expected in zip(run.degrees, run.omega, strict=True):
+        assert speed == pytest.approx(expected, rel=1e-13)
+        torque = SWING * (1.0 - math.cos(2.0 * math.radians(degrees)))
+        acceleration = (torque - 5.0 - 0.25 * speed) / design.inertia
+        speed += acceleration / speed * math.radians(1.0)
+    assert speed == pytest.approx(run.omega_end, rel=1e-13)
+    assert run.delta == (run.omega_max - run.omega_min) / run.omega_mean
+
+
+def test_euler_without_a_restoring_load_drifts_upwards() -> None:
+    design = harmonic(0.0, "power_mean", 0.3)
+    run = thesis.euler(design, passes=20)
+    assert run.omega[0] > design.omega_n
+    assert run.omega_end > run.omega[0]
+
+
+def test_euler_reports_a_stall() -> None:
+    run = thesis.euler(harmonic(0.0, "power_mean", 3.0), passes=3)
+    assert run.status == "stalled"
+    assert len(run.omega) < 720
+
+
+# Held-out designs ---------------------------------------------------------------------------------
+
+
+def test_held_out_designs_cover_what_they_should() -> None:
+    solved = [item.design for item in ITEMS.values() if item.status == "converged"]
+    full = {(one.load_exponent, one.inertia_model, one.closure, one.cylinders) for one in solved}
+    for exponent in (0.0, 0.5, 1.0, 1.6, 2.0, 3.0):
+        for model in ("constant", "variable"):
+            for closure in ("power_mean", "cycle_time"):
+                for cylinders in (1, 3, 6):
+                    assert (exponent, model, closure, cylinders) in full
+    assert {one.cylinders for one in solved} == {1, 2, 3, 4, 5, 6, 8}
+    deltas = [record["delta"] for record in GOLDEN.values() if "delta" in record]
+    assert min(deltas) < 0.01
+    assert max(deltas) > 0.4
+    assert {item.status for item in ITEMS.values()} == {
+        "converged",
+        "stalled",
+        "no_steady_state",
+        "invalid_input",
+    }
+
+
+def test_held_out_designs_are_those_of_the_golden_file() -> None:
+    assert list(ITEMS) == list(GOLDEN)
+    for name, item in ITEMS.items():
+        assert item.status == GOLDEN[name]["status"]
+        numbers = golden.numbers_of(item)
+        kept = GOLDEN[name]["design"]
+        assert numbers.pop("pressure") == pytest.approx(kept.pop("pressure"), rel=1e-12)
+        for key, value in numbers.items():
+            assert value == (kept[key] if isinstance(value, str) else pytest.approx(kept[key]))
+
+
+def test_held_out_pressures_are_plausible() -> None:
+    for item in ITEMS.values():
+        degrees, pressure = item.table(0.5)
+        assert (degrees.size, degrees[0], degrees[-1]) == (1441, -360.0, 360.0)
+        assert pressure[0] == pytest.approx(pressure[-1], rel=1e-12)
+        peak = degrees[np.argmax(pressure)]
+        assert 40.0 <= pressure.max() <= 120.0
+        assert -5.0 <= peak <= 20.0
+        compression = (degrees >= -180.0) & (degrees <= -5.0)
+        assert (np.diff(pressure[compression]) > 0.0).all()
+        exchange = (degrees >= 240.0) | (degrees <= -180.0)
+        assert (np.abs(pressure[exchange] - 1.0) < 0.2).all()

@@ -1,0 +1,168 @@
+"""What is installed, and which way imports point."""
+
+import ast
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from configparser import ConfigParser
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("engine_dyn", "sweeps")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def package_files() -> set[str]:
+    """Files of both packages in the checkout, as names inside a wheel."""
+    return {
+        path.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def imports(path: Path, *, module_level: bool = False) -> Iterator[str]:
+    """Top-level names of the packages that a file imports (relative imports stay inside)."""
+    todo: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.module.partition(".")[0]
+        if module_level and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        todo.extend(ast.iter_child_nodes(node))
+
+
+def offenders(package: str, forbidden: set[str], *, module_level: bool = False) -> list[str]:
+    return sorted(
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in (ROOT / package).rglob("*.py")
+        for name in forbidden.intersection(imports(path, module_level=module_level))
+    )
+
+
+def modules_loaded_by(module: str) -> set[str]:
+    """What is in sys.modules after a new interpreter imported a module."""
+    code = f"import {module}, sys; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split())
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[zipfile.ZipFile]:
+    """A wheel of this checkout, built from a copy, so that nothing stale is packed or left."""
+    folder = tmp_path_factory.mktemp("wheel")
+    for name in (PROJECT["readme"], "pyproject.toml", *PROJECT["license-files"]):
+        shutil.copy(ROOT / name, folder)
+    for package in PACKAGES:
+        shutil.copytree(
+            ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
+    done = subprocess.run(
+        [sys.executable, "-c", "from setuptools.build_meta import *; build_wheel('dist')"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    (path,) = (folder / "dist").glob("*.whl")
+    with zipfile.ZipFile(path) as file:
+        yield file
+
+
+def test_wheel_holds_every_file_of_both_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
+    packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    assert packed == package_files()
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "engine_dyn/py.typed",
+        "sweeps/py.typed",
+        "sweeps/engines/*.toml",
+        "sweeps/engines/**/*.csv",
+        "sweeps/scenes/**/*.toml",
+    ],
+)
+def test_wheel_holds_package_data(wheel: zipfile.ZipFile, pattern: str) -> None:
+    expected = {path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern)}
+    assert expected
+    assert expected <= set(wheel.namelist())
+
+
+def test_wheel_installs_one_command_and_the_licences(wheel: zipfile.ZipFile) -> None:
+    info = f"engine_dyn-{PROJECT['version']}.dist-info"
+    entry_points = ConfigParser()
+    entry_points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
+    assert dict(entry_points["console_scripts"]) == {"engine-dyn": "sweeps.cli:main"}
+    for name in PROJECT["license-files"]:
+        assert wheel.read(f"{info}/licenses/{name}") == (ROOT / name).read_bytes()
+
+
+def test_version_is_that_of_pyproject() -> None:
+    assert version("engine-dyn") == PROJECT["version"]
+    spelled = [
+        path.relative_to(ROOT)
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        if f'"{PROJECT["version"]}"' in path.read_text(encoding="utf-8")
+    ]
+    assert not spelled, "the version stands in pyproject.toml only"
+
+
+def test_engine_dyn_knows_nothing_of_labels_files_and_pictures() -> None:
+    forbidden = {"sweeps", "xarray", "pandas", "netCDF4", "h5py", "click", "pydantic", "tqdm"}
+    assert offenders("engine_dyn", forbidden | {"matplotlib"}) == []
+    assert offenders("engine_dyn", {"scipy"}, module_level=True) == []
+
+
+def test_sweeps_knows_nothing_of_numba() -> None:
+    assert offenders("sweeps", {"numba", "llvmlite"}) == []
+
+
+def test_nothing_imports_packages_that_are_not_dependencies() -> None:
+    allowed = set(PACKAGES) | set(sys.stdlib_module_names)
+    allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
+    found = {
+        f"{path.relative_to(ROOT)} imports {name}"
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        for name in set(imports(path)) - allowed
+    }
+    assert found == set()
+
+
+# Numba looks for scipy itself, which is quick; its parts and matplotlib cost half a second each.
+SLOW = {"matplotlib", "scipy.integrate", "scipy.interpolate", "scipy.optimize"}
+
+
+@pytest.mark.parametrize(
+    ("module", "late"),
+    [
+        ("engine_dyn", SLOW | {"sweeps", "xarray", "pandas", "netCDF4", "click", "pydantic"}),
+        ("sweeps.cli", SLOW),
+    ],
+)
+def test_import_is_quick(module: str, late: set[str]) -> None:
+    assert modules_loaded_by(module) & late == set()
+
+
+def test_public_names() -> None:
+    import engine_dyn
+    import sweeps
+
+    for name in ("position", "velocity", "acceleration", "periodic_speed"):
+        assert callable(getattr(engine_dyn, name))
+    assert callable(sweeps.run)
