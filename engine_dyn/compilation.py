@@ -62,7 +62,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
     With ``NUMBA_DISABLE_JIT=1`` the plain Python function comes back.
     """
-    dispatcher = numba.njit(nogil=True, fastmath=FAST_MATH)(function)
+    dispatcher = numba.njit(nogil=True, fastmath=FAST_MATH, error_model="numpy")(function)
     if hasattr(dispatcher, "enable_caching"):
         try:
             dispatcher._cache = _Cache(dispatcher.py_func)
@@ -74,7 +74,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a small formula that only other kernels call; it is inlined and needs no cache."""
-    return numba.njit(nogil=True, fastmath=FAST_MATH)(function)
+    return numba.njit(nogil=True, fastmath=FAST_MATH, error_model="numpy")(function)
 
 
 def is_cached() -> bool:

@@ -33,8 +33,11 @@ BAR = 1e5
 # Wiebe's constant for a duration that ends when 99.9 % have burnt (Heywood: a = 5 and 6.9 occur).
 WIEBE = math.log(1000.0)
 
-# Largest step of the integration; its error is of sixth order and lost in rounding below this.
+# Largest step of the integration. Its error is of sixth order, lost in rounding, but for the step
+# in which a combustion starts: some 1e-8 of the pressure there.
 LARGEST_STEP = 0.125 * DEGREE
+# Combustion shorter than this would fall between the points of that step.
+SHORTEST = 1.0 * DEGREE
 
 # Unit in which an engine file gives each field, and its size in SI.
 FILE_UNITS: dict[str, tuple[str, float]] = {
@@ -146,8 +149,8 @@ class DieselCycle:
             "exhaust_pressure": (0.0, 20.0 * BAR),
             "compression_exponent": (1.0, 5.0 / 3.0),
             "expansion_exponent": (1.0, 5.0 / 3.0),
-            "premixed_duration": (0.0, half_turn),
-            "diffusion_duration": (0.0, 1.5 * half_turn),
+            "premixed_duration": (SHORTEST, half_turn),
+            "diffusion_duration": (SHORTEST, 1.5 * half_turn),
             "valve_ramp": (0.0, 0.5 * half_turn),
             "valve_lag": (0.5 * DEGREE, 0.25 * half_turn),
             "exhaust_opening": (0.25 * half_turn, half_turn),

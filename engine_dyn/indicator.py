@@ -145,7 +145,7 @@ class Diagram:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
         p0, p1, s0, s1, step, t = self._pieces(phi)
         rest = 1.0 - t
-        # Hermite form around the nearer knot values: exact at the knots.
+        # Hermite's basis is 1, 0, 0, 0 at a knot, so tabulated pressures come back exactly.
         result: FloatArray = (
             p0 * (rest * rest * (1.0 + 2.0 * t))
             + p1 * (t * t * (3.0 - 2.0 * t))

@@ -11,7 +11,7 @@ _HOMES = {
     "SceneError": "sweeps.errors",
     "open_archive": "sweeps.archive",
     "read_scene": "sweeps.scene",
-    "run": "sweeps.run",
+    "run": "sweeps.runner",
 }
 
 

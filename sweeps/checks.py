@@ -190,6 +190,10 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> npt.NDArray[np.fl
         raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
     if not raw:
         raise SceneError(f"{where} = []: no values; at least one is needed")
+    if all(type(item) is float for item in raw):  # a long list, most likely from Python
+        values = np.array(raw)
+        if np.isfinite(values).all():
+            return values
     return np.array(
         [number(item, f"{where}, value {i}", node) for i, item in enumerate(raw, start=1)]
     )

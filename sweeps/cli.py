@@ -24,9 +24,14 @@ from sweeps.errors import SceneError, one_line
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sweeps.scene import Scene
+
 __all__ = ["main"]
 
 BAD_INPUT, FAILURE, DESIGNS_FAILED = 2, 1, 3
+
+LONGEST = 1000
+"""Characters of one line that `info` prints of an attribute."""
 
 
 def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -88,12 +93,11 @@ def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: b
 
     from sweeps import archive
     from sweeps.reference import text
-    from sweeps.run import run as run_scene
 
     if not quiet:
         _tell_compilation()
     began = time.perf_counter()
-    dataset = run_scene(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
+    dataset = _computed(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
     computed = time.perf_counter()
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
@@ -172,6 +176,8 @@ def plot(archive: Path, output: Path | None, kind: str, slices: tuple[str, ...])
             raise SceneError(f"{folder}: cannot be written ({one_line(error.strerror)})") from None
     for path in paths:
         click.echo(path)
+    if not paths:
+        click.echo("nothing to draw: no quantity varies", err=True)
 
 
 @main.command()
@@ -229,6 +235,12 @@ def new(file: Path | None) -> None:
     click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
+def _computed(scene: Scene, *, progress: bool, threads: int | None) -> xr.Dataset:
+    from sweeps.runner import run as run_scene
+
+    return run_scene(scene, progress=progress, threads=threads)
+
+
 # --- files --------------------------------------------------------------------------------------
 
 
@@ -273,10 +285,16 @@ def _opened(path: Path) -> xr.Dataset:
     from sweeps.archive import open_archive
 
     try:
-        return open_archive(path)
+        dataset = open_archive(path)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
+    if "scene" not in dataset.attrs:
+        dataset.close()
+        raise SceneError(
+            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
+        )
+    return dataset
 
 
 def _slice(text: str) -> tuple[str, float | str]:
@@ -359,19 +377,19 @@ def _attribute_lines(key: str, value: object) -> list[str]:
     """One attribute; what is kept as JSON has a line for each of its members."""
     import json
 
-    text = one_line(value, 10_000)
-    if text.startswith("{"):
+    if isinstance(value, str) and value.startswith("{"):
         try:
-            members = json.loads(text)
+            members = json.loads(value)
         except ValueError:
             members = {}
         if members:
-            rows = [
-                f"    {name}: {item if isinstance(item, str) else json.dumps(item)}"
+            texts = {
+                name: item if isinstance(item, str) else json.dumps(item, ensure_ascii=False)
                 for name, item in members.items()
-            ]
+            }
+            rows = [f"    {name}: {one_line(text, LONGEST)}" for name, text in texts.items()]
             return [f"  {key}:", *rows]
-    return [f"  {key}: {text}"]
+    return [f"  {key}: {one_line(value, LONGEST)}"]
 
 
 def _axis_text(dataset: xr.Dataset, dimension: str) -> str:

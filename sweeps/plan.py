@@ -84,6 +84,11 @@ class Plan:
     unused: tuple[str, ...]
 
     @property
+    def name(self) -> str:
+        """What messages call the scene."""
+        return self.scene.path.name if self.scene.path else "scene"
+
+    @property
     def designs(self) -> int:
         """Number of designs, the product of the scene's axes."""
         return math.prod(self.sizes[d] for d in self.scene.dimensions)
@@ -109,7 +114,7 @@ class Plan:
         free = psutil.virtual_memory().available
         if self.memory_bytes > 0.9 * free:
             raise SceneError(
-                f"scene: {self.designs} designs need {_size(self.memory_bytes)} of memory and "
+                f"{self.name}: {self.designs} designs need {_size(self.memory_bytes)} of memory and "
                 f"{_size(free)} are free; ask for fewer points or fewer quantities "
                 f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
             )

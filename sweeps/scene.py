@@ -473,8 +473,11 @@ def _designs_from_file(
             labels[key] = tuple(one_line(text) for text in table.texts(key))
             continue
         columns[key] = np.array(table.numbers(key))
-        for value, line in zip(columns[key], table.lines, strict=True):
-            check_range(value, f"{table.name}, line {line}: {key}", node)
+        try:
+            check_range(columns[key], key, node)
+        except SceneError:  # only now is it worth asking which line
+            for value, line in zip(columns[key], table.lines, strict=True):
+                check_range(value, f"{table.name}, line {line}: {key}", node)
     _check_lengths({**columns, **labels}, name)
     return columns, labels
 

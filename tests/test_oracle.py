@@ -13,6 +13,7 @@ from tests.oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
 
 ITEMS = {item.name: item for item in designs.held_out()}
 GOLDEN = golden.read()
+ACCURACY = 1e-10  # what the oracle claims
 
 # Geometry and torques -----------------------------------------------------------------------------
 
@@ -123,14 +124,14 @@ def test_quadratic_load_on_a_harmonic_torque() -> None:
     beta = 2.0 * q
     phi = np.linspace(0.0, CYCLE, 200)
     square = 1.0 - beta * (beta * np.cos(2 * phi) + 2.0 * np.sin(2 * phi)) / (beta**2 + 4.0)
-    np.testing.assert_allclose(found.omega(phi), design.omega_n * np.sqrt(square), rtol=1e-11)
+    np.testing.assert_allclose(found.omega(phi), design.omega_n * np.sqrt(square), rtol=ACCURACY)
     height = beta / math.sqrt(beta**2 + 4.0)
-    assert found.omega_max == pytest.approx(design.omega_n * math.sqrt(1 + height), rel=1e-12)
-    assert found.omega_min == pytest.approx(design.omega_n * math.sqrt(1 - height), rel=1e-12)
-    assert found.k == pytest.approx(SWING / design.omega_n**2, rel=1e-12)
+    assert found.omega_max == pytest.approx(design.omega_n * math.sqrt(1 + height), rel=ACCURACY)
+    assert found.omega_min == pytest.approx(design.omega_n * math.sqrt(1 - height), rel=ACCURACY)
+    assert found.k == pytest.approx(SWING / design.omega_n**2, rel=ACCURACY)
     assert found.energy_swing == pytest.approx(design.inertia * design.omega_n**2 * height)
     assert (found.torque_mean, found.torque_min) == pytest.approx((SWING, 0.0), abs=1e-9)
-    assert found.torque_max == pytest.approx(2.0 * SWING, rel=1e-12)
+    assert found.torque_max == pytest.approx(2.0 * SWING, rel=ACCURACY)
 
 
 def constant_load_level(closure: str, q: float) -> float:
@@ -142,24 +143,25 @@ def constant_load_level(closure: str, q: float) -> float:
 
 
 @pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
-@pytest.mark.parametrize("q", [0.01, 0.5, 0.9])
+@pytest.mark.parametrize("q", [0.1, 0.99])
 def test_constant_load_on_a_harmonic_torque(closure: str, q: float) -> None:
     level = constant_load_level(closure, q)
     design = harmonic(0.0, closure, q * level)
     found = solve(design)
     assert found.status == "converged"
-    assert found.k == pytest.approx(SWING, rel=1e-12)
+    assert found.k == pytest.approx(SWING, rel=ACCURACY)
     for speed, sign in ((found.omega_max, 1.0), (found.omega_min, -1.0)):
         expected = design.omega_n * math.sqrt(level * (1.0 + sign * q))
-        assert speed == pytest.approx(expected, rel=1e-11)
+        assert speed == pytest.approx(expected, rel=ACCURACY)
 
 
-@pytest.mark.parametrize(("amplitude", "status"), [(1.98, "converged"), (2.02, "stalled")])
-def test_constant_load_stalls_at_twice_the_square_of_the_speed(
-    amplitude: float, status: str
-) -> None:
-    # The level above times q is 2 at q = 1, the largest amplitude that leaves y positive.
-    assert solve(harmonic(0.0, "power_mean", amplitude)).status == status
+def test_constant_load_stalls_beyond_twice_the_square_of_the_speed() -> None:
+    # The level above times q tends to 2 at q = 1, the largest amplitude that leaves y positive;
+    # it was 1.74 in the last case above.
+    found = solve(harmonic(0.0, "power_mean", 2.1))
+    assert found.status == "stalled"
+    assert math.isnan(found.omega_min)
+    assert found.torque_mean == pytest.approx(SWING, rel=ACCURACY)
 
 
 @pytest.mark.parametrize("exponent", [2.0, 4.0])
@@ -172,10 +174,10 @@ def test_no_load_on_a_harmonic_torque(exponent: float) -> None:
     found = solve(design)
     assert abs(found.k) < 1e-12
     assert found.omega_max == pytest.approx(
-        design.omega_n * math.sqrt(level + amplitude), rel=1e-11
+        design.omega_n * math.sqrt(level + amplitude), rel=ACCURACY
     )
     assert found.omega_min == pytest.approx(
-        design.omega_n * math.sqrt(level - amplitude), rel=1e-11
+        design.omega_n * math.sqrt(level - amplitude), rel=ACCURACY
     )
 
 
@@ -211,8 +213,8 @@ def test_coasting_engine_trades_energy_with_its_pistons(model: str) -> None:
         expected = inverse / inverse.mean()
         swing = 0.0
     speeds = design.omega_n * np.sqrt(expected)
-    np.testing.assert_allclose(found.omega(phi), speeds, rtol=1e-11)
-    assert found.omega_mean == pytest.approx(speeds.mean(), rel=1e-12)
+    np.testing.assert_allclose(found.omega(phi), speeds, rtol=ACCURACY)
+    assert found.omega_mean == pytest.approx(speeds.mean(), rel=ACCURACY)
     assert found.omega_max == pytest.approx(speeds.max(), rel=1e-6)
     assert found.omega_max >= speeds.max() * (1.0 - 1e-13)
     assert found.energy_swing == pytest.approx(swing, rel=1e-5, abs=1e-9)
@@ -223,32 +225,26 @@ def test_coasting_engine_trades_energy_with_its_pistons(model: str) -> None:
 # Manufactured solutions ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.6, 2.0, 3.0])
-@pytest.mark.parametrize("varying", [False, True])
-@pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
-def test_manufactured_speed_is_found(exponent: float, varying: bool, closure: str) -> None:
-    """The torque is made from a speed, by the equation of motion; the solver finds the speed."""
-    inertia, offset, coefficient = 0.7, 11.0, 35.0
+MADE_LOAD, MADE_SPEED = 35.0, 120.0  # k omega^alpha [N m] at the speed [rad/s] where `made` is 1
+
+
+def made(angle: np.ndarray) -> np.ndarray:
+    """Speed over `MADE_SPEED`, chosen before the torque."""
+    wave = 0.25 * np.sin(angle / 2.0) + 0.1 * np.cos(1.5 * angle) + 0.05 * np.sin(4.0 * angle)
+    return np.asarray(np.exp(wave))
+
+
+def manufactured(exponent: float, varying: bool, closure: str) -> Problem:
+    """Problem whose torque is made from the speed `made`, by the equation of motion."""
+    inertia, offset = 0.7, 11.0
     phi = np.arange(4096) * CYCLE / 4096
-
-    def shape(angle: np.ndarray) -> np.ndarray:
-        wave = 0.25 * np.sin(angle / 2.0) + 0.1 * np.cos(1.5 * angle) + 0.05 * np.sin(4.0 * angle)
-        return np.asarray(np.exp(wave))
-
-    def shape_slope(angle: np.ndarray) -> np.ndarray:
-        slope = 0.125 * np.cos(angle / 2.0) - 0.15 * np.sin(1.5 * angle) + 0.2 * np.cos(4.0 * angle)
-        return np.asarray(shape(angle) * slope)
-
-    relative = shape(phi)
+    relative = made(phi)
     if closure == "cycle_time":
         nominal = 1.0 / float(np.mean(1.0 / relative))
     elif exponent == 0.0:
         nominal = math.exp(float(np.mean(np.log(relative))))
     else:
         nominal = float(np.mean(relative**exponent)) ** (1.0 / exponent)
-    speed = 120.0  # rad/s where the shape is 1
-    omega_n = speed * nominal
-    k = coefficient / speed**exponent
 
     def ratio(angle: np.ndarray) -> np.ndarray:
         return 1.0 + 0.2 * np.cos(2.0 * angle) * varying
@@ -257,45 +253,75 @@ def test_manufactured_speed_is_found(exponent: float, varying: bool, closure: st
         return -0.4 * np.sin(2.0 * angle) * varying
 
     def torque(angle: np.ndarray) -> np.ndarray:
-        omega = speed * shape(angle)
-        energy_slope = inertia * (
-            0.5 * ratio_slope(angle) * omega**2 + ratio(angle) * omega * speed * shape_slope(angle)
+        omega = MADE_SPEED * made(angle)
+        log_slope = (
+            0.125 * np.cos(angle / 2.0) - 0.15 * np.sin(1.5 * angle) + 0.2 * np.cos(4.0 * angle)
         )
-        return np.asarray(energy_slope + offset + k * omega**exponent)
+        energy_slope = inertia * omega**2 * (0.5 * ratio_slope(angle) + ratio(angle) * log_slope)
+        load = offset + MADE_LOAD * made(angle) ** exponent
+        return np.asarray(energy_slope + load)
 
     values = torque(phi)
-    problem = Problem(
+    return Problem(
         torque=torque,
         torque_mean=float(np.mean(values)),
         torque_range=float(np.ptp(values)),
         inertia=inertia,
         inertia_ratio=ratio,
         inertia_slope=ratio_slope,
-        omega_n=omega_n,
+        omega_n=MADE_SPEED * nominal,
         load_exponent=exponent,
         load_offset=offset,
         closure=closure,
     )
-    found = periodic_speed(problem)
-    np.testing.assert_allclose(found.omega(phi), speed * relative, rtol=1e-11)
-    assert found.load_torque_nominal == pytest.approx(k * omega_n**exponent, rel=1e-11)
-    assert found.omega_mean == pytest.approx(speed * np.mean(relative), rel=1e-12)
-    fine = speed * shape(np.linspace(0.0, CYCLE, 500_001))
-    assert found.omega_max == pytest.approx(fine.max(), rel=1e-9)
-    assert found.omega_min == pytest.approx(fine.min(), rel=1e-9)
 
-    other = collocate(problem, 401)
-    np.testing.assert_allclose(other.omega, speed * shape(other.phi), rtol=1e-11)
-    assert other.load_torque_nominal == pytest.approx(k * omega_n**exponent, rel=1e-10)
+
+@pytest.mark.parametrize("exponent", designs.EXPONENTS)
+@pytest.mark.parametrize("varying", [False, True])
+@pytest.mark.parametrize("closure", designs.CLOSURES)
+def test_collocation_finds_a_manufactured_speed(
+    exponent: float, varying: bool, closure: str
+) -> None:
+    problem = manufactured(exponent, varying, closure)
+    found = collocate(problem, 401)
+    np.testing.assert_allclose(found.omega, MADE_SPEED * made(found.phi), rtol=ACCURACY)
+    load = MADE_LOAD * (problem.omega_n / MADE_SPEED) ** exponent
+    assert found.load_torque_nominal == pytest.approx(load, rel=ACCURACY)
+
+
+@pytest.mark.parametrize(
+    ("exponent", "varying", "closure"),
+    [
+        (0.0, True, "power_mean"),
+        (0.5, False, "cycle_time"),
+        (1.0, True, "cycle_time"),
+        (1.6, False, "power_mean"),
+        (2.0, True, "power_mean"),
+        (3.0, False, "cycle_time"),
+    ],
+)
+def test_integration_finds_a_manufactured_speed(
+    exponent: float, varying: bool, closure: str
+) -> None:
+    problem = manufactured(exponent, varying, closure)
+    found = periodic_speed(problem)
+    phi = np.linspace(0.0, CYCLE, 500_001)
+    speeds = MADE_SPEED * made(phi)
+    np.testing.assert_allclose(found.omega(phi[::100]), speeds[::100], rtol=ACCURACY)
+    load = MADE_LOAD * (problem.omega_n / MADE_SPEED) ** exponent
+    assert found.load_torque_nominal == pytest.approx(load, rel=ACCURACY)
+    assert found.omega_mean == pytest.approx(speeds[:-1].mean(), rel=ACCURACY)
+    # The grid misses an extreme by half a step: some 1e-10.
+    assert found.omega_max == pytest.approx(speeds.max(), rel=1e-9)
+    assert found.omega_min == pytest.approx(speeds.min(), rel=1e-9)
 
 
 # Consistency on engines ---------------------------------------------------------------------------
 
 ENGINES = (
     "alpha 0, variable, 1 cyl, power_mean",
-    "alpha 0.5, constant, 1 cyl, power_mean",
     "alpha 1.6, variable, 1 cyl, cycle_time",
-    "alpha 2, constant, 3 cyl, power_mean",
+    "alpha 0.5, constant, 3 cyl, power_mean",
     "weak load, alpha 1, variable, power_mean",
     "strong, alpha 3, constant, cycle_time",
 )
@@ -311,20 +337,20 @@ def test_solution_is_consistent(name: str) -> None:
 
     assert golden.disagreement(item, found, 1441) < golden.AGREEMENT
     for quantity in golden.NUMBERS:
-        assert getattr(found, quantity) == pytest.approx(GOLDEN[name][quantity], rel=1e-10)
+        assert getattr(found, quantity) == pytest.approx(GOLDEN[name][quantity], rel=ACCURACY)
 
     phi = np.arange(14400) * CYCLE / 14400
     omega = found.omega(phi)
     alpha, omega_n = design.load_exponent, design.omega_n
     if design.closure == "cycle_time":
-        assert np.mean(1.0 / omega) == pytest.approx(1.0 / omega_n, rel=1e-11)
+        assert np.mean(1.0 / omega) == pytest.approx(1.0 / omega_n, rel=ACCURACY)
     elif alpha == 0.0:
-        assert np.mean(np.log(omega)) == pytest.approx(math.log(omega_n), abs=1e-11)
+        assert np.mean(np.log(omega)) == pytest.approx(math.log(omega_n), abs=ACCURACY)
     else:
-        assert np.mean(omega**alpha) == pytest.approx(omega_n**alpha, rel=1e-11)
+        assert np.mean(omega**alpha) == pytest.approx(omega_n**alpha, rel=ACCURACY)
     load = design.load_offset + found.k * omega**alpha
-    assert np.mean(load) == pytest.approx(found.torque_mean, rel=1e-11)
-    assert found.omega_mean == pytest.approx(np.mean(omega), rel=1e-12)
+    assert np.mean(load) == pytest.approx(found.torque_mean, rel=ACCURACY)
+    assert found.omega_mean == pytest.approx(np.mean(omega), rel=ACCURACY)
 
     # The energy between any two angles is the work between them: trapezoids, so second order.
     theta = design.inertia
@@ -338,25 +364,24 @@ def test_solution_is_consistent(name: str) -> None:
     work = np.cumsum(0.5 * (work_rate[1:] + work_rate[:-1])) * step
     np.testing.assert_allclose(energy[1:] - energy[0], work, atol=2e-6 * found.energy_swing)
     assert np.ptp(energy) == pytest.approx(found.energy_swing, rel=1e-6)
+    # Between samples a curve rises by its curvature, which is below 20 omega here, times h^2 / 8.
+    near = 20.0 / 8.0 * step**2
+    for extreme, sample in ((found.omega_max, omega.max()), (found.omega_min, omega.min())):
+        assert extreme == pytest.approx(sample, rel=near)
+    assert found.omega_min * (1.0 - 1e-13) <= omega.min()
     assert omega.max() <= found.omega_max * (1.0 + 1e-13)
-    assert found.omega_max == pytest.approx(omega.max(), rel=1e-7)
-    assert found.omega_min == pytest.approx(omega.min(), rel=1e-7)
-    np.testing.assert_allclose(found.omega(phi[::99] - CYCLE), omega[::99], rtol=1e-12)
-
-
-def test_cylinders_may_be_renumbered() -> None:
-    design = ITEMS["alpha 2, constant, 3 cyl, power_mean"].design
-    found = solve(design)
-    phi = np.linspace(0.0, CYCLE, 50)
-    np.testing.assert_allclose(found.omega(phi), found.omega(phi + CYCLE / 3.0), rtol=1e-11)
+    np.testing.assert_allclose(found.omega(phi[::99] - CYCLE), omega[::99], rtol=ACCURACY)
+    # Evenly firing cylinders repeat the speed.
+    period = phi.size // design.cylinders
+    np.testing.assert_allclose(np.roll(omega, period), omega, rtol=ACCURACY)
 
 
 def test_small_exponents_tend_to_the_geometric_mean() -> None:
-    design = ITEMS["alpha 0, constant, 1 cyl, power_mean"].design
-    limit = solve(design)
-    near = solve(replace(design, load_exponent=1e-7))
-    assert near.omega_max == pytest.approx(limit.omega_max, rel=1e-7)
-    assert near.omega_min == pytest.approx(limit.omega_min, rel=1e-7)
+    # The power mean grows with its order: by alpha / 2 times the variance of log omega.
+    limit = solve(harmonic(0.0, "power_mean", 0.3))
+    near = solve(harmonic(1e-3, "power_mean", 0.3))
+    assert near.omega_max == pytest.approx(limit.omega_max, rel=1e-3 * 0.3)
+    assert near.delta == pytest.approx(limit.delta, rel=1e-3)
 
 
 def test_differentiation_matrix_is_exact_for_low_orders() -> None:
@@ -480,7 +505,7 @@ def test_held_out_designs_are_those_of_the_golden_file() -> None:
         assert item.status == GOLDEN[name]["status"]
         numbers = golden.numbers_of(item)
         kept = GOLDEN[name]["design"]
-        assert numbers.pop("pressure") == pytest.approx(kept.pop("pressure"), rel=1e-12)
+        assert numbers.pop("pressure") == pytest.approx(kept.pop("pressure"), rel=ACCURACY)
         for key, value in numbers.items():
             assert value == (kept[key] if isinstance(value, str) else pytest.approx(kept[key]))
 
@@ -489,7 +514,7 @@ def test_held_out_pressures_are_plausible() -> None:
     for item in ITEMS.values():
         degrees, pressure = item.table(0.5)
         assert (degrees.size, degrees[0], degrees[-1]) == (1441, -360.0, 360.0)
-        assert pressure[0] == pytest.approx(pressure[-1], rel=1e-12)
+        assert pressure[0] == pytest.approx(pressure[-1], rel=ACCURACY)
         peak = degrees[np.argmax(pressure)]
         assert 40.0 <= pressure.max() <= 120.0
         assert -5.0 <= peak <= 20.0

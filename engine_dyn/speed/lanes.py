@@ -18,7 +18,24 @@ from engine_dyn.slider_crank import acceleration_at, velocity_at
 from engine_dyn.speed import tables
 from engine_dyn.speed.euler import march_cycles
 from engine_dyn.speed.extremes import interpolate, refine
-from engine_dyn.speed.fixed_point import LANES, MOST_SWEEPS, iterate, solve_linear
+from engine_dyn.speed.fixed_point import (
+    ALPHA,
+    ETA,
+    GAS,
+    HALF,
+    KAPPA,
+    LANES,
+    LOW,
+    LOW_NODE,
+    MOST_SWEEPS,
+    MU,
+    NOMINAL,
+    TOP,
+    TOP_NODE,
+    TOTAL,
+    iterate,
+    solve_linear,
+)
 from engine_dyn.speed.newton import FLOOR, POWER_MEAN, closure_terms, load_terms, newton
 from engine_dyn.speed.picard import MOST_CYCLES, repeat_cycles
 from engine_dyn.speed.tables import (
@@ -278,7 +295,7 @@ def march(
     q: Floats,
     z: Floats,
     force: Floats,
-    lanes: Floats,
+    lane: Floats,
     single: Floats,
     sampled: Floats,
 ) -> None:
@@ -292,23 +309,18 @@ def march(
     designs = 1
     for i in range(lane_axes.size):
         designs *= shape[lane_axes[i]]
-    blocks = (designs + LANES - 1) // LANES
+    lanes = q.shape[1]
+    blocks = (designs + lanes - 1) // lanes
     table_offsets = np.zeros(INPUTS, dtype=np.int64)
     lane_offsets = np.zeros(INPUTS, dtype=np.int64)
     targets = np.zeros(LANES, dtype=np.int64)
     codes = np.zeros(LANES, dtype=np.int64)
     sweeps = np.zeros(LANES, dtype=np.int64)
     counts = np.zeros(LANES, dtype=np.int64)
-    top_node = np.zeros(LANES, dtype=np.int64)
-    low_node = np.zeros(LANES, dtype=np.int64)
     current = -1
     ratio = crankcase = scale = weight = gas_range = shape_range = 0.0
     least_square = 0.0
     first = second = 0
-    gas, eta, kappa, half = lanes[0], lanes[1], lanes[2], lanes[3]
-    top, low, total, mu = lanes[4], lanes[5], lanes[6], lanes[7]
-    nominal, alpha, change = lanes[8], lanes[9], lanes[10]
-    scratch = lanes[11:]
     w, dw, tau, dtau, s = single[0], single[1], single[2], single[3], single[4]
     newton_work = single[5:11]
 
@@ -341,9 +353,9 @@ def march(
                 )  # fmt: skip
 
         # The block's designs; the last block is filled up with copies of its last design.
-        lane_first = (block % blocks) * LANES
-        filled = min(LANES, designs - lane_first)
-        for k in range(LANES):
+        lane_first = (block % blocks) * lanes
+        filled = min(lanes, designs - lane_first)
+        for k in range(lanes):
             if k < filled:
                 place(
                     lane_first + k, lane_axes, shape, strides, positions, position_start,
@@ -356,7 +368,7 @@ def march(
             mass = values[value_start[MASS] + lane_offsets[MASS]]
             speed = values[value_start[SPEED] + lane_offsets[SPEED]]
             inertia = values[value_start[INERTIA] + lane_offsets[INERTIA]]
-            alpha[k] = values[value_start[EXPONENT] + lane_offsets[EXPONENT]]
+            lane[ALPHA + k] = values[value_start[EXPONENT] + lane_offsets[EXPONENT]]
             surplus = (
                 values[value_start[MEAN_TORQUE] + lane_offsets[MEAN_TORQUE]]
                 - values[value_start[OFFSET] + lane_offsets[OFFSET]]
@@ -365,10 +377,10 @@ def march(
             lever = 0.25 * math.pi * bore * bore * radius
             throw = mass * radius * radius
             energy = 0.5 * inertia * speed * speed
-            nominal[k] = speed
-            half[k] = 0.5 * alpha[k]
-            gas[k] = lever / energy
-            eta[k] = throw / inertia
+            lane[NOMINAL + k] = speed
+            lane[HALF + k] = 0.5 * lane[ALPHA + k]
+            lane[GAS + k] = lever / energy
+            lane[ETA + k] = throw / inertia
             codes[k] = CONVERGED
             # Idle or loaded: a bound on the torque's range decides nearly always.
             swing = lever * gas_range + throw * speed * speed * shape_range
@@ -383,52 +395,51 @@ def march(
                 surplus = 0.0
             elif surplus < 0.0:
                 codes[k] = NO_STEADY_STATE
-            if variable and 1.0 + eta[k] * least_square <= 0.0:
+            if variable and 1.0 + lane[ETA + k] * least_square <= 0.0:
                 codes[k] = INVALID_INPUT
             if method == CLOSED and kind != 0 and kind != 2:
                 codes[k] = INVALID_INPUT
-            kappa[k] = surplus / energy
+            lane[KAPPA + k] = surplus / energy
             if codes[k] != CONVERGED:
                 # A harmless stand-in, so that the other lanes can go on.
-                gas[k] = 0.0
-                eta[k] = 0.0
-                kappa[k] = 0.0
-            change[k] = 0.0
-            mu[k] = 1.0
+                lane[GAS + k] = 0.0
+                lane[ETA + k] = 0.0
+                lane[KAPPA + k] = 0.0
+            lane[MU + k] = 1.0
             sweeps[k] = 1
 
         # The periodic solution at the nodes: q and F of every lane.
+        powers = force
         together = method == AUTO or method == THESIS or method == PICARD or (
             method == CLOSED and (kind == 0 or not variable)
         )
         if together:
             if kind == 2 and not variable and closure == POWER_MEAN:
-                solve_linear(nodes, width, table, gas, eta, kappa, q, force, scratch)
+                solve_linear(nodes, width, table, q, lane)
+                powers = q  # the exponent is 2: F is q itself
             else:
                 iterate(
-                    nodes, width, table, gas, eta, kappa, half, kind, variable, closure,
-                    1e-5 * tolerance, q, z, force, scratch, sweeps,
+                    nodes, width, table, kind, variable, closure, 1e-5 * tolerance, q, z, force,
+                    lane, sweeps,
                 )  # fmt: skip
-                for k in range(LANES):
-                    mu[k] = scratch[1, k]
-        for k in range(LANES):
+        for k in range(lanes):
             counts[k] = sweeps[k]
             if codes[k] != CONVERGED or (together and sweeps[k] > 0):
                 continue
             for j in range(nodes):
-                w[j] = gas[k] * table[GAS_WORK, j]
-                dw[j] = gas[k] * table[GAS_TORQUE, j]
+                w[j] = lane[GAS + k] * table[GAS_WORK, j]
+                dw[j] = lane[GAS + k] * table[GAS_TORQUE, j]
                 if variable:
-                    tau[j] = 1.0 + eta[k] * table[SQUARE, j]
-                    dtau[j] = eta[k] * table[SQUARE_SLOPE, j]
+                    tau[j] = 1.0 + lane[ETA + k] * table[SQUARE, j]
+                    dtau[j] = lane[ETA + k] * table[SQUARE_SLOPE, j]
                 else:
-                    w[j] -= eta[k] * table[SQUARE, j]
-                    dw[j] -= eta[k] * table[SQUARE_SLOPE, j]
+                    w[j] -= lane[ETA + k] * table[SQUARE, j]
+                    dw[j] -= lane[ETA + k] * table[SQUARE_SLOPE, j]
                     tau[j] = 1.0
                     dtau[j] = 0.0
                 s[j] = 0.0
-            taken, mu[k], change[k], smallest = newton(
-                kappa[k], half[k], closure, width, nodes, w, dw, tau, dtau, s, newton_work,
+            taken, lane[MU + k], _, smallest = newton(
+                lane[KAPPA + k], lane[HALF + k], closure, width, nodes, w, dw, tau, dtau, s, newton_work,
                 1e-7, NEWTON_STEPS,
             )  # fmt: skip
             counts[k] = abs(taken) + (MOST_SWEEPS if together else 0)
@@ -436,24 +447,24 @@ def march(
                 codes[k] = NOT_CONVERGED if smallest > FLOOR else STALLED
             for j in range(nodes):
                 q[j, k] = (1.0 + w[j] + s[j]) / tau[j]
-                force[j, k], _, _ = load_terms(q[j, k], half[k])
-            change[k] = 0.0
+                powers[j, k], _, _ = load_terms(q[j, k], lane[HALF + k])
 
         # Extremes at the nodes and the mean speed, all lanes together.
-        for k in range(LANES):
-            top[k] = -1e300
-            low[k] = 1e300
-            total[k] = 0.0
+        for k in range(lanes):
+            lane[TOP + k] = -1e300
+            lane[LOW + k] = 1e300
+            lane[TOTAL + k] = 0.0
         for j in range(nodes):
-            for k in range(LANES):
-                value = q[j, k]
-                total[k] += math.sqrt(max(value, 0.0))
-                if value > top[k]:
-                    top[k] = value
-                    top_node[k] = j
-                if value < low[k]:
-                    low[k] = value
-                    low_node[k] = j
+            row_of_q = q[j]
+            here = float(j)
+            for k in range(lanes):
+                value = row_of_q[k]
+                high, low = lane[TOP + k], lane[LOW + k]
+                lane[TOTAL + k] += math.sqrt(value if value > 0.0 else 0.0)
+                lane[TOP_NODE + k] = here if value > high else lane[TOP_NODE + k]
+                lane[LOW_NODE + k] = here if value < low else lane[LOW_NODE + k]
+                lane[TOP + k] = value if value > high else high
+                lane[LOW + k] = value if value < low else low
 
         for k in range(filled):
             error = 0.0
@@ -461,26 +472,26 @@ def march(
             largest = smallest = mean = math.nan
             if codes[k] == CONVERGED:
                 highest, miss_top = extreme_near(
-                    top_node[k], 1.0, nodes, width, table, gas[k], eta[k], kappa[k], mu[k],
-                    variable, q, force, k,
+                    int(lane[TOP_NODE + k]), 1.0, nodes, width, table, lane[GAS + k], lane[ETA + k], lane[KAPPA + k], lane[MU + k],
+                    variable, q, powers, k,
                 )  # fmt: skip
                 lowest, miss_low = extreme_near(
-                    low_node[k], -1.0, nodes, width, table, gas[k], eta[k], kappa[k], mu[k],
-                    variable, q, force, k,
+                    int(lane[LOW_NODE + k]), -1.0, nodes, width, table, lane[GAS + k], lane[ETA + k], lane[KAPPA + k], lane[MU + k],
+                    variable, q, powers, k,
                 )  # fmt: skip
                 if not (lowest > FLOOR):
                     codes[k] = STALLED
                 else:
-                    largest = nominal[k] * math.sqrt(highest)
-                    smallest = nominal[k] * math.sqrt(lowest)
-                    mean = nominal[k] * total[k] / nodes
+                    largest = lane[NOMINAL + k] * math.sqrt(highest)
+                    smallest = lane[NOMINAL + k] * math.sqrt(lowest)
+                    mean = lane[NOMINAL + k] * lane[TOTAL + k] / nodes
                     swing = largest - smallest
-                    miss = 0.5 * nominal[k] * (
+                    miss = 0.5 * lane[NOMINAL + k] * (
                         miss_top / math.sqrt(highest) + miss_low / math.sqrt(lowest)
                     )
                     error = miss / swing if swing > 0.0 else 0.0
                     if lowest < NEARLY_STALLED:
-                        error += unresolved(nodes, q, k, half[k], closure)
+                        error += unresolved(nodes, q, k, lane[HALF + k], closure)
                     if error > tolerance:
                         codes[k] = TOLERANCE_NOT_MET
 
@@ -497,10 +508,10 @@ def march(
                 angle = values[lane_offsets[START_ANGLE]]
                 start = values[lane_offsets[START_SPEED]]
                 if start <= 0.0:
-                    start = nominal[k]
+                    start = lane[NOMINAL + k]
                 reference = (largest - smallest) / mean
                 if method == THESIS:
-                    speed = nominal[k]
+                    speed = lane[NOMINAL + k]
                     radius = 0.5 * values[lane_offsets[STROKE]]
                     bore = values[lane_offsets[BORE]]
                     lever = 0.25 * math.pi * bore * bore * radius
@@ -519,35 +530,35 @@ def march(
                             sampled[6, j] = 0.0
                         sampled[4, j] = torque
                     load = average / samples - values[lane_offsets[OFFSET]]
-                    if kappa[k] == 0.0:
+                    if lane[KAPPA + k] == 0.0:
                         load = 0.0
-                    load /= speed ** alpha[k]
+                    load /= speed ** lane[ALPHA + k]
                     here = int(round(angle / (steps * width) * samples)) + samples // 2
                     here %= samples
                     done, closed, stalled, largest, smallest, mean = march_cycles(
                         sampled[4], sampled[5], sampled[6], samples, steps * width / samples,
-                        values[lane_offsets[OFFSET]], load, alpha[k], start, here, passes,
+                        values[lane_offsets[OFFSET]], load, lane[ALPHA + k], start, here, passes,
                         MOST_CYCLES, sampled[7],
                     )  # fmt: skip
                 else:
                     for j in range(nodes):
-                        w[j] = gas[k] * table[GAS_WORK, j]
-                        dw[j] = gas[k] * table[GAS_TORQUE, j]
+                        w[j] = lane[GAS + k] * table[GAS_WORK, j]
+                        dw[j] = lane[GAS + k] * table[GAS_TORQUE, j]
                         tau[j] = 1.0
                         dtau[j] = 0.0
                         if variable:
-                            tau[j] += eta[k] * table[SQUARE, j]
-                            dtau[j] = eta[k] * table[SQUARE_SLOPE, j]
+                            tau[j] += lane[ETA + k] * table[SQUARE, j]
+                            dtau[j] = lane[ETA + k] * table[SQUARE_SLOPE, j]
                         else:
-                            w[j] -= eta[k] * table[SQUARE, j]
-                            dw[j] -= eta[k] * table[SQUARE_SLOPE, j]
+                            w[j] -= lane[ETA + k] * table[SQUARE, j]
+                            dw[j] -= lane[ETA + k] * table[SQUARE_SLOPE, j]
                     here = int(round(angle / width)) % nodes
-                    ratio_start = (start / nominal[k]) ** 2
+                    ratio_start = (start / lane[NOMINAL + k]) ** 2
                     done, closed, stalled = repeat_cycles(
-                        kappa[k], half[k], width, nodes, w, dw, tau, dtau, s, ratio_start, here,
+                        lane[KAPPA + k], lane[HALF + k], width, nodes, w, dw, tau, dtau, s, ratio_start, here,
                         cylinders, passes, 1e-3 * tolerance,
                     )  # fmt: skip
-                    if passes == 0 and closed and (kappa[k] == 0.0 or kind == 0):
+                    if passes == 0 and closed and (lane[KAPPA + k] == 0.0 or kind == 0):
                         # No load torque that depends on speed: every cycle closes; the closure
                         # of the contract fixes the constant.
                         for j in range(nodes):
@@ -556,30 +567,30 @@ def march(
                         top_here, low_here, sum_here = -math.inf, math.inf, 0.0
                         for j in range(nodes):
                             q[j, k] = (1.0 + w[j] + s[j]) / tau[j]
-                            force[j, k], _, _ = load_terms(q[j, k], half[k])
+                            powers[j, k], _, _ = load_terms(q[j, k], lane[HALF + k])
                             sum_here += math.sqrt(max(q[j, k], 0.0))
                             if q[j, k] > top_here:
                                 top_here = q[j, k]
-                                top_node[k] = j
+                                lane[TOP_NODE + k] = float(j)
                             if q[j, k] < low_here:
                                 low_here = q[j, k]
-                                low_node[k] = j
+                                lane[LOW_NODE + k] = float(j)
                         highest, _ = extreme_near(
-                            top_node[k], 1.0, nodes, width, table, gas[k], eta[k], kappa[k], 1.0,
-                            variable, q, force, k,
+                            int(lane[TOP_NODE + k]), 1.0, nodes, width, table, lane[GAS + k], lane[ETA + k], lane[KAPPA + k], 1.0,
+                            variable, q, powers, k,
                         )  # fmt: skip
                         lowest, _ = extreme_near(
-                            low_node[k], -1.0, nodes, width, table, gas[k], eta[k], kappa[k], 1.0,
-                            variable, q, force, k,
+                            int(lane[LOW_NODE + k]), -1.0, nodes, width, table, lane[GAS + k], lane[ETA + k], lane[KAPPA + k], 1.0,
+                            variable, q, powers, k,
                         )  # fmt: skip
                         if lowest > FLOOR:
-                            largest = nominal[k] * math.sqrt(highest)
-                            smallest = nominal[k] * math.sqrt(lowest)
-                            mean = nominal[k] * sum_here / nodes
+                            largest = lane[NOMINAL + k] * math.sqrt(highest)
+                            smallest = lane[NOMINAL + k] * math.sqrt(lowest)
+                            mean = lane[NOMINAL + k] * sum_here / nodes
                         else:
                             stalled = True
                 cycles = float(done)
-                mu[k] = 1.0
+                lane[MU + k] = 1.0
                 # What this method misses, measured against the periodic solution.
                 found = (largest - smallest) / mean
                 if reference > 0.0:
@@ -613,7 +624,7 @@ def march(
             if wanted[OMEGA_MEAN] >= 0:
                 scalars[wanted[OMEGA_MEAN], target] = mean if good else math.nan
             if wanted[LOAD_FACTOR] >= 0:
-                scalars[wanted[LOAD_FACTOR], target] = 1.0 / mu[k] if good else math.nan
+                scalars[wanted[LOAD_FACTOR], target] = 1.0 / lane[MU + k] if good else math.nan
             if wanted[DELTA_ERROR] >= 0:
                 scalars[wanted[DELTA_ERROR], target] = error if good else math.nan
             if wanted[ITERATIONS] >= 0:
@@ -639,12 +650,12 @@ def march(
                     d0 = d1 = 0.0
                     for end_of in range(2):
                         node = j if end_of == 0 else after
-                        f = kappa[k] * (force[node, k] / mu[k] - 1.0)
-                        slope = gas[k] * table[GAS_TORQUE, node] - f
-                        turn = eta[k] * table[SQUARE_SLOPE, node]
+                        f = lane[KAPPA + k] * (powers[node, k] / lane[MU + k] - 1.0)
+                        slope = lane[GAS + k] * table[GAS_TORQUE, node] - f
+                        turn = lane[ETA + k] * table[SQUARE_SLOPE, node]
                         if variable:
                             slope = (slope - q[node, k] * turn) / (
-                                1.0 + eta[k] * table[SQUARE, node]
+                                1.0 + lane[ETA + k] * table[SQUARE, node]
                             )
                         else:
                             slope -= turn
@@ -657,8 +668,8 @@ def march(
                     b = 3.0 * rise - 2.0 * d0 - d1
                     a = d0 + d1 - 2.0 * rise
                     slope = d0 + share * (2.0 * b + 3.0 * share * a)
-                    speed = nominal[k] * math.sqrt(max(value, 0.0))
-                    rate = 0.5 * nominal[k] * nominal[k] * slope / width
+                    speed = lane[NOMINAL + k] * math.sqrt(max(value, 0.0))
+                    rate = 0.5 * lane[NOMINAL + k] * lane[NOMINAL + k] * slope / width
                 if omega.shape[1] > 0:
                     omega[target, i] = speed
                 if acceleration.shape[1] > 0:

@@ -8,6 +8,7 @@ read off these shapes; nothing here knows what an axis is called.
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +20,7 @@ import numpy.typing as npt
 
 from engine_dyn.indicator import Family
 from engine_dyn.speed import lanes
-from engine_dyn.speed.fixed_point import LANES
+from engine_dyn.speed.fixed_point import LANE_ROWS, LANES
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.status import TOLERANCE_NOT_MET
 from engine_dyn.speed.tables import (
@@ -207,13 +208,17 @@ class _Product:
             shape, np.concatenate([a.ravel() for a in arrays]), start, strides, table_axis
         )
 
-    def arguments(self, part: _Part) -> tuple[tuple[Any, ...], int, int]:
-        """Kernel arguments of a part, its number of blocks and of designs a block at most."""
+    def arguments(self, part: _Part, lane_width: int = 0) -> tuple[tuple[Any, ...], int, int]:
+        """Kernel arguments of a part, its number of blocks, and lanes of a block.
+
+        A block is as wide as its table has designs, up to `LANES` (or `lane_width`, if given).
+        """
         sizes = [len(p) for p in part.positions]
         tables = [a for a, of_table in enumerate(self.table_axis) if of_table]
         others = [a for a, of_table in enumerate(self.table_axis) if not of_table]
         table_count = int(np.prod([sizes[a] for a in tables], dtype=np.int64))
         lane_count = int(np.prod([sizes[a] for a in others], dtype=np.int64))
+        width = lane_width or min(LANES, max(4, 1 << (lane_count - 1).bit_length()))
         begin = np.concatenate([[0], np.cumsum(sizes)[:-1]]) if sizes else np.zeros(1)
         return (
             (
@@ -226,8 +231,8 @@ class _Product:
                 self.values,
                 self.start,
             ),
-            table_count * -(-lane_count // LANES),
-            min(lane_count, LANES),
+            table_count * -(-lane_count // width),
+            width,
         )
 
 
@@ -388,16 +393,16 @@ def solve(
         output_node = np.minimum(np.floor(within + 1e-9).astype(np.int64), nodes - 1)
         output_share = np.maximum(within - output_node, 0.0)
         output_sample = np.mod(angles + 0.5 * period, period) / period * _SAMPLES
-        arguments, blocks, filled = product.arguments(part)
+        arguments, blocks, lane_width = product.arguments(part)
 
         def work(begin: int, end: int) -> None:
             scratch = (
                 np.empty((TABLE_ROWS, nodes)),
                 np.empty((4, nodes)),
-                np.empty((nodes, LANES)),
-                np.empty((nodes, LANES)),
-                np.empty((nodes, LANES)),
-                np.empty((40, LANES)),
+                np.empty((nodes, lane_width)),
+                np.empty((nodes, lane_width)),
+                np.empty((nodes, lane_width)),
+                np.zeros(LANE_ROWS * LANES),
                 np.empty((11, nodes)),
                 np.empty((8, sampled[1].shape[1])),
             )
@@ -408,7 +413,8 @@ def solve(
                 *traces, *scratch,
             )  # fmt: skip
 
-        _run(blocks, filled, work, count, progress)
+        len_part = math.prod(len(p) for p in part.positions)
+        _run(blocks, len_part / blocks, work, count, progress)
 
     results: dict[str, Any] = {name: scalars[i] for i, name in enumerate(names)}
     results["status"] = status
@@ -514,7 +520,7 @@ def torque_extremes(
         row = np.asarray(inputs["row"], dtype=float)
         needed = _rows_needed(_taken(row, part, len(shape)))
         grid = pressure_nodes(family, needed, steps)
-        arguments, blocks, filled = product.arguments(part)
+        arguments, blocks, lane_width = product.arguments(part, LANES)
 
         def work(begin: int, end: int) -> None:
             lanes.extremes_of_torque(
@@ -523,7 +529,8 @@ def torque_extremes(
                 np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)),
             )  # fmt: skip
 
-        _run(blocks, filled, work, threads or os.cpu_count() or 1, progress)
+        len_part = math.prod(len(p) for p in part.positions)
+        _run(blocks, len_part / blocks, work, threads or os.cpu_count() or 1, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 

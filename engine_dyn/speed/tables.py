@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import kernel
 from engine_dyn.indicator import Family
 from engine_dyn.slider_crank import acceleration_at, jerk_at, velocity_at
 
@@ -113,7 +113,7 @@ interpolant's: what a cubic misses.
 """
 
 
-@inlined
+@kernel
 def build(
     ratio: float,
     first: int,

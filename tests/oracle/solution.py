@@ -47,7 +47,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 CYCLE = 4.0 * math.pi
-FLOOR = 1e-6  # of (omega/omega_n)^2: a thousandth of the nominal speed is a standstill
+FLOOR = 1e-4  # of (omega/omega_n)^2: a hundredth of the nominal speed is a standstill
 RELATIVE, ABSOLUTE = 1e-12, 1e-13  # of the integration
 IDLE = 1e-9  # |mean M - a| within this share of max M - min M is no load at all
 
@@ -244,7 +244,13 @@ def inertia_torque(design: Design, phi: ArrayLike) -> Array:
 
 def total_torque(design: Design, phi: ArrayLike) -> Array:
     """Gas, inertia and friction at the nominal speed [N m], shape of ``phi``."""
-    return gas_torque(design, phi) + inertia_torque(design, phi) - design.friction_torque
+    angle = _crank_angles(design, phi)
+    radius = design.stroke / 2.0
+    gas = (design.pressure(angle) - design.crankcase_pressure) * math.pi / 4.0 * design.bore**2
+    inertia = -design.reciprocating_mass * radius * design.omega_n**2
+    force = gas + inertia * acceleration(angle, design.crank_ratio)
+    torque = np.sum(force * radius * velocity(angle, design.crank_ratio), axis=-1)
+    return np.asarray(torque - design.friction_torque)
 
 
 def cycle_mean(curve: Curve) -> float:
@@ -392,7 +398,7 @@ def _sweep(problem: Problem, kappa: float, start: float, level: float, dense: bo
         events=standstill,
         dense_output=dense,
         # Between the steps the interpolant is only of order 7: short steps where it is used.
-        max_step=math.radians(2.0 if dense else 20.0),
+        max_step=math.radians(5.0 if dense else 20.0),
     )
     if run.status == 1:
         raise _Stalled
@@ -427,7 +433,7 @@ def _increasing_root(function: Callable[[float], tuple[float, float]], guess: fl
                 return x + step
             trial = x + step
             x = trial if low < trial < high else 0.5 * (low + min(high, 4.0 * x))
-        if low_is_stalled and high - low < 1e-8 * high:
+        if low_is_stalled and high - low < 0.1 * FLOOR * high:
             raise _Stalled
         if not low_is_stalled and high - low < 1e-15 * high:
             return x

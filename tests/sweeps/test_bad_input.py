@@ -9,6 +9,7 @@ from typing import Any
 import click.testing
 import numpy as np
 import pytest
+import xarray as xr
 
 from sweeps.cli import main
 from sweeps.errors import SceneError
@@ -519,12 +520,10 @@ def test_scene_that_is_no_text(tmp_path: Path) -> None:
 def test_output_is_checked_before_anything_is_computed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import sweeps.run
-
     def never(*_: Any, **__: Any) -> None:
         raise AssertionError("must not be called")
 
-    monkeypatch.setattr(sweeps.run, "run", never)
+    monkeypatch.setattr("sweeps.cli._computed", never)
     existing = tmp_path / "out.nc"
     existing.write_text("kept")
     one_line(invoke("run", "first", "-o", existing), "out.nc", "exists", "--overwrite")
@@ -550,7 +549,13 @@ def test_no_archive(command: str, tmp_path: Path) -> None:
     one_line(invoke(command, tmp_path / "none.nc"), "none.nc", "no such file")
     one_line(invoke(command, text), "text.nc", "not a netCDF archive")
     one_line(invoke(command, tmp_path), "not a file")
-    assert list(tmp_path.iterdir()) == [text]
+    foreign = tmp_path / "foreign.nc"
+    xr.Dataset({"a": ("x", [1.0, 2.0])}).to_netcdf(foreign, engine="netcdf4")
+    one_line(invoke(command, foreign), "foreign.nc", "not an archive")
+    short = tmp_path / "short.nc"
+    short.write_bytes(foreign.read_bytes()[:1000])
+    one_line(invoke(command, short), "short.nc", "not a netCDF archive")
+    assert sorted(tmp_path.iterdir()) == [foreign, short, text]
 
 
 def test_click_refuses_with_status_2(tmp_path: Path) -> None:

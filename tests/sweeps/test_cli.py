@@ -142,6 +142,18 @@ def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
     assert time.perf_counter() - began < 5.0  # typically 0.1 s; a busy machine is allowed for
 
 
+def test_the_python_function_is_there_before_and_after_a_run(tmp_path: Path) -> None:
+    code = (
+        "import sweeps\n"
+        "scene = {'engine': 'ntua', 'output': {'quantities': ['mean_piston_speed']}}\n"
+        "for _ in range(2):\n"
+        "    assert sweeps.run(scene)['mean_piston_speed'] == 7.2\n"
+        "import sweeps.cli\n"
+        "sweeps.run(sweeps.read_scene(scene))\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path)
+
+
 # --- run ----------------------------------------------------------------------------------------
 
 
@@ -164,12 +176,10 @@ def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
 def test_a_failure_leaves_the_old_archive_and_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import sweeps.run
-
     def broken(*_: Any, **__: Any) -> None:
         raise RuntimeError("something\nwent wrong")
 
-    monkeypatch.setattr(sweeps.run, "run", broken)
+    monkeypatch.setattr("sweeps.cli._computed", broken)
     out = tmp_path / "out.nc"
     out.write_text("kept")
     result = invoke("run", "first", "-o", out, "--overwrite")

@@ -327,11 +327,9 @@ def test_the_thesis_has_both_tables_with_every_printed_row() -> None:
 
 # --- nothing but a SceneError -------------------------------------------------------------------
 
-table_words = "title engine set axes designs indicator solver output reference".split()
-other_words = "case file start stop num spacing log method tolerance closure ntua".split()
-words = st.sampled_from(
-    [*PARAMETERS, *QUANTITIES, *METHODS, *table_words, *other_words, "quantities", "angle_step", ""]
-)
+scene_words = [key for name in built_in_scenes() for key in read_scene(name).source]
+more_words = ["case", "file", "start", "stop", "num", "spacing", "log", "method", "tolerance"]
+words = st.sampled_from([*PARAMETERS, *QUANTITIES, *METHODS, *scene_words, *more_words, ""])
 leaves = (
     st.none()
     | st.booleans()

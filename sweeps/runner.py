@@ -86,7 +86,7 @@ def compute(
             try:
                 data = node.make(**{n: _aligned(v, dims, n) for n, v in needs.items()})
             except ValueError as error:  # what only the physics can refuse, in its own words
-                raise SceneError(f"{_name(plan)}: {error}") from None
+                raise SceneError(f"{plan.name}: {error}") from None
             values[node.name] = Value(np.asarray(data), stage.dims)
         for need in node.needs:
             waiting[need] -= 1
@@ -100,10 +100,6 @@ def _filled(data: npt.NDArray[Any], shape: tuple[int, ...] | None) -> npt.NDArra
     """Array of the whole shape; copied only where it was broadcast."""
     array = np.asarray(data)
     return array if shape is None or array.shape == shape else np.array(np.broadcast_to(array, shape))
-
-
-def _name(plan: Plan) -> str:
-    return plan.scene.path.name if plan.scene.path else "scene"
 
 
 def _uses(plan: Plan) -> dict[str, int]:

@@ -1,0 +1,1 @@
+"""Parts of `sweeps.figures`: wording, views of an archive, sheets, curves, numbers."""

@@ -1,0 +1,440 @@
+"""The modelled diesel cycle, and the diagrams of the NTUA engine made with it."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
+
+from engine_dyn.cycle import FILE_UNITS, DieselCycle
+from engine_dyn.indicator import diagram_from_points, family_from_diagrams
+from engine_dyn.slider_crank import acceleration, velocity
+from tools import calibrate_ntua
+
+DEGREE = np.pi / 180.0
+BAR = 1e5
+ENGINES = Path(__file__).resolve().parents[2] / "sweeps" / "engines"
+
+USUAL = {
+    "compression_ratio": 17.0,
+    "crank_ratio": 0.25,
+    "intake_pressure": 1.1,
+    "exhaust_pressure": 1.2,
+    "intake_loss": 0.1,
+    "exhaust_loss": 0.05,
+    "compression_exponent": 1.36,
+    "expansion_exponent": 1.30,
+    "heat": 14.0,
+    "premixed_share": 0.15,
+    "premixed_start": -6.0,
+    "premixed_duration": 12.0,
+    "premixed_form": 2.0,
+    "diffusion_start": -4.0,
+    "diffusion_duration": 70.0,
+    "diffusion_form": 1.2,
+    "intake_closing": -140.0,
+    "exhaust_opening": 130.0,
+    "valve_ramp": 40.0,
+    "valve_lag": 8.0,
+}
+
+
+def cycle(**changes):
+    """A cycle from values in file units."""
+    values = {**USUAL, **changes}
+    return DieselCycle(**{name: value * FILE_UNITS[name][1] for name, value in values.items()})
+
+
+def smooth_step(u):
+    t = np.clip(u, 0.0, 1.0)
+    return t**3 * (10.0 + t * (6.0 * t - 15.0))
+
+
+def equation(model):
+    """p' of the model, written from its description without its code."""
+
+    def volume(phi):
+        lam = model.crank_ratio
+        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
+        return 1.0 / (model.compression_ratio - 1.0) + 0.5 * (
+            1.0 - np.cos(phi) + (1.0 - root) / lam
+        )
+
+    def burnt(phi):
+        total = 0.0
+        for share, start, duration, form in (
+            (model.premixed_share, model.premixed_start, model.premixed_duration,
+             model.premixed_form),
+            (1.0 - model.premixed_share, model.diffusion_start, model.diffusion_duration,
+             model.diffusion_form),
+        ):  # fmt: skip
+            t = max(phi - start, 0.0) / duration
+            total += share * (1.0 - 0.001 ** (t ** (form + 1.0)))
+        return total
+
+    def slope(function, phi, h=1e-6):
+        return (function(phi + h) - function(phi - h)) / (2.0 * h)
+
+    def right(phi, pressure):
+        shut = smooth_step((phi - model.intake_closing) / model.valve_ramp + 1.0) * (
+            1.0 - smooth_step((phi - model.exhaust_opening) / model.valve_ramp)
+        )
+        speed = 2.0 * slope(volume, phi)
+        change = smooth_step((phi - 2.0 * np.pi + model.valve_ramp) / (2.0 * model.valve_ramp))
+        share = 1.0 if phi < 0.0 else change
+        manifold = (1.0 - share) * (model.exhaust_pressure + model.exhaust_loss * speed**2)
+        manifold += share * (model.intake_pressure - model.intake_loss * speed**2)
+        n = model.compression_exponent
+        n += (model.expansion_exponent - n) * burnt(phi)
+        gas = -n * pressure * slope(volume, phi) / volume(phi)
+        gas += (n - 1.0) * model.heat * slope(burnt, phi) / volume(phi)
+        return shut * gas - (1.0 - shut) * (pressure - manifold) / model.valve_lag
+
+    return right
+
+
+def test_points_are_uniform_from_bottom_of_the_range():
+    angle, pressure = cycle().points(0.5)
+    assert len(angle) == len(pressure) == 1440
+    assert angle[0] == -2.0 * np.pi
+    np.testing.assert_allclose(np.diff(angle), 0.5 * DEGREE, rtol=1e-12)
+    assert (pressure > 0.0).all()
+    assert np.abs(angle).min() == 0.0
+
+
+@pytest.mark.parametrize("step", [0.1, 0.25, 1.0, 2.0])
+@pytest.mark.parametrize(
+    ("form", "tolerance"),
+    # The rate of burning is t^form: with 5 its corner at the start is beyond the sixth order. With
+    # 1.2 the step that holds the corner burns some (0.125/70)^2.2 = 1e-6 of the heat.
+    [(5.0, 1e-11), (1.2, 1e-6)],
+)
+def test_the_table_does_not_depend_on_its_step(step, form, tolerance):
+    model = cycle(premixed_form=5.0, diffusion_form=form)
+    pressure = model.points(step)[1]
+    finest = model.points(0.05)[1]
+    np.testing.assert_allclose(pressure, finest[:: round(step / 0.05)], rtol=tolerance)
+
+
+def test_against_a_general_integrator():
+    model = cycle()
+    angle, pressure = model.points(1.0)
+    first = 90  # -270 degrees, in the intake stroke
+    phi = np.concatenate([angle[first:], angle[:first] + 4.0 * np.pi, [angle[first] + 4.0 * np.pi]])
+    found = solve_ivp(
+        equation(model), (phi[0], phi[-1]), [pressure[first]],
+        method="DOP853", rtol=1e-10, atol=1e-2, max_step=0.5 * DEGREE, t_eval=phi,
+    )  # fmt: skip
+    np.testing.assert_allclose(found.y[0][:-1], np.roll(pressure, -first), rtol=1e-7)
+    # Periodic: the end is the start.
+    assert found.y[0][-1] == pytest.approx(pressure[first], rel=1e-8)
+
+
+@pytest.mark.parametrize("exponent", [1.25, 1.36, 1.40])
+def test_motored_cylinder_is_a_polytrope(exponent):
+    model = cycle(heat=0.0, compression_exponent=exponent, expansion_exponent=exponent)
+    angle, pressure = model.points(0.5)
+    closed = (angle >= -140.0 * DEGREE) & (angle <= 130.0 * DEGREE)
+    invariant = pressure[closed] * model.volume(angle[closed]) ** exponent
+    np.testing.assert_allclose(invariant, invariant[0], rtol=1e-12)
+    both = np.isin(np.round(angle / DEGREE, 6), [-60.0, 60.0])
+    early, late = pressure[both]
+    assert early == pytest.approx(late, rel=1e-12)
+
+
+def test_energy_balance_of_the_closed_cycle():
+    """With one exponent the first law integrates: change of U = p V/(n - 1) is Q - W."""
+    n = 1.33
+    model = cycle(compression_exponent=n, expansion_exponent=n)
+    curve = diagram_from_points(*model.points(0.1))
+    start, end = -139.0 * DEGREE, 129.0 * DEGREE
+
+    def rate(phi):
+        return float(curve(phi)) * 0.5 * float(velocity(phi, model.crank_ratio))
+
+    work = quad(rate, start, end, limit=400, epsrel=1e-10, points=[-0.2, 0.0, 0.2])[0]
+    inner = [float(curve(phi)) * float(model.volume(phi)) / (n - 1.0) for phi in (start, end)]
+    heat = model.heat * float(model.burnt_fraction(end) - model.burnt_fraction(start))
+    assert inner[1] - inner[0] + work == pytest.approx(heat, rel=1e-7)
+    assert heat == pytest.approx(14.0 * BAR, rel=1e-6)
+
+
+def test_instant_heat_at_dead_centre_raises_pressure_at_constant_volume():
+    """The limit of a short combustion: p rises by (n - 1) Q / V_c, as in the Otto cycle."""
+    n = 1.33
+    short = {"premixed_start": -1.0, "premixed_duration": 2.0, "premixed_share": 1.0}
+    fired = cycle(compression_exponent=n, expansion_exponent=n, **short)
+    motored = cycle(compression_exponent=n, expansion_exponent=n, heat=0.0)
+    peak, compressed = fired.points(0.1)[1].max(), motored.points(0.1)[1].max()
+    clearance = 1.0 / (USUAL["compression_ratio"] - 1.0)
+    # Within 1 degree of dead centre the volume is up to 0.15 % above the clearance.
+    assert peak - compressed == pytest.approx((n - 1.0) * 14.0 * BAR / clearance, rel=5e-3)
+
+
+def test_burning_rate_is_the_derivative_and_starts_smoothly():
+    model = cycle()
+    phi = np.linspace(-0.3, 2.0, 2001)
+    h = 1e-6
+    difference = (model.burnt_fraction(phi + h) - model.burnt_fraction(phi - h)) / (2.0 * h)
+    np.testing.assert_allclose(model.burning_rate(phi), difference, atol=1e-7)
+    assert model.burnt_fraction(-6.0 * DEGREE) == 0.0
+    assert model.burning_rate(-6.0 * DEGREE) == 0.0
+    # 99.9 % of the diffusion part after its duration, by definition of the duration.
+    only = cycle(premixed_share=0.0)
+    assert only.burnt_fraction(66.0 * DEGREE) == pytest.approx(0.999, rel=1e-12)
+
+
+def test_gas_exchange_follows_the_manifolds():
+    model = cycle(valve_lag=1.0)
+    curve = diagram_from_points(*model.points(0.5))
+    for degrees, sign, manifold, loss in ((-270.0, -1.0, 1.1, 0.1), (270.0, 1.0, 1.2, 0.05)):
+        phi = degrees * DEGREE
+        steady = BAR * (manifold + sign * loss * float(velocity(phi, 0.25)) ** 2)
+        assert curve(phi) == pytest.approx(steady, rel=1e-3)
+    assert curve(179.9 * DEGREE) == pytest.approx(1.2 * BAR, rel=1e-3)
+
+
+def test_no_loss_and_equal_manifolds_do_no_work_in_gas_exchange():
+    model = cycle(intake_pressure=1.0, exhaust_pressure=1.0, intake_loss=0.0, exhaust_loss=0.0)
+    angle, pressure = model.points(0.5)
+    open_valve = (angle < -181.0 * DEGREE) | (angle > 350.0 * DEGREE)
+    np.testing.assert_allclose(pressure[open_valve], BAR, rtol=1e-6)
+
+
+def test_half_degree_is_fine_enough_for_the_spline():
+    model = cycle()
+    angle, pressure = model.points(0.125)
+    curve = diagram_from_points(*model.points(0.5))
+    np.testing.assert_allclose(curve(angle), pressure, rtol=3e-5)
+
+
+def test_more_heat_and_more_compression_raise_the_peak():
+    peaks = [cycle(heat=heat).points()[1].max() for heat in (5.0, 10.0, 20.0)]
+    assert peaks == sorted(peaks)
+    peaks = [cycle(compression_ratio=ratio).points()[1].max() for ratio in (12.0, 16.0, 20.0)]
+    assert peaks == sorted(peaks)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("premixed_duration", -5.0, "premixed_duration = -5 degree: must be between 1 and 180"),
+        ("diffusion_duration", 0.5, "diffusion_duration = 0.5 degree"),
+        ("compression_ratio", 1.0, "compression_ratio = 1: must be between 1.5 and 40"),
+        ("crank_ratio", 1.0, "crank_ratio = 1: must be between 0 and 1"),
+        ("intake_pressure", 0.0, "intake_pressure = 0 bar"),
+        ("exhaust_pressure", 25.0, "exhaust_pressure = 25 bar"),
+        ("intake_loss", 0.7, "intake_loss = 0.7 bar: must be between 0 and 0.55 bar"),
+        ("exhaust_loss", -0.1, "exhaust_loss = -0.1 bar"),
+        ("compression_exponent", 1.0, "compression_exponent = 1:"),
+        ("expansion_exponent", 1.8, "expansion_exponent = 1.8:"),
+        ("heat", -1.0, "heat = -1 bar: must be between 0 and 200 bar"),
+        ("premixed_share", 1.2, "premixed_share = 1.2: must be between 0 and 1"),
+        ("premixed_form", 0.5, "premixed_form = 0.5: must be between 1 and 10"),
+        ("diffusion_form", 0.9, "diffusion_form = 0.9: must be between 1 and 10"),
+        ("premixed_start", 100.0, "premixed_start = 100 degree"),
+        ("diffusion_start", -95.0, "diffusion_start = -95 degree"),
+        ("intake_closing", -30.0, "intake_closing = -30 degree"),
+        ("exhaust_opening", 200.0, "exhaust_opening = 200 degree"),
+        ("valve_ramp", 0.0, "valve_ramp = 0 degree"),
+        ("valve_lag", 0.1, "valve_lag = 0.1 degree"),
+        ("heat", np.nan, "heat = nan: must be a finite number"),
+        ("valve_ramp", np.inf, "valve_ramp = inf: must be a finite number"),
+    ],
+)
+def test_bad_parameters(name, value, words):
+    with pytest.raises(ValueError) as caught:
+        cycle(**{name: value})
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_intake_closes_before_the_combustion():
+    with pytest.raises(ValueError, match="before the combustion starts"):
+        cycle(intake_closing=-50.0, premixed_start=-60.0)
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, 0.7, 11.0, 20.0, np.nan])
+def test_bad_step(step):
+    with pytest.raises(ValueError, match="720 must be a multiple"):
+        cycle().points(step)
+
+
+def test_every_field_has_a_unit():
+    assert list(FILE_UNITS) == [field.name for field in dataclasses.fields(DieselCycle)]
+
+
+@given(
+    st.floats(10.0, 22.0),
+    st.floats(1.25, 1.4),
+    st.floats(0.0, 30.0),
+    st.floats(-15.0, 10.0),
+    st.floats(20.0, 120.0),
+    st.floats(0.6, 3.0),
+)
+@settings(deadline=None, max_examples=30)
+def test_any_usual_cycle_makes_a_diagram(ratio, exponent, heat, start, duration, boost):
+    model = cycle(
+        compression_ratio=ratio, compression_exponent=exponent, heat=heat, premixed_start=start,
+        diffusion_start=start, diffusion_duration=duration, intake_pressure=boost,
+        exhaust_pressure=boost,
+    )  # fmt: skip
+    curve = diagram_from_points(*model.points(0.5))
+    assert curve.lowest > 0.0
+    assert curve.peak > boost * BAR
+
+
+# The diagrams of the NTUA engine (tools/calibrate_ntua.py), with a solution of the thesis's
+# equations written out here. Published: Kakaitsas (2015), sections 4.3, 5.2, 5.4 and Table 5.3.
+
+MASS, AREA, CRANK, STROKE = 6.67, 0.25 * np.pi * 0.14**2, 0.09, 0.18
+GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * np.sqrt(0.15)
+WEIGHT = np.array([5.0, 8.0, 5.0]) / 18.0
+
+
+@pytest.fixture(scope="module")
+def tables():
+    with (ENGINES / "ntua.toml").open("rb") as file:
+        return tomllib.load(file)["diagram"]
+
+
+@pytest.fixture(scope="module")
+def ntua(tables):
+    curves = {}
+    for table in tables:
+        values = {name: table[name] * size for name, (_, size) in FILE_UNITS.items()}
+        curves[table["load"]] = diagram_from_points(*DieselCycle(**values).points(table["step"]))
+    return curves
+
+
+def friction(curve, speed):
+    """Eqs. 3.8 and 3.9 [N m]."""
+    fmep = 0.137 + 0.005 * curve.peak / BAR + 0.142 * STROKE * speed / 30.0
+    return fmep * BAR * AREA * STROKE / (4.0 * np.pi)
+
+
+def mean_torque(curve, ratio=CRANK / 0.35, speed=1200.0):
+    phi = ((np.arange(1440)[:, None] + GAUSS) * 0.5 - 360.0) * DEGREE
+    gas = (curve(phi) * velocity(phi, ratio) @ WEIGHT).mean() * AREA * CRANK
+    return gas - friction(curve, speed)
+
+
+def torque(curve, degrees, cylinders=1, mass=MASS, ratio=CRANK / 0.35, speed=1200.0):
+    total = 0.0
+    for i in range(cylinders):
+        phi = (degrees - i * 720.0 / cylinders) * DEGREE
+        v = velocity(phi, ratio)
+        total = total + curve(phi) * AREA * CRANK * v
+        total = total - mass * (CRANK * speed * np.pi / 30.0) ** 2 * acceleration(phi, ratio) * v
+    return total - cylinders * friction(curve, speed)
+
+
+def thesis(curve, start=125.6, inertia=2.0, alpha=2.0, cylinders=1, passes=1, first=-180, **row):
+    """Section 4.2: explicit Euler at 1 degree; largest, smallest, mean speed of the last pass."""
+    omega_n = row.get("speed", 1200.0) * np.pi / 30.0
+    total = torque(curve, np.arange(first, first + 720.0), cylinders, **row)
+    row.pop("mass", None)
+    k = cylinders * mean_torque(curve, **row) / omega_n**alpha
+    omega = start
+    for _ in range(passes):
+        samples = []
+        for moment in total:
+            samples.append(omega)
+            omega += (moment - k * omega**alpha) / (inertia * omega) * DEGREE
+    return max(samples), min(samples), float(np.mean(samples))
+
+
+def delta(omegas):
+    return (omegas[0] - omegas[1]) / omegas[2]
+
+
+@pytest.mark.parametrize(("load", "printed"), [(0, 31.2305), (50, 32.776), (90, 34.469)])
+def test_ntua_friction_is_the_fitted_one(ntua, load, printed):
+    assert friction(ntua[load], 1200.0) == pytest.approx(printed, rel=1e-5)
+
+
+def test_ntua_half_load_has_the_fitted_figures(ntua):
+    curve = ntua[50]
+    mean = mean_torque(curve)
+    total = torque(curve, np.arange(-360.0, 360.0))
+    assert mean / 125.6**2 == pytest.approx(0.00741, rel=1e-5)
+    assert total.max() / mean == pytest.approx(20.46, rel=1e-5)
+    assert total.max() - total.min() == pytest.approx(3838.41, rel=1e-5)
+    most, least, _ = thesis(curve, mass=6.6700571)
+    assert most - least == pytest.approx(129.637 - 116.564, rel=1e-5)
+    assert curve.peak / curve.pressure.min() == pytest.approx(65.0, rel=1e-5)
+
+
+def test_ntua_idle_has_no_mean_torque(ntua):
+    total = torque(ntua[0], np.arange(-360.0, 360.0))
+    assert abs(mean_torque(ntua[0])) <= 1e-9 * (total.max() - total.min())
+
+
+@pytest.mark.parametrize(
+    ("load", "printed"),
+    [(0, (126.766, 119.013, 124.117)), (90, (131.579, 114.211, 125.314))],
+)
+def test_ntua_other_loads_have_the_fitted_speeds(ntua, load, printed):
+    assert thesis(ntua[load]) == pytest.approx(printed, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("row", "printed", "tolerance"),
+    [
+        ({"mass": 2.5}, (129.654, 116.55, 125.434), 0.005),
+        ({"mass": 10.0}, (129.64, 116.574, 124.498), 0.005),
+        ({"inertia": 0.5}, (142.045, 85.265, 123.001), 0.005),
+        ({"inertia": 5.0}, (127.206, 122.045, 125.319), 0.005),
+        ({"inertia": 12.0}, (126.267, 124.128, 125.482), 0.005),
+        ({"ratio": 1.0 / 3.0, "mass": 6.95}, (129.750, 116.225, 124.906), 0.005),
+        ({"ratio": 0.2, "mass": 6.29}, (129.555, 116.81, 124.94), 0.005),
+        ({"speed": 1000.0, "start": 104.7}, (109.563, 93.71, 104.19), 0.005),
+        ({"speed": 2000.0, "start": 209.4}, (211.799, 204.078, 208.06), 0.005),
+        ({"speed": 3000.0, "start": 314.1}, (315.69, 308.605, 312.002), 0.012),
+        ({"speed": 4000.0, "start": 418.8}, (419.99, 412.038, 415.959), 0.012),
+        ({"alpha": 0.0}, (129.547, 116.47, 124.852), 0.005),
+        ({"alpha": 1.0}, (129.59, 116.52, 124.88), 0.005),
+        ({"cylinders": 2, "passes": 20, "first": 0}, (131.23, 118.99, 125.79), 0.02),
+        ({"cylinders": 4, "passes": 6, "first": 0}, (126.83, 124.312, 125.75), 0.03),
+        ({"cylinders": 6, "passes": 5, "first": 0}, (126.66, 124.133, 125.7), 0.03),
+        ({"cylinders": 8, "passes": 5, "first": 0}, (127.07, 124.006, 125.68), 0.03),
+    ],
+)
+def test_ntua_predicts_the_rows_that_were_not_fitted(ntua, row, printed, tolerance):
+    assert delta(thesis(ntua[50], **row)) == pytest.approx(delta(printed), rel=tolerance)
+
+
+def test_ntua_family_moves_monotonically(ntua):
+    rows = family_from_diagrams(sorted(ntua), [ntua[load] for load in sorted(ntua)])
+    curves = [rows.at(load) for load in np.linspace(0.0, 90.0, 361)]
+    assert (np.diff([curve.peak for curve in curves]) > 0.0).all()
+    assert (np.diff([curve.peak_angle for curve in curves]) > 0.0).all()
+    assert (np.diff([mean_torque(curve) + friction(curve, 0.0) for curve in curves]) > 0.0).all()
+
+
+@pytest.mark.parametrize("load", [0, 50, 90])
+def test_ntua_file_is_what_its_script_finds(tables, load):
+    """The figures are met, and no change that keeps them comes closer to the usual values."""
+    found = {table["load"]: {name: table[name] for name in FILE_UNITS} for table in tables}
+    usual, fixed = calibrate_ntua.varied_and_fixed(load, found[50])
+    measure = calibrate_ntua.MEASURES[load]
+    place = np.array(
+        [(found[load][name] - mean) / spread for name, (mean, spread) in usual.items()]
+    )
+    figures = measure(calibrate_ntua.diagram_of(found[load]))
+    np.testing.assert_allclose(figures, calibrate_ntua.targets()[load], rtol=1e-5, atol=1e-5)
+    jacobian = calibrate_ntua.sensitivity(usual, fixed, measure, place)
+    kept = place - np.linalg.pinv(jacobian) @ (jacobian @ place)
+    assert np.abs(kept).max() < 1e-3
+
+
+def test_ntua_file_is_written_in_full(tables):
+    found = {table["load"]: {name: table[name] for name in FILE_UNITS} for table in tables}
+    text = (ENGINES / "ntua.toml").read_text(encoding="utf-8")
+    assert calibrate_ntua.engine_file(found) == text

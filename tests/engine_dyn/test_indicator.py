@@ -1,0 +1,519 @@
+"""Indicator diagrams: spline, checks of points, families over load."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+
+from engine_dyn.indicator import (
+    FOUR_STROKE,
+    ROW_STEP,
+    TWO_STROKE,
+    Diagram,
+    diagram_from_points,
+    family_from_diagrams,
+    periodic_spline_slopes,
+)
+
+DEGREE = np.pi / 180.0
+BAR = 1e5
+
+
+def hump(phi, peak=60.0, at=8.0, sharpness=60.0, base=1.05, period=FOUR_STROKE):
+    """A smooth periodic pressure [Pa] with one peak [bar] at an angle [degree]."""
+    u = (phi - at * DEGREE) * (2.0 * np.pi / period)
+    return BAR * (base + (peak - base) * np.exp(sharpness * (np.cos(u) - 1.0)))
+
+
+def hump_slope(phi, peak=60.0, at=8.0, sharpness=60.0, base=1.05, period=FOUR_STROKE):
+    factor = 2.0 * np.pi / period
+    u = (phi - at * DEGREE) * factor
+    return (
+        -(hump(phi, peak, at, sharpness, base, period) - base * BAR)
+        * sharpness
+        * factor
+        * (np.sin(u))
+    )
+
+
+def uniform(step, period=FOUR_STROKE):
+    count = round(period / DEGREE / step)
+    return (np.arange(count) - count // 2) * step * DEGREE
+
+
+def diagram(step=1.0, **shape):
+    phi = uniform(step)
+    return diagram_from_points(phi, hump(phi, **shape))
+
+
+# The spline
+
+
+@given(
+    st.integers(3, 60),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([FOUR_STROKE, TWO_STROKE]),
+)
+@settings(deadline=None, max_examples=60)
+def test_spline_is_the_periodic_cubic_spline_of_scipy(count, seed, period):
+    random = np.random.default_rng(seed)
+    # Steps within a factor of 100 of each other.
+    step = random.uniform(0.01, 1.0, count)
+    step *= period / step.sum()
+    angle = -period / 2.0 + np.concatenate(([0.0], np.cumsum(step)[:-1]))
+    pressure = random.normal(size=count)
+    reference = CubicSpline(
+        np.append(angle, angle[0] + period), np.append(pressure, pressure[0]), bc_type="periodic"
+    )
+    slope = periodic_spline_slopes(angle, pressure, period)
+    np.testing.assert_allclose(slope, reference(angle, 1), atol=1e-9 * np.abs(slope).max())
+    ours = Diagram(angle, pressure, slope, period)
+    phi = random.uniform(-3.0 * period, 3.0 * period, 200)
+    np.testing.assert_allclose(ours(phi), reference(phi), atol=1e-9 * np.abs(ours(phi)).max())
+    np.testing.assert_allclose(
+        ours.derivative(phi), reference(phi, 1), atol=1e-9 * np.abs(slope).max()
+    )
+
+
+def test_spline_needs_three_points_only():
+    angle = np.array([-1.0, 0.5, 2.0])
+    slope = periodic_spline_slopes(angle, np.array([1.0, 2.0, 0.0]), TWO_STROKE)
+    reference = CubicSpline(
+        np.append(angle, angle[0] + TWO_STROKE), [1.0, 2.0, 0.0, 1.0], bc_type="periodic"
+    )
+    np.testing.assert_allclose(slope, reference(angle, 1), rtol=1e-12)
+
+
+def test_diagram_is_exact_at_its_knots_and_wraps():
+    curve = diagram(2.0)
+    np.testing.assert_array_equal(curve(curve.angle), curve.pressure)
+    np.testing.assert_array_equal(curve.derivative(curve.angle), curve.slope)
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 1001)[:-1]
+    for turns in (-3, 1, 5):
+        np.testing.assert_allclose(curve(phi + turns * FOUR_STROKE), curve(phi), rtol=1e-11)
+    assert curve(0.3).shape == ()
+    assert curve(phi.reshape(10, 100)).shape == (10, 100)
+
+
+def test_interpolation_is_of_fourth_order():
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 7919)
+    miss = [np.abs(diagram(step)(phi) - hump(phi)).max() for step in (4.0, 2.0, 1.0)]
+    assert 12.0 < miss[0] / miss[1] < 20.0
+    assert 12.0 < miss[1] / miss[2] < 20.0
+
+
+def test_derivative_against_finite_difference_and_formula():
+    curve = diagram(1.0)
+    phi = np.linspace(-6.2, 6.2, 997)
+    h = 1e-5
+    difference = (curve(phi + h) - curve(phi - h)) / (2.0 * h)
+    scale = np.abs(curve.slope).max()
+    np.testing.assert_allclose(curve.derivative(phi), difference, atol=1e-6 * scale)
+    np.testing.assert_allclose(curve.derivative(phi), hump_slope(phi), atol=1e-4 * scale)
+
+
+def test_second_derivative_is_continuous_at_the_knots():
+    curve = diagram(3.0)
+    h = 1e-6
+    left = (curve.derivative(curve.angle) - curve.derivative(curve.angle - h)) / h
+    right = (curve.derivative(curve.angle + h) - curve.derivative(curve.angle)) / h
+    np.testing.assert_allclose(left, right, atol=1e-4 * np.abs(left).max())
+
+
+def test_peak_is_the_largest_point_and_its_angle_that_of_the_curve():
+    curve = diagram(1.0, at=8.37)
+    assert curve.peak == curve.pressure.max()
+    assert curve.peak <= curve(curve.peak_angle)
+    assert curve.peak_angle == pytest.approx(8.37 * DEGREE, abs=1e-3 * DEGREE)
+    assert curve.derivative(curve.peak_angle) == pytest.approx(
+        0.0, abs=1e-9 * np.abs(curve.slope).max()
+    )
+
+
+@pytest.mark.parametrize("at", [-0.3, 0.0, 0.3])
+def test_peak_angle_on_both_sides_of_a_point(at):
+    assert diagram(1.0, at=at).peak_angle == pytest.approx(at * DEGREE, abs=2e-3 * DEGREE)
+
+
+def test_lowest_looks_between_the_points():
+    phi = uniform(5.0)
+    pressure = hump(phi)
+    pressure[10] = 0.2 * BAR  # the spline dips beside it
+    slope = periodic_spline_slopes(phi, pressure, FOUR_STROKE)
+    curve = Diagram(phi, pressure, slope, FOUR_STROKE)
+    fine = curve(np.linspace(-2 * np.pi, 2 * np.pi, 200001))
+    assert curve.lowest == pytest.approx(fine.min(), rel=1e-6)
+    assert curve.lowest <= pressure.min()
+
+
+def test_scaled_multiplies_everything():
+    curve = diagram(1.0)
+    phi = np.linspace(-6.0, 6.0, 101)
+    np.testing.assert_allclose(curve.scaled(1.3)(phi), 1.3 * curve(phi), rtol=1e-14)
+    np.testing.assert_allclose(
+        curve.scaled(1.3).derivative(phi), 1.3 * curve.derivative(phi), rtol=1e-13, atol=1e-6
+    )
+    assert curve.scaled(1.3).peak == 1.3 * curve.peak
+    for bad in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="pressure scale"):
+            curve.scaled(bad)
+
+
+def test_diagram_cannot_be_changed():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        diagram(1.0).period = 1.0  # type: ignore[misc]
+
+
+# Points that are taken
+
+
+def test_either_end_or_both():
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
+    p = hump(phi)
+    start, end, both = (
+        diagram_from_points(phi[:-1], p[:-1]),
+        diagram_from_points(phi[1:], p[1:]),
+        diagram_from_points(phi, p),
+    )
+    for curve in (start, end, both):
+        assert curve.angle[0] == -2 * np.pi
+        assert curve.angle[-1] < 2 * np.pi
+        np.testing.assert_allclose(curve(phi), p, rtol=1e-12)
+
+
+def test_ends_are_averaged():
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
+    p = hump(phi)
+    p[-1] += 1.0 * BAR
+    assert diagram_from_points(phi, p).pressure[0] == pytest.approx(p[0] + 0.5 * BAR)
+
+
+def test_any_sampling():
+    random = np.random.default_rng(3)
+    phi = np.sort(np.concatenate([uniform(8.0), random.uniform(-1.0, 1.5, 60)]))
+    curve = diagram_from_points(phi, hump(phi, sharpness=20.0))
+    fine = np.linspace(-1.0, 1.5, 500)
+    np.testing.assert_allclose(curve(fine), hump(fine, sharpness=20.0), rtol=2e-2)
+
+
+def test_two_stroke():
+    phi = uniform(1.0, TWO_STROKE)
+    p = hump(phi, sharpness=15.0, period=TWO_STROKE)
+    curve = diagram_from_points(phi, p, TWO_STROKE)
+    assert curve.period == TWO_STROKE
+    np.testing.assert_allclose(curve(phi + TWO_STROKE), p, rtol=1e-10)
+
+
+def test_input_is_not_changed():
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
+    p = hump(phi)
+    p[-1] += 0.5 * BAR
+    before = p.copy()
+    diagram_from_points(phi, p)
+    np.testing.assert_array_equal(p, before)
+
+
+# Points that are refused, with a message for people
+
+
+def changed(index, angle=None, pressure=None, step=1.0):
+    phi = uniform(step)
+    p = hump(phi)
+    if angle is not None:
+        phi[index] = angle
+    if pressure is not None:
+        p[index] = pressure
+    return phi, p
+
+
+def rolled(degrees):
+    phi = uniform(1.0)
+    return phi, np.roll(hump(phi), round(degrees))
+
+
+def without(first, last):
+    phi = uniform(1.0)
+    keep = (phi <= first * DEGREE) | (phi >= last * DEGREE)
+    return phi[keep], hump(phi)[keep]
+
+
+def uneven_ends():
+    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
+    p = hump(phi)
+    p[-1] += 2.0 * BAR
+    return phi, p
+
+
+def no_compression():
+    phi = uniform(1.0)
+    p = hump(phi)
+    p[(phi > -130 * DEGREE) & (phi < -110 * DEGREE)] = 40.0 * BAR
+    return phi, p
+
+
+def steep():
+    """A step near the lowest pressure that makes a spline swing through zero."""
+    phi = uniform(10.0)
+    p = hump(phi, sharpness=200.0, base=0.05)
+    p[np.abs(phi + 200 * DEGREE) < 1e-9] = 5.0 * BAR
+    return phi, p
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (([0.0, 1.0], [1e5]), ["same length"]),
+        (([[0.0, 1.0]], [[1e5, 1e5]]), ["same length"]),
+        ((uniform(60.0), hump(uniform(60.0))), ["12 points", "at least 16"]),
+        (changed(5, pressure=np.nan), ["point 6", "-355 degrees", "nan bar", "finite"]),
+        (changed(5, angle=np.inf), ["point 6", "inf degrees", "finite"]),
+        (changed(719, angle=370 * DEGREE), ["point 720", "370 degrees", "-360..360"]),
+        (changed(0, angle=-361 * DEGREE), ["point 1", "-361 degrees", "-360..360"]),
+        (changed(10, angle=-352 * DEGREE), ["point 11", "-352 degrees after -351", "ascending"]),
+        (changed(10, angle=-351 * DEGREE), ["point 11", "-351 degrees after -351", "ascending"]),
+        (changed(100, pressure=0.0), ["point 101", "0 bar at -260 degrees", "positive"]),
+        (changed(100, pressure=-0.1 * BAR), ["-0.1 bar", "positive", "gauge"]),
+        ((uniform(1.0), 100.0 * hump(uniform(1.0))), ["500 bar", "kilopascal"]),
+        ((uniform(1.0), 14.5 * hump(uniform(1.0))), ["500 bar", "psi"]),
+        ((uniform(1.0), 1e5 * hump(uniform(1.0))), ["500 bar", "pascal"]),
+        ((uniform(1.0), hump(uniform(1.0), peak=600.0)), ["600 bar at 8 degrees", "500 bar"]),
+        (rolled(360), ["peak", "at -352 degrees", "-30..60", "shifted by 360 degrees"]),
+        (rolled(180), ["peak", "at 188 degrees", "shifted by 180 degrees"]),
+        (rolled(90), ["peak", "at 98 degrees", "firing top dead centre"]),
+        (without(-300.0, -230.0), ["-300 and -230 degrees", "gap of 70", "allowed are 60"]),
+        (without(20.0, 40.0), ["20 and 40 degrees", "gap of 20", "15 within 60"]),
+        (uneven_ends(), ["-360 degrees", "360", "differ by 2 bar", "2 % of the peak, 1.2 bar"]),
+        (no_compression(), ["-120 degrees", "-20", "rise through the compression"]),
+        (steep(), ["between them", "bar"]),
+    ],
+)
+def test_bad_points(points, words):
+    with pytest.raises(ValueError) as caught:
+        diagram_from_points(*points)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_gap_over_the_ends_of_the_cycle():
+    phi, p = uniform(1.0), hump(uniform(1.0))
+    keep = np.abs(phi) < 325 * DEGREE
+    with pytest.raises(ValueError, match="between 324 and -324 degrees: a gap of 72"):
+        diagram_from_points(phi[keep], p[keep])
+
+
+def test_bad_period():
+    with pytest.raises(ValueError, match="720 or 360"):
+        diagram_from_points(uniform(1.0), hump(uniform(1.0)), 3.0)
+
+
+# Families
+
+
+def family(loads=(0.0, 50.0, 90.0)):
+    shapes = [
+        {"peak": 50.0, "at": 3.0, "sharpness": 80.0},
+        {"peak": 65.0, "at": 8.0, "sharpness": 60.0},
+        {"peak": 80.0, "at": 12.0, "sharpness": 45.0},
+    ]
+    return family_from_diagrams(loads, [diagram(1.0, **shape) for shape in shapes[: len(loads)]])
+
+
+def turns(curve):
+    """Count how often pressure turns between rising and falling where it is above 2 bar."""
+    slope = curve.slope[curve.pressure > 2.0 * BAR]
+    return np.count_nonzero(np.diff(np.sign(slope[slope != 0.0])))
+
+
+def test_given_loads_are_rows_and_give_the_given_diagrams():
+    rows = family()
+    assert rows.low == 0.0
+    assert rows.high == 90.0
+    assert rows.row_count == 181
+    for load, given_one in zip(rows.loads, rows.diagrams, strict=True):
+        row, weight = rows.locate(load)
+        assert weight == 0.0
+        assert rows.row(int(row)) is given_one
+        assert rows.at(load) is given_one
+        assert rows.row_loads[row] == load
+    assert np.diff(rows.row_loads).max() <= ROW_STEP + 1e-12
+
+
+def test_rows_are_at_most_half_a_percent_apart_for_any_loads():
+    rows = family((10.0, 47.3, 47.9))
+    assert rows.row_count == 75 + 2 + 1
+    assert np.diff(rows.row_loads).max() <= ROW_STEP + 1e-12
+    np.testing.assert_array_equal(rows.row_loads[[0, 75, 77]], [10.0, 47.3, 47.9])
+
+
+def test_locate_is_the_place_between_rows():
+    rows = family()
+    load = np.array([[0.0, 0.1, 12.5], [49.9, 50.0, 90.0]])
+    row, weight = rows.locate(load)
+    assert row.dtype == np.int64
+    assert row.shape == weight.shape == load.shape
+    assert (weight >= 0.0).all()
+    assert (weight < 1.0).all()
+    following = np.minimum(row + 1, rows.row_count - 1)
+    between = (1 - weight) * rows.row_loads[row] + weight * rows.row_loads[following]
+    np.testing.assert_allclose(between, load, atol=1e-12)
+    assert weight[0, 2] == 0.0
+    assert row[1, 2] == 180
+    assert weight[1, 2] == 0.0
+
+
+def test_a_load_computed_with_rounding_is_still_a_row():
+    rows = family()
+    _, weight = rows.locate(np.linspace(0.0, 90.0, 181))
+    assert (weight == 0.0).all()
+    _, weight = rows.locate(0.1 + 0.2 + 0.2)
+    assert weight == 0.0
+
+
+def test_between_rows_the_blend_is_linear():
+    rows = family()
+    lower, upper = rows.row(40), rows.row(41)
+    blend = rows.at(20.2)
+    np.testing.assert_allclose(
+        blend.pressure, 0.6 * lower.pressure + 0.4 * upper.pressure, rtol=1e-13
+    )
+    np.testing.assert_allclose(
+        blend.slope,
+        periodic_spline_slopes(blend.angle, blend.pressure, blend.period),
+        atol=1e-9 * np.abs(blend.slope).max(),
+    )
+
+
+def test_peak_and_its_phase_and_work_move_monotonically_without_two_humps():
+    rows = family()
+    loads = np.linspace(0.0, 90.0, 541)
+    curves = [rows.at(load) for load in loads]
+    volume_rate = np.sin(curves[0].angle) * (1.0 + 0.25 * np.cos(curves[0].angle))
+    peaks = np.array([curve.peak for curve in curves])
+    phases = np.array([curve.peak_angle for curve in curves])
+    work = np.array([(curve.pressure * volume_rate).sum() for curve in curves])
+    assert (np.diff(peaks) > 0.0).all()
+    assert (np.diff(phases) > 0.0).all()
+    assert (np.diff(work) > 0.0).all()
+    for curve in curves[::20]:
+        assert turns(curve) == 1
+    np.testing.assert_array_equal(rows.peak(loads), peaks)
+
+
+def test_distant_peaks_still_make_one_hump():
+    early = diagram(1.0, peak=60.0, at=-5.0, sharpness=300.0)
+    late = diagram(1.0, peak=60.0, at=30.0, sharpness=300.0)
+    middle = family_from_diagrams([0.0, 100.0], [early, late]).at(50.0)
+    assert middle.peak_angle == pytest.approx(12.5 * DEGREE, abs=0.05 * DEGREE)
+    assert middle(middle.peak_angle) == pytest.approx(60.0 * BAR, rel=1e-3)
+    assert turns(middle) == 1
+
+
+def test_away_from_the_combustion_only_pressure_is_blended():
+    one = diagram(1.0, at=0.0, base=1.0)
+    two = diagram(1.0, at=20.0, base=2.0)
+    blend = family_from_diagrams([0.0, 1.0], [one, two]).at(0.5)
+    far = np.abs(blend.angle) > 130 * DEGREE
+    np.testing.assert_allclose(
+        blend.pressure[far], np.sqrt(one.pressure[far] * two.pressure[far]), rtol=1e-12
+    )
+
+
+def test_rows_do_not_depend_on_what_else_is_asked_for():
+    one, other = family(), family()
+    for load in (0.0, 77.7, 3.3, 50.0):
+        one.at(load)
+    other.row(100)
+    for load in (12.3, 89.9, 60.0):
+        np.testing.assert_array_equal(one.at(load).pressure, other.at(load).pressure)
+        np.testing.assert_array_equal(one.at(load).slope, other.at(load).slope)
+
+
+def test_rows_are_made_once():
+    rows = family()
+    assert rows.row(7) is rows.row(7)
+
+
+def test_other_knots_are_resampled():
+    one, two = diagram(1.0, at=3.0), diagram(2.0, at=8.0, peak=70.0)
+    rows = family_from_diagrams([0.0, 10.0], [one, two])
+    phi = np.linspace(-6.0, 6.0, 333)
+    np.testing.assert_array_equal(rows.row(0).angle, rows.row(20).angle)
+    np.testing.assert_allclose(rows.at(0.0)(phi), one(phi), rtol=1e-5)
+    np.testing.assert_allclose(rows.at(10.0)(phi), two(phi), rtol=1e-4)
+
+
+def test_family_of_one_has_its_own_load_only():
+    rows = family((70.0,))
+    assert rows.row_count == 1
+    assert rows.low == rows.high == 70.0
+    assert rows.at(70.0) is rows.diagrams[0]
+    np.testing.assert_array_equal(rows.locate([70.0, 70.0])[0], [0, 0])
+    with pytest.raises(ValueError, match=r"load 69.9 percent.*one diagram, for 70 percent"):
+        rows.at(69.9)
+
+
+@pytest.mark.parametrize("load", [-0.1, 90.1, np.nan])
+def test_load_outside_the_family(load):
+    with pytest.raises(ValueError, match=r"load .* percent is not allowed.*0\.\.90 percent"):
+        family().locate([10.0, load])
+
+
+@pytest.mark.parametrize("row", [-1, 181])
+def test_row_outside_the_table(row):
+    with pytest.raises(IndexError):
+        family().row(row)
+
+
+@pytest.mark.parametrize(
+    ("loads", "count", "words"),
+    [
+        ([], 0, "0 loads for 0 diagrams"),
+        ([1.0], 2, "1 loads for 2 diagrams"),
+        ([10.0, 10.0], 2, "ascend strictly"),
+        ([10.0, 5.0], 2, "ascend strictly"),
+        ([-1.0, 5.0], 2, "0 or more"),
+        ([0.0, np.nan], 2, "ascend"),
+    ],
+)
+def test_bad_family(loads, count, words):
+    with pytest.raises(ValueError, match=words):
+        family_from_diagrams(loads, [diagram(1.0)] * count)
+
+
+def test_peaks_too_far_apart():
+    early, late = diagram(1.0, at=-29.0), diagram(1.0, at=45.0)
+    with pytest.raises(ValueError, match="at 0 and 10 percent load are 74 degrees apart"):
+        family_from_diagrams([0.0, 10.0], [early, late])
+
+
+def test_mixed_strokes():
+    phi = uniform(1.0, TWO_STROKE)
+    two = diagram_from_points(phi, hump(phi, sharpness=15.0, period=TWO_STROKE), TWO_STROKE)
+    with pytest.raises(ValueError, match="all four-stroke or all two-stroke"):
+        family_from_diagrams([0.0, 10.0], [diagram(1.0), two])
+
+
+@given(
+    st.floats(-10.0, 30.0),
+    st.floats(-10.0, 30.0),
+    st.floats(30.0, 120.0),
+    st.floats(1.0, 2.0),
+    st.floats(0.0, 100.0),
+)
+@settings(deadline=None, max_examples=40)
+def test_between_two_loads_peak_and_phase_lie_between(at_one, at_two, peak, growth, load):
+    one = diagram(1.0, at=at_one, peak=peak)
+    two = diagram(1.0, at=at_two, peak=growth * peak)
+    middle = family_from_diagrams([0.0, 100.0], [one, two]).at(load)
+    slack = 2e-3  # points at 1 degree miss the summit by up to this
+    assert one.peak * (1 - slack) <= middle.peak <= two.peak * (1 + slack)
+    low, high = sorted((one.peak_angle, two.peak_angle))
+    assert low - 0.05 * DEGREE <= middle.peak_angle <= high + 0.05 * DEGREE
+    assert middle.lowest > 0.0
