@@ -248,6 +248,13 @@ def _ratio(numerator: Any, denominator: Any) -> Any:
         return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
 
 
+def _balance(plus: Any, minus: Any) -> Any:
+    """Difference of two torques or pressures; nothing but rounding is nothing (idle)."""
+    plus, minus = np.asarray(plus), np.asarray(minus)
+    difference = plus - minus
+    return np.where(np.abs(difference) <= 1e-13 * np.abs(minus), 0.0, difference)
+
+
 _STAGES = (
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
@@ -369,8 +376,10 @@ _QUANTITIES = (
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
         needs=("mean_gas", "pressure_scale", "bore", "stroke", "cylinders", "friction_torque"),
-        make=lambda mean_gas, pressure_scale, bore, stroke, cylinders, friction_torque: cylinders
-        * forces.piston_area(bore) * 0.5 * stroke * pressure_scale * mean_gas - friction_torque,
+        make=lambda mean_gas, pressure_scale, bore, stroke, cylinders, friction_torque: _balance(
+            cylinders * forces.piston_area(bore) * 0.5 * stroke * pressure_scale * mean_gas,
+            friction_torque,
+        ),
     ),
     Node(
         "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
@@ -413,7 +422,7 @@ _QUANTITIES = (
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
-        needs=("imep", "fmep"), make=lambda imep, fmep: imep - fmep,
+        needs=("imep", "fmep"), make=lambda imep, fmep: _balance(imep, fmep),
     ),
     Node(
         "mechanical_efficiency", r"\eta_m", "1", "brake over indicated mean effective pressure",

@@ -15,6 +15,7 @@ from sweeps.drawing.wording import (
     axis_label,
     name_of,
     number_text,
+    plain_text,
     sentence,
     shorten,
     slug,

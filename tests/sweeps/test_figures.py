@@ -1,0 +1,851 @@
+"""Figures from synthetic archives: right names and attributes, simple formulas."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.text import Text
+
+from engine_dyn import status
+from sweeps.drawing.curves import curve_figure, draw_curves
+from sweeps.drawing.sheet import STYLE, crank_axis, new_sheet
+from sweeps.drawing.views import families_of, pick, study_of
+from sweeps.drawing.wording import axis_label, number_text, unit_text, wrap
+from sweeps.errors import SceneError
+from sweeps.figures import _plates, draw
+
+ATTRIBUTES = {
+    "reciprocating_mass": ("reciprocating mass per cylinder", "m", "kg"),
+    "inertia": ("moment of inertia of the whole engine with its load", r"\Theta", "kg m2"),
+    "crank_ratio": ("crank ratio, crank radius over rod length", r"\lambda", "1"),
+    "speed": ("nominal crank speed", "n", "rpm"),
+    "load": ("engine load that names the indicator diagram", "L", "percent"),
+    "load_exponent": ("exponent of the load torque over speed", r"\alpha", "1"),
+    "cylinders": ("number of cylinders", "Z", "1"),
+    "start_angle": ("crank angle to march from", r"\varphi_1", "degree"),
+    "crank_angle": ("crank angle, 0 at firing top dead centre", r"\varphi", "degree"),
+    "delta": ("coefficient of speed fluctuation", r"\delta", "1"),
+    "omega": ("crank speed over the cycle", r"\omega", "rad s-1"),
+    "omega_max": ("largest crank speed", r"\omega_{max}", "rad s-1"),
+    "omega_mean": ("mean crank speed over crank angle", r"\omega_m", "rad s-1"),
+    "omega_min": ("smallest crank speed", r"\omega_{min}", "rad s-1"),
+    "torque_range": ("range of the torque at nominal speed", "M_{max}-M_{min}", "N m"),
+    "position": ("piston travel from top dead centre over crank radius", "x/r", "1"),
+    "velocity": ("reduced piston velocity", r"c/(r\omega)", "1"),
+    "acceleration": ("reduced piston acceleration", r"b/(r\omega^2)", "1"),
+    "pressure": ("absolute pressure in cylinder 1", "p", "bar"),
+    "gas_torque": ("torque of the gas, all cylinders", "M_g", "N m"),
+    "inertia_torque": ("torque of the reciprocating masses", "M_l", "N m"),
+    "friction_torque": ("mean friction torque, positive, subtracted", "M_{fr}", "N m"),
+    "torque": ("torque of the engine at nominal speed", "M", "N m"),
+    "load_torque": ("load torque at the solved speed", "M_L", "N m"),
+}
+STATUS = {
+    "long_name": "outcome of the design",
+    "units": "1",
+    "flag_values": np.arange(7, dtype=np.int8),
+    "flag_meanings": " ".join(status.MEANINGS),
+}
+NOMINAL = {
+    "reciprocating_mass": 6.67,
+    "inertia": 2.0,
+    "crank_ratio": 0.25,
+    "speed": 1200.0,
+    "load": 50.0,
+    "load_exponent": 2.0,
+    "cylinders": 1.0,
+}
+
+
+def attributes(name: str) -> dict[str, str]:
+    long_name, symbol, units = ATTRIBUTES[name]
+    return {"long_name": long_name, "symbol": f"${symbol}$", "units": units}
+
+
+def angles(step: float = 10.0) -> np.ndarray:
+    return np.arange(-360.0, 360.0, step)
+
+
+def thesis_like() -> xr.Dataset:
+    """A list of designs as in Kakaitsas's tables, nominal first."""
+    changes = [
+        {},
+        {"reciprocating_mass": 2.5},
+        {"inertia": 12.0},
+        {"inertia": 0.5},
+        {"inertia": 5.0},
+        {"crank_ratio": 1 / 3, "reciprocating_mass": 6.95},
+        {"speed": 1000.0},
+        {"speed": 4000.0},
+        {"load": 0.0},
+        {"load": 90.0},
+        {"load_exponent": 0.0},
+        {"cylinders": 2.0},
+        {"cylinders": 8.0},
+        {"cylinders": 8.0, "inertia": 5.0},
+        {"cylinders": 8.0, "inertia": 12.0},
+    ]
+    rows = [NOMINAL | change for change in changes]
+    data = xr.Dataset(coords={"crank_angle": ("crank_angle", angles(), attributes("crank_angle"))})
+    column = {name: np.array([row[name] for row in rows]) for name in NOMINAL}
+    for name, values in column.items():
+        data.coords[name] = ("design", values, attributes(name))
+    start = np.where(column["cylinders"] == 1, -180.0, 0.0)
+    data.coords["start_angle"] = ("design", start, attributes("start_angle"))
+    cases = [" ".join(f"{k} {v:g}" for k, v in c.items()) or "nominal" for c in changes]
+    data.coords["case"] = ("design", np.array(cases, dtype=object), {"long_name": "name"})
+
+    phi = np.radians(angles())
+    c = {name: values[:, None] for name, values in column.items()}
+    ratio = c["crank_ratio"]
+    omega_n = c["speed"] * np.pi / 30
+    gas = (20 * c["load"] + 1500) * np.sin(phi * c["cylinders"]) * np.exp(-((phi - 0.4) ** 2))
+    inertia = -c["reciprocating_mass"] * 0.004 * omega_n**2 * np.sin(2 * phi)
+    friction = 30 * column["cylinders"] + 0.04 * column["load"]
+    swing = 1500 / (c["inertia"] * omega_n**2 * c["cylinders"]) * (0.5 + c["load"] / 100)
+    omega = omega_n * (1 + swing * np.sin(phi - 0.5))
+    curves = {
+        "position": 1 - np.cos(phi) + 0.5 * ratio * np.sin(phi) ** 2,
+        "velocity": np.sin(phi) * (1 + ratio * np.cos(phi)),
+        "acceleration": np.cos(phi) + ratio * np.cos(2 * phi),
+        "pressure": 1 + (30 + 0.5 * c["load"]) * np.exp(-(phi**2)) + 0 * ratio,
+        "gas_torque": gas,
+        "inertia_torque": inertia,
+        "torque": gas + inertia - friction[:, None],
+        "load_torque": 100 * (omega / omega_n) ** c["load_exponent"],
+        "omega": omega,
+    }
+    numbers = {
+        "friction_torque": friction,
+        "delta": np.ptp(omega, axis=1) / omega.mean(axis=1),
+        "omega_max": omega.max(axis=1),
+        "omega_mean": omega.mean(axis=1),
+        "omega_min": omega.min(axis=1),
+        "torque_range": np.ptp(curves["torque"], axis=1),
+    }
+    for name, values in (curves | numbers).items():
+        data[name] = (("design", "crank_angle")[: values.ndim], values, attributes(name))
+    data["status"] = ("design", np.full(len(rows), 6, dtype=np.int8), STATUS)
+    beside = numbers["delta"] * 1.02
+    beside[1] = np.nan
+    data["delta_published"] = ("design", beside, attributes("delta"))
+    return data
+
+
+def product(words: dict[str, list[str]] | None = None, **axes: object) -> xr.Dataset:
+    """delta, omega and status over a product of axes; the slowest, lightest designs fail."""
+    values = {name: np.asarray(v, dtype=float) for name, v in axes.items()}
+    numbers = values | {name: np.arange(len(v)) for name, v in (words or {}).items()}
+    grid = dict(zip(numbers, np.meshgrid(*numbers.values(), indexing="ij"), strict=True))
+    data = xr.Dataset()
+    for name, column in values.items():
+        data.coords[name] = (name, column, attributes(name))
+    for name, column in (words or {}).items():
+        data.coords[name] = (name, np.arange(len(column)), {"long_name": "number", "units": "1"})
+        texts = np.array(column, dtype=object)
+        data.coords[f"{name}_name"] = (name, texts, {"long_name": f"{name} of the speed"})
+    shape = tuple(len(v) for v in numbers.values())
+    speed = np.broadcast_to(grid.get("speed", 1200.0), shape)
+    delta = np.broadcast_to(2e5 / grid.get("inertia", 2.0) / speed**2, shape)
+    delta = delta * (1 + grid.get("load", 0.0) / 100) * (1 + 0.05 * grid.get("method", 0))
+    code = np.where(delta > 0.6, status.STALLED, 0)
+    code = np.where((delta > 0.4) & (delta <= 0.6), status.NOT_CONVERGED, code)
+    code = np.where((delta > 0.3) & (delta <= 0.4), status.TOLERANCE_NOT_MET, code)
+    lost = np.isin(code, (status.STALLED, status.NOT_CONVERGED))
+    delta = np.where(lost, np.nan, delta)
+    dims = tuple(numbers)
+    data["delta"] = (dims, delta, attributes("delta"))
+    data["status"] = (dims, code.astype(np.int8), STATUS)
+    data.coords["crank_angle"] = ("crank_angle", angles(), attributes("crank_angle"))
+    omega = (speed * np.pi / 30)[..., None] * (
+        1 + delta[..., None] / 2 * np.sin(np.radians(angles()))
+    )
+    data["omega"] = ((*dims, "crank_angle"), omega, attributes("omega"))
+    return data
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+def plates(data: xr.Dataset, select: dict | None = None) -> dict:
+    """All figures by name, laid out but not written."""
+    with style():
+        found = {}
+        for stem, figure in _plates(study_of(data, select or {})):
+            figure.canvas.draw()
+            found[stem] = figure
+    return found
+
+
+def texts(figure) -> list[str]:
+    """Everything written on a figure."""
+    return [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
+
+
+def words(figure) -> str:
+    """The same as one text, without line breaks."""
+    return " | ".join(texts(figure)).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+def legend_texts(figure) -> list[str]:
+    return [t.get_text().replace("\n", " ") for legend in figure.legends for t in legend.texts]
+
+
+@pytest.fixture(scope="module")
+def thesis_plates() -> dict:
+    return plates(thesis_like())
+
+
+# ----------------------------------------------------------------------------- wording
+
+
+@pytest.mark.parametrize(
+    ("units", "printed"),
+    [
+        ("rad s-1", "rad/s"),
+        ("rad s-2", "rad/s²"),
+        ("kg m2", "kg m²"),
+        ("kg m^2", "kg m²"),
+        ("kg.m**2", "kg m²"),
+        ("m3", "m³"),
+        ("N m", "N m"),
+        ("N m s2", "N m s²"),
+        ("percent", "%"),
+        ("degree", "°"),
+        ("rpm", "rpm"),
+        ("bar s m-1", "bar s/m"),
+        ("W m-2 K-1", "W/(m² K)"),
+        ("m/s", "m/s"),
+        ("s-1", "1/s"),
+        ("N m s1.6", "N m s$^{1.6}$"),
+        ("1", ""),
+        ("", ""),
+        ("1e-3 kg", "1e-3 kg"),
+        ("$ m", r"\$ m"),
+    ],
+)
+def test_units_are_printed_with_signs_and_superscripts(units: str, printed: str) -> None:
+    assert unit_text(units) == printed
+
+
+def test_a_label_has_name_symbol_and_unit() -> None:
+    label = axis_label(xr.Variable((), 0.0, attributes("inertia")), "inertia")
+    assert label.replace("\N{NO-BREAK SPACE}", " ") == (
+        r"Moment of inertia of the whole engine with its load $\Theta$ (kg m²)"
+    )
+    # what follows a comma explains, and a unit of one is a dash
+    label = axis_label(xr.Variable((), 0.0, attributes("crank_ratio")), "crank_ratio")
+    assert label.replace("\N{NO-BREAK SPACE}", " ") == r"Crank ratio $\lambda$ (–)"
+    assert axis_label(xr.Variable((), 0.0), "load_factor") == "Load factor"
+    broken = xr.Variable((), 0.0, {"symbol": r"$\nothing{", "long_name": "cost in $"})
+    assert axis_label(broken, "x") == r"Cost in \$"
+
+
+@pytest.mark.parametrize(
+    ("value", "printed"),
+    [
+        (1200.0, "1200"),
+        (0.25714285, "0.2571"),
+        (-180.0, "\N{MINUS SIGN}180"),
+        (1e-6, r"1$\times 10^{-6}$"),
+        (-2.5e9, "\N{MINUS SIGN}2.5" + r"$\times 10^{9}$"),
+        (123456.7, "123457"),
+        (np.nan, "–"),
+    ],
+)
+def test_numbers_are_printed_shortly(value: float, printed: str) -> None:
+    assert number_text(value) == printed
+
+
+def test_lines_break_outside_formulas_and_brackets() -> None:
+    text = r"largest over mean torque $M_{max} / M_{mean}$ (N m s2) end"
+    lines = wrap(text, 12).split("\n")
+    assert " ".join(lines) == text
+    assert any(r"$M_{max} / M_{mean}$" in line for line in lines)
+    assert any("(N m s2)" in line for line in lines)
+
+
+def test_picked_values_are_even_and_keep_the_nominal_one() -> None:
+    assert pick(5, 8) == [0, 1, 2, 3, 4]
+    assert pick(15, 8) == [0, 2, 4, 6, 8, 10, 12, 14]
+    assert pick(15, 8, keep=7) == [0, 2, 4, 7, 8, 10, 12, 14]
+    for size in range(1, 40):
+        for keep in range(size):
+            chosen = pick(size, 8, keep)
+            assert keep in chosen
+            assert len(chosen) == min(size, 8)
+            assert {chosen[0], chosen[-1]} <= {0, size - 1} | {keep}
+
+
+# ----------------------------------------------------------------------------- the thesis
+
+
+def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
+    assert set(thesis_plates) == {
+        "kinematics",
+        "indicator_diagrams",
+        "torque_components",
+        "torque_components_reciprocating_mass",
+        "torque_components_crank_ratio",
+        "torque_components_speed",
+        "torque_components_load",
+        "torque_components_load_exponent",
+        "torque_components_cylinders",
+        "torque_and_speed",
+        "cylinders",
+        "omega_inertia",
+        "omega_inertia_cylinders_8",
+        "omega_speed",
+        "omega_load",
+        "omega_cylinders",
+        "omega_extremes",
+        "torque_range",
+        "delta_reciprocating_mass",
+        "delta_inertia",
+        "delta_crank_ratio",
+        "delta_speed",
+        "delta_load",
+        "delta_load_exponent",
+        "delta_cylinders",
+        "published",
+        "published_parity",
+    }
+
+
+def test_every_figure_of_the_thesis_says_its_units(thesis_plates: dict) -> None:
+    for stem, unit in {
+        "kinematics": "$c/(r\\omega)$ (–)",
+        "indicator_diagrams": "(bar)",
+        "torque_components": "Torque (N m)",
+        "torque_and_speed": "(rad/s)",
+        "cylinders": "(N m)",
+        "omega_speed": "(rpm)",
+        "delta_inertia": "(kg m²)",
+        "delta_load": "(%)",
+        "omega_extremes": "Crank speed (rad/s)",
+        "published": "(%)",
+    }.items():
+        assert unit in words(thesis_plates[stem]), stem
+    assert "Crank angle $\\varphi$ (°)" in words(thesis_plates["omega_load"])
+
+
+def test_nothing_is_written_outside_a_figure_or_over_its_data(thesis_plates: dict) -> None:
+    study = plates(
+        product(
+            {"method": ["thesis", "newton"]},
+            inertia=np.geomspace(0.5, 12, 9),
+            speed=np.linspace(600, 3000, 8),
+        )
+    )
+    for stem, figure in (thesis_plates | study).items():
+        renderer = figure.canvas.get_renderer()
+        page = figure.bbox
+        panels = [axes for axes in figure.axes if axes.get_visible()]
+        boxes = [panel.get_tightbbox(renderer) for panel in panels if panel.axison]
+        legends = [legend.get_window_extent(renderer) for legend in figure.legends]
+        titles = [text.get_window_extent(renderer) for text in figure.texts]
+        for box in (*boxes, *legends, *titles):
+            assert box.x0 >= -1 and box.y0 >= -1, stem
+            assert box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, stem
+        for legend in legends:
+            for box in (*boxes, *titles):
+                apart = (
+                    legend.x0 >= box.x1 - 1
+                    or legend.x1 <= box.x0 + 1
+                    or legend.y0 >= box.y1 - 1
+                    or legend.y1 <= box.y0 + 1
+                )
+                assert apart, stem
+
+
+def test_designs_fall_into_families_of_one_parameter() -> None:
+    families = {(family.parameter, family.differs): family for family in families_of(thesis_like())}
+    assert families["inertia", ()].members == (3, 0, 4, 2)  # by rising value
+    assert families["reciprocating_mass", ()].members == (1, 0)
+    assert families["cylinders", ()].members == (0, 11, 12)
+    # three inertias of the eight-cylinder engine, away from the nominal one
+    assert families["inertia", ("cylinders",)].members == (12, 13, 14)
+    # the rod's mass goes with the rod and is no second parameter
+    assert families["crank_ratio", ()].members == (0, 5)
+    assert families["crank_ratio", ()].followers == ("reciprocating_mass",)
+    assert not any(family.parameter == "start_angle" for family in families.values())
+
+
+def test_a_line_for_each_value_and_the_nominal_one_named(thesis_plates: dict) -> None:
+    figure = thesis_plates["omega_inertia"]
+    assert legend_texts(figure) == ["0.5", "2 (nominal)", "5", "12"]
+    assert "$Z$ = 1" in words(figure)  # what the other parameters are
+    eight = thesis_plates["omega_inertia_cylinders_8"]
+    assert legend_texts(eight) == ["2", "5", "12"]
+    assert "$Z$ = 8" in words(eight)
+    rods = legend_texts(thesis_plates["kinematics"])
+    assert rods == ["0.25, $m$ = 6.67 kg (nominal)", "0.3333, $m$ = 6.95 kg"]
+
+
+def test_published_values_stand_beside_computed_ones(thesis_plates: dict) -> None:
+    data = thesis_like()
+    figure = thesis_plates["delta_inertia"]
+    assert legend_texts(figure) == [
+        "$Z$ = 1 (nominal)",
+        "$Z$ = 1 (nominal), published",
+        "$Z$ = 8",
+        "$Z$ = 8, published",
+    ]
+    lines = figure.axes[0].get_lines()
+    members = [3, 0, 4, 2]
+    np.testing.assert_array_equal(lines[0].get_xdata(), [0.5, 2, 5, 12])
+    np.testing.assert_array_equal(lines[0].get_ydata(), data.delta.values[members])
+    np.testing.assert_array_equal(lines[1].get_ydata(), data.delta_published.values[members])
+    assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
+    percent = thesis_plates["published"].axes[0].get_lines()[0].get_xdata()
+    np.testing.assert_allclose(percent, np.full(14, 100 * (1 / 1.02 - 1)))  # one is not published
+
+
+def test_published_values_in_other_units_are_not_compared() -> None:
+    data = thesis_like()
+    data["delta_published"].attrs["units"] = "percent"
+    found = plates(data[["delta", "delta_published"]])
+    assert "published" not in found
+    assert "Published" not in words(found["delta_speed"])
+
+
+def test_friction_is_drawn_as_it_acts(thesis_plates: dict) -> None:
+    figure = thesis_plates["torque_components"]
+    lines = dict(zip(legend_texts(figure), figure.axes[0].get_lines(), strict=False))
+    parts = [line.get_ydata() for line in list(lines.values())[:3]]
+    total = list(lines.values())[3].get_ydata()
+    np.testing.assert_allclose(parts[0] + parts[1] + parts[2][0], total)
+    assert any(text.startswith("\N{MINUS SIGN}Mean friction torque") for text in lines)
+
+
+def test_where_only_the_load_changes_the_components_stand_once(thesis_plates: dict) -> None:
+    figure = thesis_plates["torque_components_load_exponent"]
+    assert "the same for every load exponent" in texts(figure)
+    assert sum(text.startswith("Load torque") for text in legend_texts(figure)) == 2
+
+
+@pytest.mark.parametrize(
+    ("missing", "stem"),
+    [
+        (["pressure"], "indicator_diagrams"),
+        (["position", "velocity", "acceleration"], "kinematics"),
+        (["gas_torque", "inertia_torque"], "torque_components"),
+        (["omega"], "torque_and_speed"),
+        (["torque"], "cylinders"),
+        (["delta"], "delta_inertia"),
+        (["delta_published"], "published"),
+        (["torque_range"], "torque_range"),
+        (["omega_max", "omega_min"], "omega_extremes"),
+    ],
+)
+def test_nothing_is_drawn_for_what_is_not_there(missing: list[str], stem: str) -> None:
+    with style():
+        stems = [name for name, _ in _plates(study_of(thesis_like().drop_vars(missing), {}))]
+    assert stem not in stems
+    assert stems
+
+
+def test_kinematics_without_acceleration_has_two_panels() -> None:
+    assert len(plates(thesis_like()[["position", "velocity"]])["kinematics"].axes) == 2
+
+
+# ----------------------------------------------------------------------------- curves
+
+
+def test_curves_are_closed_and_the_dead_centres_named() -> None:
+    data = thesis_like()
+    data["status"][:] = 0
+    with style():
+        figure, panels = new_sheet(1, 1, 3.0)
+        view = study_of(data, {"design": 0}).view
+        (drawn,) = draw_curves(panels[0], view, "omega", None, {}, {})
+        crank_axis(panels[0], view.array("crank_angle"), 5.0)
+        figure.canvas.draw()
+    (line,) = [line for line in panels[0].get_lines() if len(line.get_xdata()) > 2]
+    assert line.get_xdata()[0] == -360.0
+    assert line.get_xdata()[-1] == 360.0
+    assert drawn[-1] == drawn[0] == data.omega.values[0, 0]
+    labels = [text.get_text() for text in panels[0].get_xticklabels()]
+    assert labels == [
+        "\N{MINUS SIGN}360\nTDC",
+        "\N{MINUS SIGN}270",
+        "\N{MINUS SIGN}180\nBDC",
+        "\N{MINUS SIGN}90",
+        "0\nfiring TDC",
+        "90",
+        "180\nBDC",
+        "270",
+        "360\nTDC",
+    ]
+
+
+def test_passes_that_do_not_close_have_a_gap_where_they_start() -> None:
+    data = thesis_like()
+    data["omega"] = data["omega"].copy()
+    with style():
+        figure = curve_figure(study_of(data, {"design": 0}).view, "omega", None)
+    (line,) = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 5]
+    gap = np.flatnonzero(np.isnan(line.get_ydata()))
+    assert gap.size == 1
+    assert line.get_xdata()[gap[0]] == -180.0
+
+
+def test_two_strokes_have_one_turn() -> None:
+    data = product(inertia=[1.0, 2.0]).sel(crank_angle=slice(-180, 170))
+    figure = plates(data)["omega_inertia"]
+    labels = [text.get_text() for text in figure.axes[0].get_xticklabels()]
+    assert labels[0].endswith("BDC")
+    assert "0\nTDC" in labels
+
+
+def test_speeds_far_apart_are_drawn_relative_too() -> None:
+    figure = plates(product(speed=[1000.0, 4000.0]))["omega_speed"]
+    assert len(figure.axes) == 2
+    assert "Deviation from the mean over the cycle (%)" in words(figure)
+
+
+def test_of_many_values_some_are_picked_and_it_is_said() -> None:
+    figure = plates(product(inertia=np.geomspace(1, 12, 24)))["omega_inertia"]
+    assert len(legend_texts(figure)) == 8
+    assert "8 of 24 values of inertia shown" in texts(figure)
+
+
+def test_orders_and_padded_cylinders() -> None:
+    throws = np.ones((2, 3, angles().size))
+    throws[0, 2:] = np.nan  # two cylinders, padded to three
+    data = xr.Dataset(
+        {
+            "torque_after_throw": (
+                ("cylinders", "cylinder", "crank_angle"),
+                throws * np.sin(np.radians(angles())),
+                {"long_name": "torque after each throw", "units": "N m"},
+            ),
+            "torque_amplitude": (
+                ("cylinders", "order"),
+                np.ones((2, 6)),
+                {"long_name": "amplitude of the torque harmonics", "units": "N m"},
+            ),
+        },
+        coords={
+            "cylinders": ("cylinders", [2.0, 3.0], attributes("cylinders")),
+            "cylinder": ("cylinder", [1, 2, 3], {"long_name": "cylinder", "units": "1"}),
+            "order": ("order", np.arange(1, 7) / 2, {"long_name": "order", "units": "1"}),
+            "crank_angle": ("crank_angle", angles(), attributes("crank_angle")),
+        },
+    )
+    found = plates(data)
+    assert "Order" in words(found["torque_amplitude_cylinders"])
+    assert "no value" not in words(found["torque_after_throw_cylinder"])
+
+
+# ----------------------------------------------------------------------------- any archive
+
+
+def test_one_axis_gives_curves() -> None:
+    data = product(inertia=[12.0, 0.5, 2.0, 6.0])  # not in order
+    found = plates(data)
+    assert set(found) == {"omega_inertia", "delta_inertia"}
+    line = found["delta_inertia"].axes[0].get_lines()[0]
+    np.testing.assert_array_equal(line.get_xdata(), [0.5, 2, 6, 12])
+    np.testing.assert_array_equal(line.get_ydata(), data.delta.sortby("inertia").values)
+    assert "(kg m²)" in words(found["delta_inertia"])
+
+
+def test_two_axes_give_a_map_with_logarithmic_axes() -> None:
+    data = product(inertia=np.geomspace(0.5, 12, 8), speed=np.linspace(600, 3000, 6))
+    found = plates(data)
+    panel = found["delta_map_inertia_speed"].axes[0]
+    assert (panel.get_xscale(), panel.get_yscale()) == ("log", "linear")
+    (mesh,) = [item for item in panel.collections if isinstance(item, QuadMesh)]
+    np.testing.assert_array_equal(
+        np.ma.filled(mesh.get_array(), np.nan), data.delta.transpose("speed", "inertia").values
+    )
+    said = words(found["delta_map_inertia_speed"])
+    assert "(kg m²)" in said
+    assert "(rpm)" in said
+    assert "Coefficient of speed fluctuation $\\delta$ (–)" in said
+    assert {"delta_inertia", "delta_speed"} <= set(found)
+
+
+def test_three_axes_give_at_most_nine_maps() -> None:
+    data = product(
+        inertia=np.geomspace(0.5, 12, 13),
+        speed=np.linspace(600, 3000, 12),
+        load=np.arange(0, 91, 9),
+    )[["delta", "status"]]
+    figure = plates(data)["delta_map_inertia_speed_by_load"]
+    panels = [a for a in figure.axes if a.get_title(loc="left")]
+    assert len(panels) == 9
+    assert panels[0].get_title(loc="left") == "$L$ = 0 %"
+    assert "9 of 11 values of load shown" in texts(figure)
+
+
+def test_more_axes_are_cut_and_the_slice_is_stated() -> None:
+    data = product(
+        {"method": ["thesis", "newton"]},
+        inertia=np.geomspace(0.5, 12, 5),
+        speed=np.linspace(600, 3000, 6),
+        load=[0.0, 50.0, 90.0],
+    )
+    figure = plates(data)["delta_map_inertia_speed_by_method"]
+    assert "$L$ = 50 %" in texts(figure)
+    chosen = plates(data, {"load": 80.0, "method": "newton"})
+    figure = chosen["delta_map_inertia_speed"]
+    assert "$L$ = 90 %; newton" in texts(figure)
+    (mesh,) = [c for c in figure.axes[0].collections if isinstance(c, QuadMesh)]
+    expected = data.delta.sel({"load": 90.0, "method": 1}).transpose("speed", "inertia").values
+    np.testing.assert_array_equal(np.ma.filled(mesh.get_array(), np.nan), expected)
+
+
+@pytest.mark.parametrize(
+    ("select", "message"),
+    [
+        ({"inertai": 2.0}, r"no axis 'inertai'; did you mean 'inertia'\?"),
+        ({"method": "nowton"}, r"method is 'nowton', allowed: thesis, newton"),
+        ({"inertia": "large"}, r"inertia is 'large', allowed: numbers"),
+        ({"inertia": np.nan}, r"inertia must be a finite number"),
+    ],
+)
+def test_a_slice_that_is_not_there_is_bad_input(select: dict, message: str) -> None:
+    data = product({"method": ["thesis", "newton"]}, inertia=[1.0, 2.0])
+    with pytest.raises(SceneError, match=message):
+        study_of(data, select)
+
+
+def test_axes_of_words_are_spelled() -> None:
+    data = product({"method": ["thesis", "newton"]}, speed=np.linspace(600, 3000, 5))
+    found = plates(data)
+    assert legend_texts(found["delta_speed"])[:2] == ["thesis", "newton"]
+    assert [a.get_title(loc="left") for a in found["omega_speed"].axes] == ["thesis", "newton"]
+    words_only = product({"method": ["thesis", "newton"], "model": ["constant", "variable"]})
+    figure = plates(words_only)["delta_method"]
+    assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["thesis", "newton"]
+    assert legend_texts(figure) == ["constant", "variable"]
+
+
+def test_an_axis_of_one_value_is_a_slice() -> None:
+    found = plates(product(inertia=np.geomspace(0.5, 12, 5), speed=[1200.0]))
+    assert set(found) == {"omega_inertia", "delta_inertia"}
+    assert "$n$ = 1200 rpm" in texts(found["delta_inertia"])
+
+
+def test_a_single_design_gives_curves_and_a_table() -> None:
+    found = plates(thesis_like().isel(design=0))
+    assert {"kinematics", "indicator_diagrams", "torque_components", "torque_and_speed"} < set(
+        found
+    )
+    assert {"omega", "summary"} < set(found)
+    assert not found["omega"].legends
+    said = words(found["summary"])
+    assert "Coefficient of speed fluctuation" in said
+    assert "rad/s" in said
+    assert "published" in said
+    # the same as a list of one design
+    assert set(plates(thesis_like().isel(design=[0]))) == set(found)
+
+
+def test_an_empty_archive_gives_no_figures() -> None:
+    assert plates(xr.Dataset()) == {}
+    assert plates(product(inertia=[1.0, 2.0]).isel(inertia=slice(0, 0))) == {}
+
+
+# ----------------------------------------------------------------------------- outcomes
+
+
+def test_designs_without_an_answer_are_hatched_in_maps() -> None:
+    data = product(inertia=[0.5, 1.1, 1.6, 4.0, 12.0], speed=[600.0, 1200.0, 2000.0, 3000.0])
+    found = plates(data)
+    figure = found["delta_map_inertia_speed"]
+    assert legend_texts(figure) == ["Not converged", "Stalled", "Tolerance not met"]
+    hatched = [c for c in figure.axes[0].collections if isinstance(c, PolyCollection)]
+    assert len([c for c in hatched if c.get_hatch()]) == 2
+    stalled = int((data.status == status.STALLED).sum())
+    said = " ".join(legend_texts(found["status"]))
+    assert f"Stalled ({100 * stalled / data.status.size:.3g} %)" in said
+
+
+def test_designs_without_an_answer_are_marked_on_curves() -> None:
+    data = product(inertia=[0.2, 0.28, 0.4, 1.0, 4.0, 12.0])
+    found = plates(data)
+    figure = found["delta_inertia"]
+    assert legend_texts(figure) == ["Computed", "Not converged", "Stalled", "Tolerance not met"]
+    drawn = figure.axes[0].get_lines()[0].get_ydata()
+    np.testing.assert_array_equal(np.isfinite(drawn), np.isfinite(data.delta.values))
+    assert any("stalled" in text for text in legend_texts(found["omega_inertia"]))
+
+
+def test_infinite_values_are_no_numbers_either() -> None:
+    data = product(inertia=np.linspace(2, 12, 6))[["delta"]]
+    data["delta"][2] = np.inf
+    figure = plates(data)["delta_inertia"]
+    assert legend_texts(figure) == ["Computed", "No value"]
+    assert np.isfinite(figure.axes[0].get_ylim()).all()
+
+
+def test_passes_done_are_numbers(thesis_plates: dict) -> None:
+    for figure in thesis_plates.values():
+        assert "passes done" not in words(figure).lower()
+
+
+def test_a_study_in_which_all_failed() -> None:
+    data = product(inertia=np.geomspace(0.5, 12, 4), speed=np.linspace(600, 3000, 5))
+    data["status"][:] = status.NO_STEADY_STATE
+    for name in ("delta", "omega"):
+        data[name][:] = np.nan
+    found = plates(data)
+    for stem in ("delta_map_inertia_speed", "delta_inertia", "omega_inertia", "status"):
+        assert "no steady state" in words(found[stem]).lower(), stem
+    assert not found["delta_inertia"].axes[0].yaxis.get_tick_params()["labelleft"]
+
+
+def test_failed_designs_of_a_list() -> None:
+    data = thesis_like()
+    data["status"][[3, 9]] = status.STALLED
+    for name in ("delta", "omega", "load_torque", "omega_max", "omega_mean", "omega_min"):
+        data[name][[3, 9]] = np.nan
+    found = plates(data)
+    assert legend_texts(found["omega_inertia"])[0] == "0.5: stalled"
+    assert "Stalled" in legend_texts(found["delta_load"])
+    assert any("stalled" in text for text in legend_texts(found["torque_components_load"]))
+
+
+# ----------------------------------------------------------------------------- lists of designs
+
+
+def unrelated(count: int, labels: list[str] | None = None) -> xr.Dataset:
+    """Designs that differ in everything."""
+    rng = np.random.default_rng(3)
+    data = xr.Dataset()
+    for name, low, high in (("inertia", 1.0, 12.0), ("speed", 600.0, 3000.0)):
+        data.coords[name] = ("design", rng.uniform(low, high, count), attributes(name))
+    if labels:
+        data.coords["case"] = ("design", np.array(labels, dtype=object))
+    data["delta"] = ("design", rng.uniform(0.01, 0.1, count), attributes("delta"))
+    curves = np.sin(np.radians(angles())) * data.delta.values[:, None] + 100
+    data.coords["crank_angle"] = ("crank_angle", angles(), attributes("crank_angle"))
+    data["omega"] = (("design", "crank_angle"), curves, attributes("omega"))
+    return data
+
+
+def test_long_and_odd_labels_of_cases() -> None:
+    labels = [
+        "a label that somebody wrote to say everything there is to be said about a design",
+        "_underscore first",
+        "costs $5 or $6",
+        r"$\lambda",
+        "",
+    ]
+    found = plates(unrelated(5, labels))
+    rows = [t.get_text() for t in found["delta_cases"].axes[0].get_yticklabels()]
+    assert len(rows) == 5
+    assert all(len(row) <= 45 for row in rows)
+    assert rows[0].endswith("a design")
+    assert "underscore" in " ".join(legend_texts(found["omega"]))
+    for figure in found.values():
+        box = figure.axes[0].get_tightbbox(figure.canvas.get_renderer())
+        assert box.x0 >= -1
+        assert box.width > 0.3 * figure.bbox.width
+
+
+def test_many_unrelated_designs_are_scattered_over_their_parameters() -> None:
+    figure = plates(unrelated(200)[["delta"]])["delta_cases"]
+    assert "(kg m²)" in words(figure)
+    assert "(rpm)" in words(figure)
+    assert all(len(axes.get_lines()[0].get_xdata()) == 200 for axes in figure.axes)
+
+
+def test_designs_beside_axes() -> None:
+    data = thesis_like()[["delta", "omega", "status"]].isel(design=[0, 2, 3, 4])
+    data = data.drop_vars("load").expand_dims(load=[10.0, 90.0])
+    data["load"].attrs = attributes("load")
+    found = plates(data.transpose("design", "load", "crank_angle"))
+    assert legend_texts(found["delta_inertia"]) == ["10", "90"]
+    assert [a.get_title(loc="left") for a in found["omega_inertia"].axes] == [
+        "$L$ = 10 %",
+        "$L$ = 90 %",
+    ]
+
+
+def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
+    data = thesis_like()
+    k = np.where(data.load_exponent == 0, 116.0, 0.0074) * (1 + 0.1 * (data.speed > 1200))
+    comment = {"long_name": "load coefficient", "comment": "unit N m s^alpha"}
+    data["load_coefficient"] = ("design", k.values, comment)
+    figure = plates(data[["load_coefficient"]])["load_coefficient"]
+    assert [axes.get_xlabel().replace("\N{NO-BREAK SPACE}", " ") for axes in figure.axes] == [
+        "Nominal crank speed $n$ (rpm)"
+    ]
+    assert "unit N m s^alpha" in texts(figure)
+
+
+# ----------------------------------------------------------------------------- files
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_files_are_written_and_come_out_the_same_again(tmp_path, kind: str) -> None:
+    data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 4))[["delta"]]
+    before = data.copy(deep=True)
+    first = draw(data, tmp_path / "new" / "folder", format=kind)
+    names = ["delta_map_inertia_speed", "delta_inertia", "delta_speed"]
+    assert [path.name for path in first] == [f"{name}.{kind}" for name in names]
+    contents = [path.read_bytes() for path in first]
+    assert draw(data, tmp_path / "new" / "folder", kind) == first
+    assert [path.read_bytes() for path in first] == contents
+    xr.testing.assert_identical(data, before)
+
+
+def test_png_has_300_dots_per_inch(tmp_path) -> None:
+    (path,) = draw(product(inertia=[1.0, 2.0])[["delta"]], tmp_path)
+    width = int.from_bytes(path.read_bytes()[16:20], "big")
+    assert width == 2100  # 7 inches
+
+
+def test_an_unknown_format_is_bad_input(tmp_path) -> None:
+    with pytest.raises(SceneError, match="format is 'gif', allowed: png, svg, pdf"):
+        draw(product(inertia=[1.0, 2.0]), tmp_path / "x", format="gif")
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_persons_own_settings_neither_matter_nor_change(tmp_path) -> None:
+    data = product(inertia=[1.0, 2.0, 4.0])[["delta"]]
+    (plain,) = draw(data, tmp_path / "plain")
+    with matplotlib.rc_context({"font.size": 30, "axes.grid": False, "figure.dpi": 50}):
+        (own,) = draw(data, tmp_path / "own")
+        assert matplotlib.rcParams["font.size"] == 30
+    assert own.read_bytes() == plain.read_bytes()
+
+
+def test_a_file_that_is_read_lazily(tmp_path) -> None:
+    data = thesis_like()[["delta", "omega", "status"]]
+    data.to_netcdf(tmp_path / "archive.nc", engine="netcdf4")
+    with xr.open_dataset(tmp_path / "archive.nc", engine="netcdf4") as archive:
+        found = plates(archive)
+    assert set(found) == set(plates(data))
+
+
+def test_pyplot_is_never_imported_and_matplotlib_only_to_draw(tmp_path) -> None:
+    code = f"""
+import sys
+import xarray as xr
+import sweeps.figures
+assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
+data = xr.Dataset({{"delta": ("inertia", [1.0, 2.0])}}, coords={{"inertia": [1.0, 3.0]}})
+assert sweeps.figures.draw(data, {str(tmp_path)!r})
+assert "matplotlib.figure" in sys.modules
+assert "matplotlib.pyplot" not in sys.modules
+"""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
