@@ -20,7 +20,7 @@ typed := $(wildcard engine_dyn sweeps tools)
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
 	@echo "make test        every test"
-	@echo "make coverage    the tests marked plain, without compilation, with coverage of the kernels"
+	@echo "make coverage    tests/engine_dyn with the compiler off, and which lines of the kernels ran"
 	@echo "make lint types  ruff, mypy"
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engine ntua again"
@@ -36,7 +36,7 @@ test: coverage
 	$(python) -m pytest
 
 coverage: $(VENV)/.installed-test
-	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -q -m plain
+	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -q -m 'not compiled and not slow' tests/engine_dyn
 	$(python) -m coverage report
 
 lint: $(VENV)/.installed-lint

@@ -7,8 +7,8 @@ that holds the function and would not see an edit in a file it calls (numba#1833
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
-import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -21,8 +21,6 @@ __all__ = ["FAST_MATH", "is_cached", "kernel", "source_hash"]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
-
-_kernels: list[Any] = []
 
 
 @cache
@@ -37,23 +35,25 @@ def source_hash() -> str:
     return digest.hexdigest()
 
 
-def _stamped(locator: type) -> type:
+def _stamped(locator: Any) -> Any:
     """Return `locator` with the package's source hash as the stamp of a cached function."""
 
-    class Stamped(locator):  # type: ignore[misc]
-        def get_source_stamp(self) -> str:
-            return source_hash()
+    def get_source_stamp(self: Any) -> str:
+        return source_hash()
 
-    return Stamped
-
-
-class _Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
-    # Numba's own places in Numba's own order: a folder named by NUMBA_CACHE_DIR, beside the source,
-    # the user's own folder.
-    _locator_classes = [_stamped(locator) for locator in caching.CacheImpl._locator_classes]
+    return type(f"Stamped{locator.__name__}", (locator,), {"get_source_stamp": get_source_stamp})
 
 
-class _Cache(caching.FunctionCache):  # type: ignore[misc]
+# Numba's own places in Numba's own order: a folder named by NUMBA_CACHE_DIR, beside the source,
+# the user's own folder.
+_Implementation: Any = type(
+    "_Implementation",
+    (caching.CompileResultCacheImpl,),
+    {"_locator_classes": [_stamped(locator) for locator in caching.CacheImpl._locator_classes]},
+)
+
+
+class _Cache(caching.FunctionCache):
     _impl_class = _Implementation
 
 
@@ -62,13 +62,11 @@ def kernel(function: Callable[..., Any]) -> Any:
 
     With ``NUMBA_DISABLE_JIT=1`` the plain Python function comes back.
     """
-    dispatcher = numba.njit(nogil=True, fastmath=FAST_MATH, error_model="numpy")(function)
+    dispatcher: Any = inlined(function)
     if hasattr(dispatcher, "enable_caching"):
-        try:
+        # Without any writable folder, kernels are compiled every time.
+        with contextlib.suppress(RuntimeError):
             dispatcher._cache = _Cache(dispatcher.py_func)
-        except RuntimeError:  # no writable folder at all: compile every time
-            pass
-        _kernels.append(dispatcher)
     return dispatcher
 
 
@@ -78,18 +76,11 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def is_cached() -> bool:
-    """Whether every kernel entered so far has compiled code of this version on disk or in memory."""
+    """Whether the kernel of the periodic speed is compiled for this version, on disk or here."""
     from engine_dyn.speed import lanes
 
-    for dispatcher in (lanes.march,):
-        if getattr(dispatcher, "signatures", True):
-            continue
-        store = getattr(dispatcher, "_cache", None)
-        impl = getattr(store, "_cache_file", None)
-        if impl is None:
-            return False
-        if not os.path.exists(os.path.join(store.cache_path, impl._index_name)):
-            return False
-        if not impl._load_index():
-            return False
-    return True
+    dispatcher: Any = lanes.march
+    if getattr(dispatcher, "signatures", True):  # compiled in this process, or not a kernel at all
+        return True
+    file: Any = getattr(dispatcher._cache, "_cache_file", None)
+    return file is not None and bool(file._load_index())

@@ -52,9 +52,7 @@ def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0) -> Floats:
     return result * scale
 
 
-def superpose(
-    curve: Callable[[Any], Any], phi: Any, cylinders: Any, period: float
-) -> Any:
+def superpose(curve: Callable[[Any], Any], phi: Any, cylinders: Any, period: float) -> Any:
     """Sum of one cylinder's curve over evenly firing cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
 
     The curve is evaluated at the shifted angles themselves; `cylinders` broadcasts with `phi`.
@@ -79,7 +77,7 @@ def gas_torque(
     cylinders: Any,
     period: float,
 ) -> Any:
-    """Torque of the gas, (p - p_crankcase) A r c/(r omega) [N m]. Kakaitsas, eqs. 2.1, 2.4b, 2.6."""
+    """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6."""
 
     def one(angle: Any) -> Any:
         over = pressure(angle, family, row, scale) - crankcase_pressure

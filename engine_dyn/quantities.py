@@ -1,9 +1,9 @@
 """The graph of parameters and quantities: plain data.
 
 Planner, command line, README, file attributes and tests all read this table. A node without `make`
-is a leaf. Everything is computed in SI units; a file's unit is `unit`, and `si` converts: SI value =
-file value times `si`. The arguments of `make` are the node's needs, in any order, by name. The axes
-of a node are the union of its needs' axes, plus what it adds; nobody writes axes by hand.
+is a leaf. Everything is computed in SI units; a file's unit is `unit`, and `si` converts: the SI
+value is the file's times `si`. The arguments of `make` are the node's needs, in any order, by name.
+The axes of a node are the union of its needs' axes, plus what it adds; nobody writes axes by hand.
 """
 
 from __future__ import annotations
@@ -559,8 +559,12 @@ _QUANTITIES = (
 
 _ANGLE = (
     Node(
-        "crank_angle", r"\varphi", "degree",
-        "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE, kind="parameter",
+        "crank_angle",
+        r"\varphi",
+        "degree",
+        "crank angle, 0 at firing top dead centre of cylinder 1",
+        si=DEGREE,
+        kind="parameter",
         public=False,
     ),
 )
@@ -630,5 +634,3 @@ def check_graph() -> None:
 
     for name in NODES:
         visit(name, ())
-
-

@@ -50,10 +50,10 @@ def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:
     Kakaitsas (2015), eq. 1.4; Mosakowski, eq. 1 (there measured from the crank's axis). Written
     without the difference of near numbers, so that small lambda and small angles lose no digits.
     """
-    phi, ratio = _checked(phi, crank_ratio)
-    sine = np.sin(phi)
+    angle, ratio = _checked(phi, crank_ratio)
+    sine = np.sin(angle)
     root = np.sqrt(1.0 - (ratio * sine) ** 2)
-    return 2.0 * np.sin(0.5 * phi) ** 2 + ratio * sine**2 / (1.0 + root)
+    return 2.0 * np.sin(0.5 * angle) ** 2 + ratio * sine**2 / (1.0 + root)
 
 
 def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:

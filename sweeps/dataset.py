@@ -63,9 +63,9 @@ def label(
         )
     used = {d for v in variables.values() for d in v[0]}
     dataset = xr.Dataset(variables, coords=_coordinates(plan, used))
-    for name in dataset.variables:
-        if name in dataset.coords or dataset[name].dtype.kind != "f":
-            dataset[name].encoding["_FillValue"] = None
+    for variable in dataset.variables:
+        if variable in dataset.coords or dataset[variable].dtype.kind != "f":
+            dataset[variable].encoding["_FillValue"] = None
     dataset.attrs = _provenance(plan, seconds)
     return dataset
 

@@ -50,6 +50,8 @@ from sweeps.errors import SceneError, shown
 __all__ = ["FORMATS", "draw"]
 
 FORMATS = ("png", "svg", "pdf")
+# Families away from the nominal design that get curves of their own: a grid of designs has many.
+MOST_ASIDES = 4
 
 
 def _plates(study: Study) -> Plates:
@@ -70,8 +72,10 @@ def _plates(study: Study) -> Plates:
     for name in curves:
         for whole, along in study.along([name]):
             yield stem_of(name, whole, along), curve_figure(whole, name, along)
+        if "design" not in view.array(name).dims or len(study.aside) > MOST_ASIDES:
+            continue
         for parameter, aside, _ in study.aside:
-            if "design" in view.array(name).dims and aside.varies([name], parameter):
+            if aside.varies([name], parameter):
                 yield stem_of(name, aside, parameter), curve_figure(aside, name, parameter)
     yield from all_numbers(study, [name for name in rest if name not in curves])
     yield from outcomes_map(study)

@@ -114,7 +114,7 @@ class Plan:
         free = psutil.virtual_memory().available
         if self.memory_bytes > 0.9 * free:
             raise SceneError(
-                f"{self.name}: {self.designs} designs need {_size(self.memory_bytes)} of memory and "
+                f"{self.name}: {self.designs} designs need {_size(self.memory_bytes)} of memory, "
                 f"{_size(free)} are free; ask for fewer points or fewer quantities "
                 f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
             )
@@ -257,7 +257,7 @@ def crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
     """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
     cycle = math.degrees(scene.engine.period)
     count = round(cycle / scene.angle_step)
-    return -0.5 * cycle + np.arange(count) * scene.angle_step
+    return np.asarray(-0.5 * cycle + np.arange(count) * scene.angle_step, dtype=np.float64)
 
 
 def _given(scene: Scene) -> dict[str, Value]:

@@ -70,7 +70,7 @@ def compute(
             continue
         needs = {name: values[name] for name in node.needs}
         if node.kind == "stage":
-            with _bar(plan, stage, progress) as tick:
+            with _Bar(plan, stage, progress) as tick:
                 bundle = node.make(
                     **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
                     wanted=plan.wanted(stage),
@@ -99,7 +99,9 @@ def compute(
 def _filled(data: npt.NDArray[Any], shape: tuple[int, ...] | None) -> npt.NDArray[Any]:
     """Array of the whole shape; copied only where it was broadcast."""
     array = np.asarray(data)
-    return array if shape is None or array.shape == shape else np.array(np.broadcast_to(array, shape))
+    return (
+        array if shape is None or array.shape == shape else np.array(np.broadcast_to(array, shape))
+    )
 
 
 def _uses(plan: Plan) -> dict[str, int]:
@@ -126,7 +128,7 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     return np.reshape(value.data, shape)
 
 
-class _bar:  # noqa: N801 - used as a context manager, like a function
+class _Bar:
     """Progress bar over the designs of a stage; nothing when not asked for."""
 
     def __init__(self, plan: Plan, stage: Stage, show: bool) -> None:

@@ -11,7 +11,7 @@ import math
 
 from engine_dyn.compilation import inlined
 
-__all__ = ["interpolate", "refine"]
+__all__ = ["interpolate", "refine", "slope_between"]
 
 
 @inlined
@@ -21,6 +21,15 @@ def interpolate(t: float, left: float, right: float, d_left: float, d_right: flo
     b = 3.0 * rise - 2.0 * d_left - d_right
     a = d_left + d_right - 2.0 * rise
     return left + t * (d_left + t * (b + t * a))
+
+
+@inlined
+def slope_between(t: float, left: float, right: float, d_left: float, d_right: float) -> float:
+    """Slope of the cubic Hermite interpolant at t, times the interval's width."""
+    rise = right - left
+    b = 3.0 * rise - 2.0 * d_left - d_right
+    a = d_left + d_right - 2.0 * rise
+    return d_left + t * (2.0 * b + 3.0 * t * a)
 
 
 @inlined

@@ -39,12 +39,14 @@ MOST_SWEEPS = 24
 
 # One number for each lane, in rows of one flat array: row offsets that the compiler knows let it
 # see that rows do not overlap, without which it would not use SIMD.
-LANE_ROWS = 44
+LANE_ROWS = 40
 (
-    GAS, ETA, KAPPA, HALF, ALPHA, NOMINAL, TOP, LOW, TOP_NODE, LOW_NODE, TOTAL, MU, C, SLOPE, FIRST,
+    GAS, ETA, KAPPA, HALF, NOMINAL, TOP, LOW, TOP_NODE, LOW_NODE, TOTAL, MU, C, SLOPE, FIRST,
     SECOND, SHIFT, DRIFT, DECAY, LEFT, RIGHT, CROSS, BETA, START, MEAN, CHANGE, LEAST, MOST,
-    PRODUCT, Y, BEFORE, BEFORE_SLOPE, HEAD, HEAD_SLOPE, LOSS, SUM, RUNNING, NOW, NOW_SLOPE, INVERSE,
+    PRODUCT, Y, BEFORE, BEFORE_SLOPE, HEAD, HEAD_SLOPE, LOSS, SUM, RUNNING, NOW, NOW_SLOPE,
+    INVERSE, TABLE,
 ) = (row * LANES for row in range(40))  # fmt: skip
+"""TABLE is a row for numbers of the table that all lanes share."""
 
 
 @inlined
@@ -74,9 +76,7 @@ def close_period(k: int, nodes: int, lane: Floats) -> None:
 
 
 @inlined
-def solve_linear(
-    nodes: int, width: float, table: Floats, q: Floats, lane: Floats
-) -> None:
+def solve_linear(nodes: int, width: float, table: Floats, q: Floats, lane: Floats) -> None:
     """Exponent 2, constant inertia, power mean: q, which F is too, at the nodes, in closed form.
 
     z' + kappa z = kappa (g P - eta V) is linear with a constant coefficient and its right side has
@@ -201,19 +201,19 @@ def iterate(
                 for k in range(lanes):
                     f = math.sqrt(lane[NOW + k])
                     f_row[k] = f
-                    lane[FIRST + k] += f
+                    lane[FIRST + k] += f - 1.0
                     lane[SLOPE + k] += 0.5 / f * lane[INVERSE + k]
             elif kind == 2:
                 for k in range(lanes):
                     f_row[k] = lane[NOW + k]
-                    lane[FIRST + k] += lane[NOW + k]
+                    lane[FIRST + k] += lane[NOW + k] - 1.0
                     lane[SLOPE + k] += lane[INVERSE + k]
             else:
                 for k in range(lanes):
                     f_row[k] = lane[NOW + k] ** lane[HALF + k]
                 for k in range(lanes):
                     f = f_row[k]
-                    lane[FIRST + k] += f
+                    lane[FIRST + k] += f - 1.0
                     lane[SLOPE + k] += lane[HALF + k] * f / lane[NOW + k] * lane[INVERSE + k]
             if closure == CYCLE_TIME:
                 for k in range(lanes):
@@ -231,15 +231,14 @@ def iterate(
                     lane[PRODUCT + k] = 1.0
         waiting = 0
         for k in range(lanes):
-            if kind == 0:
-                lane[FIRST + k] = count
-            lane[MU + k] = lane[FIRST + k] / count
+            # FIRST is the sum of F - 1: where F is near 1, a sum of F would lose the difference.
+            lane[MU + k] = 1.0 + lane[FIRST + k] / count
             if closure == CYCLE_TIME:
                 shift = -(lane[SECOND + k] - count) / lane[DRIFT + k]
             elif kind == 0:
                 shift = -lane[SECOND + k] / lane[DRIFT + k]
             else:
-                shift = (count - lane[FIRST + k]) / lane[SLOPE + k]
+                shift = -lane[FIRST + k] / lane[SLOPE + k]
             lane[SHIFT + k] = shift
             low, high = lane[LEAST + k], lane[MOST + k]
             if lane[RUNNING + k] > 0.0 and not (low > FLOOR and high < 1e3):
@@ -259,7 +258,7 @@ def iterate(
         for k in range(lanes):
             if lane[RUNNING + k] > 0.0:
                 lane[C + k] += lane[SHIFT + k]
-            lane[BETA + k] = lane[KAPPA + k] * lane[SLOPE + k] / lane[FIRST + k]
+            lane[BETA + k] = lane[KAPPA + k] * lane[SLOPE + k] / (count * lane[MU + k])
             recurrence(k, lane[BETA + k], width, lane)
         if kind == 0:
             for k in range(lanes):

@@ -186,6 +186,8 @@ def periodic_speed(
     )
     code = int(result["status"])
     steps = float(result["iterations"])
+    with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
+        power = float(np.power(speed, load_exponent))
     return PeriodicSpeed(
         status=code,
         delta=float(result["delta"]),
@@ -194,9 +196,7 @@ def periodic_speed(
         omega_min=float(result["omega_min"]),
         omega_mean=float(result["omega_mean"]),
         torque_mean=torque_mean,
-        load_coefficient=float(result["load_factor"])
-        * (torque_mean - load_offset)
-        / speed**load_exponent,
+        load_coefficient=float(result["load_factor"]) * (torque_mean - load_offset) / power,
         iterations=int(steps) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),

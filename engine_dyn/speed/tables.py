@@ -14,16 +14,16 @@ fire evenly, so the curve of one cylinder, folded at the firing interval, is the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import kernel
+from engine_dyn.compilation import inlined, kernel
 from engine_dyn.indicator import Family
 from engine_dyn.slider_crank import acceleration_at, jerk_at, velocity_at
 
-__all__ = ["FEWEST_NODES", "PressureNodes", "build", "pressure_nodes", "steps_per_cycle"]
+__all__ = ["FEWEST_NODES", "MOST_NODES", "Blend", "Grid", "build", "make_grid", "steps_per_cycle"]
 
 FEWEST_NODES = 720
 """Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
@@ -38,22 +38,44 @@ _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class PressureNodes:
-    """Pressure of a family's rows at the nodes, the middles and the quadrature points of a cycle.
+class Grid(NamedTuple):
+    """Pressure of some diagrams at the nodes, the middles and the quadrature points of a cycle.
 
-    `rows` maps a row of the family to its place here. Arrays are (row, point); `angles` lists
-    sine and cosine at the same points.
+    Arrays are (diagram, point). Sine and cosine are those of the same points.
     """
 
-    rows: npt.NDArray[np.int64]
     at_node: Floats
     slope_at_node: Floats
     at_middle: Floats
     at_quadrature: Floats
-    node: tuple[Floats, Floats]
-    middle: tuple[Floats, Floats]
-    quadrature: tuple[Floats, Floats]
+    node_sine: Floats
+    node_cosine: Floats
+    middle_sine: Floats
+    middle_cosine: Floats
+    quadrature_sine: Floats
+    quadrature_cosine: Floats
+
+
+class Blend(NamedTuple):
+    """The diagram of a table: (1 - weight) row `first` + weight row `second` of a grid, scaled.
+
+    `crankcase` is the pressure under the piston [Pa].
+    """
+
+    first: int
+    second: int
+    weight: float
+    scale: float
+    crankcase: float
+
+
+@inlined
+def blended(blend: Blend, pressures: Floats, place: int) -> float:
+    """Pressure of a blend at one point of a grid."""
+    return blend.scale * (
+        (1.0 - blend.weight) * pressures[blend.first, place]
+        + blend.weight * pressures[blend.second, place]
+    )
 
 
 def steps_per_cycle(cylinders: int, fewest: int) -> int:
@@ -64,28 +86,25 @@ def steps_per_cycle(cylinders: int, fewest: int) -> int:
     return -(-fewest // (2 * cylinders)) * 2 * cylinders
 
 
-def pressure_nodes(family: Family, rows: npt.NDArray[np.int64], steps: int) -> PressureNodes:
+def make_grid(family: Family, rows: npt.NDArray[np.int64], steps: int) -> Grid:
     """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on."""
-    period = family.row(int(rows[0])).period
-    width = period / steps
+    width = family.row(int(rows[0])).period / steps
     node = np.arange(steps) * width
     middle = node + 0.5 * width
     offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
     quadrature = (node[:, None] + offsets * width).ravel()
     diagrams = [family.row(int(row)) for row in rows]
-
-    def trigonometry(angle: Floats) -> tuple[Floats, Floats]:
-        return np.sin(angle), np.cos(angle)
-
-    return PressureNodes(
-        rows=rows,
+    return Grid(
         at_node=np.array([d(node) for d in diagrams]),
         slope_at_node=np.array([d.derivative(node) for d in diagrams]),
         at_middle=np.array([d(middle) for d in diagrams]),
         at_quadrature=np.array([d(quadrature) for d in diagrams]),
-        node=trigonometry(node),
-        middle=trigonometry(middle),
-        quadrature=trigonometry(quadrature),
+        node_sine=np.sin(node),
+        node_cosine=np.cos(node),
+        middle_sine=np.sin(middle),
+        middle_cosine=np.cos(middle),
+        quadrature_sine=np.sin(quadrature),
+        quadrature_cosine=np.cos(quadrature),
     )
 
 
@@ -113,36 +132,42 @@ interpolant's: what a cubic misses.
 """
 
 
+@inlined
+def take_cubic(
+    nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, rest: Floats
+) -> None:
+    """What a cubic through two nodes misses in their middle."""
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        cubic = 0.5 * (table[value, j] + table[value, after]) + 0.125 * width * (
+            table[slope, j] - table[slope, after]
+        )
+        rest[j] = middle[j] - cubic
+
+
+@inlined
+def work_of_half(blend: Blend, grid: Grid, ratio: float, place: int, width: float) -> float:
+    """Work of one cylinder's gas over half an interval: three-point Gauss-Legendre from `place`."""
+    total = 0.0
+    for point in range(3):
+        here = place + point
+        share = _WEIGHTS[1] if point == 1 else _WEIGHTS[0]
+        pressure = blended(blend, grid.at_quadrature, here) - blend.crankcase
+        total += share * pressure * velocity_at(
+            grid.quadrature_sine[here], grid.quadrature_cosine[here], ratio
+        )  # fmt: skip
+    return total * 0.5 * width
+
+
 @kernel
 def build(
-    ratio: float,
-    first: int,
-    second: int,
-    weight: float,
-    scale: float,
-    crankcase: float,
-    nodes: int,
-    steps: int,
-    width: float,
-    at_node: Floats,
-    slope_at_node: Floats,
-    at_middle: Floats,
-    at_quadrature: Floats,
-    node_sine: Floats,
-    node_cosine: Floats,
-    middle_sine: Floats,
-    middle_cosine: Floats,
-    quadrature_sine: Floats,
-    quadrature_cosine: Floats,
-    table: Floats,
-    middles: Floats,
-) -> float:
-    """Fill `table` (TABLE_ROWS, nodes) for one geometry and diagram; return the gas torque's mean.
+    ratio: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats, middles: Floats
+) -> None:
+    """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram.
 
-    The diagram is (1 - weight) row `first` + weight row `second`, times `scale`, over the crankcase
-    pressure. `middles` is scratch (4, nodes). The mean is over angle, of the sum over cylinders.
+    The cylinders are as many as `nodes` divide the grid into. `middles` is scratch (4, nodes).
     """
-    one = 1.0 - weight
+    steps = grid.node_sine.size
     for row in range(TABLE_ROWS):
         for j in range(nodes):
             table[row, j] = 0.0
@@ -150,45 +175,31 @@ def build(
         for j in range(nodes):
             middles[row, j] = 0.0
     # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
-    cylinders = steps // nodes
-    for cylinder in range(cylinders):
-        for j in range(nodes):
-            step = cylinder * nodes + j
-            halves = (0.0, 0.0)
-            for half in range(2):
-                total = 0.0
-                for point in range(3):
-                    place = step * 6 + half * 3 + point
-                    pressure = (
-                        scale * (one * at_quadrature[first, place] + weight * at_quadrature[second, place])
-                        - crankcase
-                    )
-                    share = 8.0 / 18.0 if point == 1 else 5.0 / 18.0
-                    total += share * pressure * velocity_at(
-                        quadrature_sine[place], quadrature_cosine[place], ratio
-                    )
-                halves = (halves[1], total * 0.5 * width)
-            table[GAS_WORK, j] += halves[0] + halves[1]
-            middles[0, j] += halves[0]
+    for step in range(steps):
+        j = step % nodes
+        before = work_of_half(blend, grid, ratio, step * 6, width)
+        behind = work_of_half(blend, grid, ratio, step * 6 + 3, width)
+        table[GAS_WORK, j] += before + behind
+        middles[0, j] += before
 
-            sine, cosine = node_sine[step], node_cosine[step]
-            v = velocity_at(sine, cosine, ratio)
-            b = acceleration_at(sine, cosine, ratio)
-            pressure = scale * (one * at_node[first, step] + weight * at_node[second, step]) - crankcase
-            slope = scale * (one * slope_at_node[first, step] + weight * slope_at_node[second, step])
-            table[TORQUE, j] += pressure * v
-            table[TORQUE_SLOPE, j] += slope * v + pressure * b
-            table[SHAPE, j] -= b * v
-            table[SHAPE_SLOPE, j] -= b * b + v * jerk_at(sine, cosine, ratio)
-            table[SQUARE, j] += v * v
-            table[SQUARE_SLOPE, j] += 2.0 * v * b
+        sine, cosine = grid.node_sine[step], grid.node_cosine[step]
+        v = velocity_at(sine, cosine, ratio)
+        b = acceleration_at(sine, cosine, ratio)
+        pressure = blended(blend, grid.at_node, step) - blend.crankcase
+        slope = blended(blend, grid.slope_at_node, step)
+        table[TORQUE, j] += pressure * v
+        table[TORQUE_SLOPE, j] += slope * v + pressure * b
+        table[SHAPE, j] -= b * v
+        table[SHAPE_SLOPE, j] -= b * b + v * jerk_at(sine, cosine, ratio)
+        table[SQUARE, j] += v * v
+        table[SQUARE_SLOPE, j] += 2.0 * v * b
 
-            sine, cosine = middle_sine[step], middle_cosine[step]
-            v = velocity_at(sine, cosine, ratio)
-            pressure = scale * (one * at_middle[first, step] + weight * at_middle[second, step]) - crankcase
-            middles[1, j] += v * v
-            middles[2, j] += pressure * v
-            middles[3, j] -= acceleration_at(sine, cosine, ratio) * v
+        sine, cosine = grid.middle_sine[step], grid.middle_cosine[step]
+        v = velocity_at(sine, cosine, ratio)
+        pressure = blended(blend, grid.at_middle, step) - blend.crankcase
+        middles[1, j] += v * v
+        middles[2, j] += pressure * v
+        middles[3, j] -= acceleration_at(sine, cosine, ratio) * v
 
     total = 0.0
     for j in range(nodes):
@@ -212,21 +223,7 @@ def build(
         middles[0, j] -= mean_work
         table[SQUARE, j] -= mean_square
         middles[1, j] -= mean_square
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        eighth = 0.125 * width
-        for k in range(4):
-            value, slope_row, target = (
-                (GAS_WORK, GAS_TORQUE, GAS_WORK_MIDDLE)
-                if k == 0
-                else (SQUARE, SQUARE_SLOPE, SQUARE_MIDDLE)
-                if k == 1
-                else (TORQUE, TORQUE_SLOPE, TORQUE_MIDDLE)
-                if k == 2
-                else (SHAPE, SHAPE_SLOPE, SHAPE_MIDDLE)
-            )
-            cubic = 0.5 * (table[value, j] + table[value, after]) + eighth * (
-                table[slope_row, j] - table[slope_row, after]
-            )
-            table[target, j] = middles[k, j] - cubic
-    return mean
+    take_cubic(nodes, width, table, GAS_WORK, GAS_TORQUE, middles[0], table[GAS_WORK_MIDDLE])
+    take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
+    take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
+    take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,9 +73,11 @@ from sweeps.drawing.wording import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
+    from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure
 
 
+MOST_MARKS = 900  # cells of a map of which some are marked singly
 MOST_ROWS = 45  # of a chart with a row for each case
 # Drawn on common axes where they depend on the same things.
 TOGETHER = {
@@ -124,8 +126,8 @@ def _points(panel: Axes, axis: StudyAxis, lines: Sequence[_Line], entries: Entri
         if axis.words:
             style["linestyle"] = "none"
         x = axis.values if line.x is None else line.x
-        if x.size > 60:
-            style["markevery"] = max(x.size // 20, 1)
+        thin = max(x.size // 20, 1) if x.size > 60 else 1
+        style["markevery"] = thin
         y = np.where(np.isfinite(line.y), line.y, np.nan)
         (drawn,) = panel.plot(x, y, **style)
         entries.setdefault(line.text, drawn)
@@ -137,10 +139,10 @@ def _points(panel: Axes, axis: StudyAxis, lines: Sequence[_Line], entries: Entri
         for why in sorted({str(said) for said in line.said if said}):
             places = line.said == why
             if np.isfinite(y[places]).any():  # a number, though not to the tolerance
-                panel.plot(x[places], y[places], **doubt_look(9.0))
+                panel.plot(x[places][::thin], y[places][::thin], **doubt_look(9.0))
                 remarks[sentence(why)] = Line2D([], [], **doubt_look(9.0))
             else:
-                lost_points(panel, x[places], why, style["color"])
+                lost_points(panel, x[places][::thin], why, style["color"])
                 remarks[sentence(why)] = lost_handle(why)
     if not any(np.isfinite(line.y).any() for line in lines):
         no_ordinate(panel)
@@ -287,9 +289,9 @@ def _map_figure(view: View, name: str, along: str, up: str, facet: str | None = 
     whys = sorted({str(why) for why in reasons.ravel() if why})
     room = 5.4 / columns
     for panel, table, why in zip(panels, values, reasons, strict=False):
-        _map_panel(panel, x, y, table, why, whys, norm, levels)
         parameter_ticks(panel, x, "x", room)
         parameter_ticks(panel, y, "y", 0.7 * height / rows)
+        _map_panel(panel, x, y, table, why, whys, norm, levels)
     for panel, place in zip(panels, places, strict=False):
         if across:
             panel.set_title(across.tag(place))
@@ -302,7 +304,8 @@ def _map_figure(view: View, name: str, along: str, up: str, facet: str | None = 
         _colour_bar(figure, panels[: len(places)], norm, levels, axis_label(array, name), height)
     notes = [*view.notes([name]), picked_text(across, MOST_PANELS)]
     title = f"{title_of(array, name)} over {key_text(x)} and {key_text(y)}"
-    return finish(figure, title, notes, _hatches(whys), caption=view.caption, below=True)
+    entries = _hatches(whys, x.size * y.size > MOST_MARKS)
+    return finish(figure, title, notes, entries, caption=view.caption, below=True)
 
 
 def _map_panel(
@@ -322,6 +325,8 @@ def _map_panel(
     lost = ~np.isfinite(table)
     masked = np.ma.masked_array(table, lost)
     panel.pcolormesh(*edges, masked, norm=norm, cmap=_light_map(), rasterized=True)
+    panel.set_xlim(*edges[0][[0, -1]].tolist())
+    panel.set_ylim(*edges[1][[0, -1]].tolist())
     inside = table[~lost]
     if min(table.shape) > 1 and inside.size:
         levels = levels[(levels > inside.min()) & (levels < inside.max())]
@@ -329,16 +334,39 @@ def _map_panel(
             lines = panel.contour(
                 x.values, y.values, masked, levels, colors="black", linewidths=0.7, linestyles="-"
             )
-            panel.clabel(lines, fmt=number_text, fontsize=6.5, inline_spacing=3)
+            places = _label_places(panel, lines)
+            if places:
+                panel.clabel(lines, fmt=number_text, fontsize=6.5, inline_spacing=3, manual=places)
     for reason in whys:
         where = why == reason
         if not where.any():
             continue
         if lost[where].all():
             _hatch(panel, *edges, where, LOST.get(reason, LOST_OTHERWISE)[1])
+        elif table.size > MOST_MARKS:
+            _hatch(panel, *edges, where, LOST_OTHERWISE[1], "none")
         else:
             rows, columns = np.nonzero(where)
             panel.plot(x.values[columns], y.values[rows], **doubt_look())
+
+
+def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
+    """The middle of each contour that is long enough for a label, in data coordinates.
+
+    matplotlib's own choice, the straightest part, is often at the border, which cuts the label.
+    """
+    places = []
+    for segments in lines.allsegs:
+        for segment in segments:
+            if len(segment) < 2:
+                continue
+            drawn = panel.transAxes.inverted().transform(panel.transData.transform(segment))
+            length = np.append(0.0, np.cumsum(np.hypot(*np.diff(drawn, axis=0).T)))
+            middle = int(np.searchsorted(length, length[-1] / 2))
+            inside = np.all((drawn[middle] > 0.08) & (drawn[middle] < 0.92))
+            if length[-1] > 0.25 and inside:
+                places.append((float(segment[middle, 0]), float(segment[middle, 1])))
+    return places
 
 
 def _hatch(
@@ -362,14 +390,14 @@ def _hatch(
     panel.add_collection(PolyCollection(boxes, hatch=hatch or None, **look))
 
 
-def _hatches(whys: Sequence[str]) -> Entries:
+def _hatches(whys: Sequence[str], dense: bool) -> Entries:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     doubtful = outcome.MEANINGS[outcome.TOLERANCE_NOT_MET].replace("_", " ")
     return {
         sentence(why): Line2D([], [], **doubt_look())
-        if why == doubtful
+        if why == doubtful and not dense
         else Patch(
             facecolor="white", edgecolor=GREY, hatch=LOST.get(why, LOST_OTHERWISE)[1], linewidth=0.5
         )
@@ -497,14 +525,20 @@ def _over_designs(study: Study, stem: str, group: Sequence[str], axes: Sequence[
 def _family_figure(study: Study, name: str, parameter: str) -> Figure:
     """One variable against one parameter, with the families that lie elsewhere."""
     view = dict(study.base)[parameter]
-    aside = [(other, keys) for key, other, keys in study.aside if key == parameter]
+    aside = [
+        (other, keys)
+        for key, other, keys in study.aside
+        if key == parameter and not view.axis(parameter).words  # words have no common places
+    ]
     more = [
         _line(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
         for other, _ in aside
     ]
     apart = dict.fromkeys(key for _, keys in aside for key in keys)
-    tags = ", ".join(design_text(study.view.data, key, 0) for key in apart)
-    text = f"{tags} (nominal)" if more else "Computed"
+    tags = [design_text(study.view.data, key, 0) for key in apart]
+    text = f"{', '.join(tags)} (nominal)" if more else "Computed"
+    same = [text for text in view.others if text not in tags]
+    view = replace(view, others=tuple(same))
     return _scalar_figure(view, [name], parameter, more=more, text=text)
 
 
@@ -546,7 +580,7 @@ def _family_panels(
         f"{label.split(HARD_SPACE)[0]}, one parameter varied at a time",
         notes,
         entries,
-        caption=view.caption,
+        caption=f"Nominal: {', '.join(view.others)}",
         below=True,
         spare=panels[len(picked) :],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,10 +22,6 @@ from sweeps.drawing.wording import (
     value_text,
 )
 from sweeps.errors import SceneError, did_you_mean, shown
-
-if TYPE_CHECKING:
-    pass
-
 
 FloatArray = NDArray[np.float64]
 MOST_LINES = 8  # more cannot be told apart without colour
@@ -134,7 +130,12 @@ class View:
     nominal: Mapping[str, int] = field(default_factory=dict)
     remarks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffix: str = ""
-    caption: str = ""
+    others: tuple[str, ...] = ()  # parameters that are the same in all of it
+
+    @property
+    def caption(self) -> str:
+        """What stands below a figure: the parameters that it does not show."""
+        return f"At {', '.join(self.others)}" if self.others else ""
 
     def array(self, name: str) -> xr.Variable:
         """Return a variable without its coordinates; not read before its values are."""
@@ -421,7 +422,7 @@ def _family_view(view: View, family: Family) -> View:
         nominal={} if apart else {**view.nominal, name: members.index(0)},
         remarks={**view.remarks, name: remarks},
         suffix=view.suffix + suffix,
-        caption="Other parameters: " + ", ".join(others) if others else "",
+        others=tuple(others),
     )
 
 
@@ -458,7 +459,7 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
     base: list[tuple[str, View]] = []
     aside: list[tuple[str, View, tuple[str, ...]]] = []
     lonely = np.ones(view.data.sizes["design"], dtype=bool)
-    listed = ", ".join(design_text(view.data, key, 0) for key in parameters_of(view.data))
+    listed = tuple(design_text(view.data, key, 0) for key in parameters_of(view.data))
     for family in families_of(view.data):
         part = _family_view(view, family)
         if family.differs:
@@ -466,8 +467,8 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
         else:
             base.append((family.parameter, part))
         lonely[list(family.members)] = False
-    caption = f"Parameters: {listed}" if base else ""
-    view = replace(view, nominal={"design": 0} if base else {}, caption=caption)
+    if base:
+        view = replace(view, nominal={"design": 0}, others=listed)
     return Study(view, tuple(base), tuple(aside), bool(lonely.any()))
 
 

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-
-if TYPE_CHECKING:
-    pass
-
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"

@@ -1,0 +1,187 @@
+"""From broadcasting arrays to what kernels take: parts that are alike, packed values, threads."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.speed.fixed_point import LANES
+from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
+
+__all__ = ["INPUT_NAMES", "Packed", "Part", "aligned", "run_blocks", "split"]
+
+Integers = npt.NDArray[np.int64]
+Progress = Callable[[int], None]
+
+INPUT_NAMES = (
+    "crank_ratio", "row", "scale", "crankcase_pressure", "bore", "stroke", "mass", "speed",
+    "inertia", "exponent", "offset", "mean_torque", "friction_torque", "start_speed", "passes",
+    "start_angle",
+)  # fmt: skip
+"""Inputs in the order of `product`."""
+
+PIECE = 4096
+"""Blocks of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
+
+
+def aligned(array: Any, rank: int) -> npt.NDArray[Any]:
+    """Array with axes of size 1 put before its own, as broadcasting would."""
+    array = np.asarray(array)
+    return array.reshape((1,) * (rank - array.ndim) + array.shape)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Designs that one kernel call can treat alike: positions along each axis, and their keys."""
+
+    positions: tuple[Integers, ...]
+    keys: tuple[Any, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of designs."""
+        return math.prod(len(p) for p in self.positions)
+
+    def take(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Elements of a broadcasting array that belong to the part."""
+        for axis, positions in enumerate(self.positions):
+            if array.shape[axis] > 1:
+                array = array.take(positions, axis=axis)
+        return array
+
+
+def split(shape: tuple[int, ...], keys: Sequence[npt.NDArray[Any]]) -> list[Part]:
+    """Split a product of axes so that every key has one value within a part.
+
+    A key may vary along one axis at most, as every parameter of a scene does.
+    """
+    along: list[list[int]] = [[] for _ in shape]
+    for number, key in enumerate(keys):
+        axes = [axis for axis, size in enumerate(key.shape) if size > 1]
+        if len(axes) > 1:
+            raise ValueError("a choice (cylinders, method, model) may vary along one axis only")
+        if axes:
+            along[axes[0]].append(number)
+    choices: list[list[tuple[Integers, dict[int, Any]]]] = []
+    for axis, size in enumerate(shape):
+        if not along[axis]:
+            choices.append([(np.arange(size), {})])
+            continue
+        columns = np.stack([keys[number].reshape(-1) for number in along[axis]], axis=1)
+        unique, inverse = np.unique(columns, axis=0, return_inverse=True)
+        inverse = inverse.reshape(-1)
+        choices.append(
+            [
+                (np.flatnonzero(inverse == i), dict(zip(along[axis], row, strict=True)))
+                for i, row in enumerate(unique)
+            ]
+        )
+    fixed = {number: key.reshape(-1)[0] for number, key in enumerate(keys)}
+    parts = []
+    for combination in itertools.product(*choices):
+        values = dict(fixed)
+        for _, chosen in combination:
+            values.update(chosen)
+        parts.append(Part(tuple(p for p, _ in combination), tuple(values.values())))
+    return parts
+
+
+@dataclass(frozen=True)
+class Packed:
+    """All inputs of a sweep in one flat array, with strides along each axis of the sweep."""
+
+    values: npt.NDArray[np.float64]
+    start: Integers
+    strides: Integers
+
+    @classmethod
+    def of(cls, inputs: Mapping[str, Any], shape: tuple[int, ...]) -> Packed:
+        """Pack inputs that broadcast to `shape`."""
+        rank = len(shape)
+        strides = np.zeros((INPUTS, max(rank, 1)), dtype=np.int64)
+        start = np.zeros(INPUTS, dtype=np.int64)
+        pieces = []
+        place = 0
+        for i, name in enumerate(INPUT_NAMES):
+            array = aligned(np.asarray(inputs[name], dtype=np.float64), rank)
+            start[i] = place
+            place += array.size
+            pieces.append(array.ravel())
+            strides[i] = _strides(array.shape)
+        strides[OUTPUT] = _strides(shape)
+        return cls(np.concatenate(pieces), start, strides)
+
+    def product(self, part: Part, lanes: int | None = None) -> tuple[Product, int, int]:
+        """Return a part for kernels, its number of blocks, and the designs of a block.
+
+        A block is as wide as a table has designs, up to `LANES`, unless `lanes` says so.
+        """
+        sizes = [len(p) for p in part.positions]
+        of_table = np.any(self.strides[:TABLE_INPUTS] != 0, axis=0).tolist()
+        table_axes = [axis for axis in range(len(sizes)) if of_table[axis]]
+        lane_axes = [axis for axis in range(len(sizes)) if not of_table[axis]]
+        tables = math.prod(sizes[axis] for axis in table_axes)
+        designs = math.prod(sizes[axis] for axis in lane_axes)
+        width = lanes or min(LANES, max(4, 1 << (designs - 1).bit_length()))
+        product = Product(
+            table_axes=np.array(table_axes, dtype=np.int64),
+            lane_axes=np.array(lane_axes, dtype=np.int64),
+            shape=np.array(sizes or [1], dtype=np.int64),
+            strides=self.strides,
+            positions=np.concatenate([*part.positions, np.zeros(1, np.int64)]).astype(np.int64),
+            position_start=np.cumsum([0, *sizes]).astype(np.int64),
+            values=self.values,
+            value_start=self.start,
+        )
+        return product, tables * -(-designs // width), width
+
+
+def _strides(shape: tuple[int, ...]) -> list[int]:
+    """Steps of a flat index along each axis, 0 along axes of size 1; one number at least."""
+    steps = [0] * len(shape)
+    step = 1
+    for axis in reversed(range(len(shape))):
+        if shape[axis] > 1:
+            steps[axis] = step
+            step *= shape[axis]
+    return steps or [0]
+
+
+def run_blocks(
+    blocks: int,
+    designs: int,
+    work: Callable[[int, int], None],
+    threads: int,
+    progress: Progress | None,
+) -> None:
+    """Call `work(begin, end)` over all blocks, on threads when there is enough to share."""
+    threads = max(1, min(threads, blocks // 4))
+    # Several pieces a thread even out the load.
+    size = max(1, min(PIECE, blocks if threads == 1 else -(-blocks // (threads * 8))))
+    pieces = [(begin, min(begin + size, blocks)) for begin in range(0, blocks, size)]
+
+    def tell(begin: int, end: int) -> None:
+        if progress:
+            progress(designs * end // blocks - designs * begin // blocks)
+
+    if threads == 1:
+        for piece in pieces:
+            work(*piece)
+            tell(*piece)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        futures = [(pool.submit(work, *piece), piece) for piece in pieces]
+        try:
+            for future, piece in futures:
+                future.result()
+                tell(*piece)
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise

@@ -1,0 +1,81 @@
+"""A product of axes as kernels see it: flat values, strides, and the positions of one part."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+
+__all__ = ["INPUTS", "Product", "offsets_at"]
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+# Inputs of a design. The first four make the table that designs share; OUTPUT is the place of the
+# design's results.
+INPUTS = 17
+TABLE_INPUTS = 4
+(
+    RATIO, ROW, SCALE, CRANKCASE,
+    BORE, STROKE, MASS, SPEED, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE, FRICTION,
+    START_SPEED, PASSES, START_ANGLE,
+    OUTPUT,
+) = range(INPUTS)  # fmt: skip
+
+
+class Product(NamedTuple):
+    """Inputs of a part of a sweep.
+
+    Attributes
+    ----------
+    table_axes, lane_axes : ndarray
+        Axes on which the tables depend, and the others.
+    shape : ndarray
+        Positions along each axis.
+    strides : ndarray, shape (INPUTS, axes)
+        Step of each input's flat index per position of the whole axis; 0 where it does not depend.
+    positions, position_start : ndarray
+        Where along each axis the part lies; the positions of all axes one after the other.
+    values, value_start : ndarray
+        All inputs one after the other, flat.
+    """
+
+    table_axes: Integers
+    lane_axes: Integers
+    shape: Integers
+    strides: Integers
+    positions: Integers
+    position_start: Integers
+    values: Floats
+    value_start: Integers
+
+
+@inlined
+def count_of(axes: Integers, product: Product) -> int:
+    """Number of combinations along `axes`."""
+    count = 1
+    for i in range(axes.size):
+        count *= product.shape[axes[i]]
+    return count
+
+
+@inlined
+def offsets_at(
+    index: int, axes: Integers, product: Product, start: Integers, offsets: Integers
+) -> None:
+    """Place of every input in `values` (of OUTPUT in the results) at flat `index` over `axes`.
+
+    The last axis runs fastest. `start` is added: the offsets of the other axes.
+    """
+    for i in range(INPUTS):
+        offsets[i] = start[i]
+    for back in range(axes.size):
+        axis = axes[axes.size - 1 - back]
+        size = product.shape[axis]
+        here = product.positions[product.position_start[axis] + index % size]
+        index //= size
+        for i in range(INPUTS):
+            offsets[i] += product.strides[i, axis] * here
