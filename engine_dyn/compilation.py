@@ -77,9 +77,9 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 def is_cached() -> bool:
     """Whether the kernel of the periodic speed is compiled for this version, on disk or here."""
-    from engine_dyn.speed import lanes
+    from engine_dyn.speed import designs
 
-    dispatcher: Any = lanes.march
+    dispatcher: Any = designs.march
     if getattr(dispatcher, "signatures", True):  # compiled in this process, or not a kernel at all
         return True
     file: Any = getattr(dispatcher._cache, "_cache_file", None)

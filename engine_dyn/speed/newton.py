@@ -1,6 +1,6 @@
 """Newton's method on the whole periodic curve, for one design.
 
-The unknown is e(phi), the kinetic energy over its nominal value (contract of `lanes`):
+The unknown is e(phi), the kinetic energy over its nominal value (symbols of `segments`):
 
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2),
 

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.speed.fixed_point import LANES
 from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
 
-__all__ = ["INPUT_NAMES", "Packed", "Part", "aligned", "run_blocks", "split"]
+__all__ = ["INPUT_NAMES", "Packed", "Part", "aligned", "run_pieces", "split"]
 
 Integers = npt.NDArray[np.int64]
 Progress = Callable[[int], None]
@@ -27,8 +26,11 @@ INPUT_NAMES = (
 )  # fmt: skip
 """Inputs in the order of `product`."""
 
-PIECE = 4096
-"""Blocks of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
+PIECE = 16384
+"""Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
+
+FEWEST = 64
+"""Designs that are worth a thread."""
 
 
 def aligned(array: Any, rank: int) -> npt.NDArray[Any]:
@@ -118,21 +120,14 @@ class Packed:
         strides[OUTPUT] = _strides(shape)
         return cls(np.concatenate(pieces), start, strides)
 
-    def product(self, part: Part, lanes: int | None = None) -> tuple[Product, int, int]:
-        """Return a part for kernels, its number of blocks, and the designs of a block.
-
-        A block is as wide as a table has designs, up to `LANES`, unless `lanes` says so.
-        """
+    def product(self, part: Part) -> Product:
+        """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
         of_table = np.any(self.strides[:TABLE_INPUTS] != 0, axis=0).tolist()
-        table_axes = [axis for axis in range(len(sizes)) if of_table[axis]]
-        lane_axes = [axis for axis in range(len(sizes)) if not of_table[axis]]
-        tables = math.prod(sizes[axis] for axis in table_axes)
-        designs = math.prod(sizes[axis] for axis in lane_axes)
-        width = lanes or min(LANES, max(4, 1 << (designs - 1).bit_length()))
-        product = Product(
-            table_axes=np.array(table_axes, dtype=np.int64),
-            lane_axes=np.array(lane_axes, dtype=np.int64),
+        axes = range(len(sizes))
+        return Product(
+            table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),
+            other_axes=np.array([a for a in axes if not of_table[a]], dtype=np.int64),
             shape=np.array(sizes or [1], dtype=np.int64),
             strides=self.strides,
             positions=np.concatenate([*part.positions, np.zeros(1, np.int64)]).astype(np.int64),
@@ -140,7 +135,6 @@ class Packed:
             values=self.values,
             value_start=self.start,
         )
-        return product, tables * -(-designs // width), width
 
 
 def _strides(shape: tuple[int, ...]) -> list[int]:
@@ -154,34 +148,27 @@ def _strides(shape: tuple[int, ...]) -> list[int]:
     return steps or [0]
 
 
-def run_blocks(
-    blocks: int,
-    designs: int,
-    work: Callable[[int, int], None],
-    threads: int,
-    progress: Progress | None,
+def run_pieces(
+    designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None
 ) -> None:
-    """Call `work(begin, end)` over all blocks, on threads when there is enough to share."""
-    threads = max(1, min(threads, blocks // 4))
+    """Call `work(begin, end)` over all designs, on threads when there is enough to share."""
+    threads = max(1, min(threads, designs // FEWEST))
     # Several pieces a thread even out the load.
-    size = max(1, min(PIECE, blocks if threads == 1 else -(-blocks // (threads * 8))))
-    pieces = [(begin, min(begin + size, blocks)) for begin in range(0, blocks, size)]
-
-    def tell(begin: int, end: int) -> None:
-        if progress:
-            progress(designs * end // blocks - designs * begin // blocks)
-
+    size = max(1, min(PIECE, designs if threads == 1 else -(-designs // (threads * 8))))
+    pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
     if threads == 1:
-        for piece in pieces:
-            work(*piece)
-            tell(*piece)
+        for begin, end in pieces:
+            work(begin, end)
+            if progress:
+                progress(end - begin)
         return
     with ThreadPoolExecutor(threads) as pool:
         futures = [(pool.submit(work, *piece), piece) for piece in pieces]
         try:
-            for future, piece in futures:
+            for future, (begin, end) in futures:
                 future.result()
-                tell(*piece)
+                if progress:
+                    progress(end - begin)
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

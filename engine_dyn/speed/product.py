@@ -31,7 +31,7 @@ class Product(NamedTuple):
 
     Attributes
     ----------
-    table_axes, lane_axes : ndarray
+    table_axes, other_axes : ndarray
         Axes on which the tables depend, and the others.
     shape : ndarray
         Positions along each axis.
@@ -44,7 +44,7 @@ class Product(NamedTuple):
     """
 
     table_axes: Integers
-    lane_axes: Integers
+    other_axes: Integers
     shape: Integers
     strides: Integers
     positions: Integers

@@ -16,12 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.indicator import Family
-from engine_dyn.speed import lanes
+from engine_dyn.speed import designs
 from engine_dyn.speed.cycles import Samples
-from engine_dyn.speed.fixed_point import LANES
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.packing import Packed, Progress, aligned, run_blocks, split
+from engine_dyn.speed.packing import Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
+from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
     FEWEST_NODES,
     GAS_WORK,
@@ -147,7 +147,7 @@ def solve(
     curves = {name: name in wanted and angles.size > 0 for name in CURVE_RESULTS}
     if not any(curves.values()):
         angles = np.zeros(0)
-    results = lanes.Results(
+    results = designs.Results(
         wanted=np.array([names.index(n) if n in names else -1 for n in SPEED_RESULTS]),
         scalars=np.empty((max(len(names), 1), size if names else 0)),
         status=np.empty(size, dtype=np.int8),
@@ -158,31 +158,31 @@ def solve(
     period = family.row(0).period
     for part in split(shape, keys):
         count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest)
+        steps = steps_per_cycle(count, fewest, SEGMENTS)
         nodes, width = steps // count, period / steps
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
-        samples = _sample_grid(family, rows, count, method_code == lanes.THESIS)
+        samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
         place = np.mod(angles, period / count) / width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
-        at = lanes.Curves(
+        at = designs.Curves(
             node=node,
             share=np.maximum(place - node, 0.0),
             sample=np.mod(angles + 0.5 * period, period) / period * SAMPLES,
         )
-        choice = lanes.Choice(
+        choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
         )  # fmt: skip
-        product, blocks, lane_count = packed.product(part)
+        product = packed.product(part)
 
         job = partial(
             _march,
             product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results,
-            scratch=partial(lanes.make_scratch, nodes, lane_count, samples.sine.shape[1]),
+            scratch=partial(designs.make_scratch, nodes, samples.sine.shape[1]),
         )  # fmt: skip
-        run_blocks(blocks, part.size, job, threads or os.cpu_count() or 1, progress)
+        run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
 
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
@@ -194,7 +194,7 @@ def solve(
         index = np.unravel_index(missed, shape) if shape else ()
         # Repeating cycles from a start has an error of its own, which more nodes do not mend.
         codes = np.broadcast_to(keys[1], shape)[index].reshape(-1)
-        solved = np.isin(codes, [lanes.AUTO, lanes.NEWTON, lanes.CLOSED])
+        solved = np.isin(codes, [designs.AUTO, designs.NEWTON, designs.CLOSED])
         missed = missed[solved]
     if missed.size and finer < FINEST:
         index = np.unravel_index(missed, shape) if shape else ()
@@ -242,17 +242,17 @@ def torque_extremes(
     period = family.row(0).period
     for part in split(shape, keys):
         count, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest)
+        steps = steps_per_cycle(count, fewest, SEGMENTS)
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
-        product, blocks, lane_count = packed.product(part, LANES)
+        product = packed.product(part)
 
         job = partial(
             _extremes,
-            lane_count=lane_count, product=product, row_of=row_of, width=period / steps,
+            product=product, row_of=row_of, width=period / steps,
             grid=grid, nodes=steps // count, wanted=places, scalars=scalars,
         )  # fmt: skip
-        run_blocks(blocks, part.size, job, threads or os.cpu_count() or 1, progress)
+        run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
@@ -267,7 +267,7 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     )
     rows = _rows_needed(row)
     result = np.empty(row.size)
-    lanes.mean_gas_torque(
+    designs.mean_gas_torque(
         np.ascontiguousarray(crank_ratio).reshape(-1), np.ascontiguousarray(row).reshape(-1),
         _row_map(family, rows), make_grid(family, rows, FEWEST_NODES), result,
     )  # fmt: skip
@@ -276,20 +276,31 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
 
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
-    samples: Samples, choice: lanes.Choice, curves: lanes.Curves, results: lanes.Results,
-    scratch: Callable[[], lanes.Scratch],
+    samples: Samples, choice: designs.Choice, curves: designs.Curves, results: designs.Results,
+    scratch: Callable[[], designs.Scratch],
 ) -> None:  # fmt: skip
-    lanes.march(
-        begin, end, product, row_of, width, grid, samples, choice, curves, results, scratch()
+    designs.march(
+        begin,
+        end,
+        SEGMENTS,
+        product,
+        row_of,
+        width,
+        grid,
+        samples,
+        choice,
+        curves,
+        results,
+        scratch(),
     )
 
 
 def _extremes(
-    begin: int, end: int, *, lane_count: int, product: Product, row_of: Integers, width: float,
+    begin: int, end: int, *, product: Product, row_of: Integers, width: float,
     grid: Grid, nodes: int, wanted: Integers, scalars: Floats,
 ) -> None:  # fmt: skip
-    lanes.extremes_of_torque(
-        begin, end, lane_count, product, row_of, width, grid, wanted, scalars,
+    designs.extremes_of_torque(
+        begin, end, product, row_of, width, grid, wanted, scalars,
         np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)),
     )  # fmt: skip
 

@@ -78,12 +78,12 @@ def blended(blend: Blend, pressures: Floats, place: int) -> float:
     )
 
 
-def steps_per_cycle(cylinders: int, fewest: int) -> int:
-    """Nodes of a cycle: from `fewest` on the first that gives every cylinder the same even number.
+def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
+    """Nodes of a cycle: from `fewest` on the first that gives every period a multiple of `pieces`.
 
-    Even, so that the means over every other node tell whether the curve is resolved.
+    An even number of pieces, so that means over every other node tell whether a curve is resolved.
     """
-    return -(-fewest // (2 * cylinders)) * 2 * cylinders
+    return -(-fewest // (pieces * cylinders)) * pieces * cylinders
 
 
 def make_grid(family: Family, rows: npt.NDArray[np.int64], steps: int) -> Grid:

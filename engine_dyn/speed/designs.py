@@ -1,0 +1,710 @@
+"""The one place that loops over designs.
+
+A sweep is a product of axes. Designs that agree in geometry, diagram and arrangement share one
+table of work (`tables`); they follow each other, so that a table is built once. A kernel takes a
+range of designs, finds each one's values by strides into the inputs (no column of the whole sweep
+is ever built) and writes each result to its own place. Every design is solved by itself, with its
+period as SIMD lanes (`segments`): its numbers cannot depend on its neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.speed import tables
+from engine_dyn.speed.cycles import (
+    SAMPLE_ROWS,
+    SPEEDS,
+    Samples,
+    outcome,
+    run_euler,
+    sample_shapes,
+    start_speed,
+)
+from engine_dyn.speed.extremes import interpolate, refine, slope_between
+from engine_dyn.speed.newton import FLOOR, POWER_MEAN, closure_terms, load_terms, newton
+from engine_dyn.speed.picard import repeat_cycles
+from engine_dyn.speed.product import (
+    BORE,
+    CRANKCASE,
+    EXPONENT,
+    FRICTION,
+    INERTIA,
+    INPUTS,
+    MASS,
+    MEAN_TORQUE,
+    OFFSET,
+    OUTPUT,
+    PASSES,
+    RATIO,
+    ROW,
+    SCALE,
+    SPEED,
+    START_ANGLE,
+    STROKE,
+    Product,
+    count_of,
+    offsets_at,
+)
+from engine_dyn.speed.segments import (
+    MOST_SWEEPS,
+    POWERS,
+    RECORD,
+    SEGMENTS,
+    Q,
+    extremes_at_nodes,
+    iterate,
+    make_records,
+    place_of,
+    solve_linear,
+    spread,
+)
+from engine_dyn.speed.tables import (
+    GAS_TORQUE,
+    GAS_WORK,
+    GAS_WORK_MIDDLE,
+    SHAPE,
+    SHAPE_MIDDLE,
+    SHAPE_SLOPE,
+    SQUARE,
+    SQUARE_MIDDLE,
+    SQUARE_SLOPE,
+    TABLE_ROWS,
+    TORQUE,
+    TORQUE_MIDDLE,
+    TORQUE_SLOPE,
+    Blend,
+    Grid,
+)
+from engine_dyn.status import (
+    CONVERGED,
+    INVALID_INPUT,
+    NO_STEADY_STATE,
+    NOT_CONVERGED,
+    PASSES_DONE,
+    STALLED,
+    TOLERANCE_NOT_MET,
+)
+
+__all__ = [
+    "Choice",
+    "Curves",
+    "Results",
+    "Scratch",
+    "extremes_of_torque",
+    "make_scratch",
+    "march",
+    "mean_gas_torque",
+]
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+AUTO, THESIS, PICARD, NEWTON, CLOSED = range(5)
+
+SCALARS = 8
+DELTA, DELTA_MIDRANGE, OMEGA_MAX, OMEGA_MIN, OMEGA_MEAN, LOAD_FACTOR, DELTA_ERROR, ITERATIONS = (
+    range(SCALARS)
+)
+
+IDLE = 1e-9
+"""A mean torque within this share of the torque's range is no load (contract)."""
+
+NEWTON_STEPS = 60
+
+ITERATED = 1e-2
+"""Share of the tolerance that the iteration of the load term may leave of the range of q."""
+
+NEARLY_STALLED = 0.25
+"""Below this (omega/omega_n)^2 the powers of the closure are sharp enough to ask for more nodes;
+above it the means over all nodes are exact to rounding."""
+
+
+class Choice(NamedTuple):
+    """What all designs of a part have in common.
+
+    `kind` is the class of the load exponent: 0, 1 or 2 for these, 3 for any other.
+    """
+
+    method: int
+    kind: int
+    variable: bool
+    closure: int
+    tolerance: float
+
+
+class Curves(NamedTuple):
+    """Where curves are wanted: node before each angle, share of the interval, place in samples."""
+
+    node: Integers
+    share: Floats
+    sample: Floats
+
+
+class Results(NamedTuple):
+    """Arrays of results, one entry a design; `wanted[i]` is the row of result i or -1.
+
+    `omega` and `acceleration` have an empty second axis where they are not wanted.
+    """
+
+    wanted: Integers
+    scalars: Floats
+    status: npt.NDArray[np.int8]
+    omega: Floats
+    acceleration: Floats
+
+
+class Scratch(NamedTuple):
+    """Working memory of one thread."""
+
+    table: Floats
+    middles: Floats
+    records: Floats
+    running: Floats
+    curve: Floats
+    sampled: Floats
+    at: Integers
+    shared: Integers
+
+
+def make_scratch(nodes: int, samples: int) -> Scratch:
+    """Working memory for designs with `nodes` nodes a period."""
+    records, running = make_records(nodes)
+    return Scratch(
+        table=np.empty((TABLE_ROWS, nodes)),
+        middles=np.empty((4, nodes)),
+        records=records,
+        running=running,
+        curve=np.empty((11, nodes)),
+        sampled=np.empty((SAMPLE_ROWS, samples)),
+        at=np.zeros(INPUTS, dtype=np.int64),
+        shared=np.zeros(INPUTS, dtype=np.int64),
+    )
+
+
+class Design(NamedTuple):
+    """Reduced parameters of one design, see `segments`; `nominal` is its speed [rad/s]."""
+
+    gas: float
+    eta: float
+    kappa: float
+    half: float
+    nominal: float
+
+
+class Ranges(NamedTuple):
+    """Ranges of the gas and the inertia torque of a table, and the least of its square velocity."""
+
+    gas: float
+    shape: float
+    least_square: float
+
+
+W, DW, TAU, DTAU, S = range(5)
+"""Rows of `Scratch.curve`; the rest is Newton's."""
+
+
+@inlined
+def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
+    """Return the diagram of the design whose inputs lie at `at`."""
+    row = values[at[ROW]]
+    whole = int(math.floor(row))
+    weight = row - whole
+    first = row_of[whole]
+    second = row_of[whole + 1] if weight > 0.0 else first
+    return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE]])
+
+
+@inlined
+def range_of(curve: Floats) -> float:
+    """Largest less smallest."""
+    high, low = -math.inf, math.inf
+    for j in range(curve.size):
+        high = max(high, curve[j])
+        low = min(low, curve[j])
+    return high - low
+
+
+@inlined
+def reduce(
+    values: Floats, at: Integers, choice: Choice, table: Floats, ranges: Ranges
+) -> tuple[Design, int]:
+    """Reduced parameters of the design whose inputs lie at `at`, and its outcome so far."""
+    radius = 0.5 * values[at[STROKE]]
+    lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
+    throw = values[at[MASS]] * radius * radius
+    speed = values[at[SPEED]]
+    inertia = values[at[INERTIA]]
+    energy = 0.5 * inertia * speed * speed
+    surplus = values[at[MEAN_TORQUE]] - values[at[OFFSET]]
+    code = CONVERGED
+    # Idle or loaded: the ranges of both parts bound the torque's, and decide nearly always.
+    moment = throw * speed * speed
+    swing = lever * ranges.gas + moment * ranges.shape
+    if abs(surplus) <= IDLE * swing:
+        high, low = -math.inf, math.inf
+        for j in range(table.shape[1]):
+            torque = lever * table[TORQUE, j] + moment * table[SHAPE, j]
+            high = max(high, torque)
+            low = min(low, torque)
+        swing = high - low
+    if abs(surplus) <= IDLE * swing:
+        surplus = 0.0
+    elif surplus < 0.0:
+        code = NO_STEADY_STATE
+    if choice.variable and 1.0 + throw / inertia * ranges.least_square <= 0.0:
+        code = INVALID_INPUT
+    if choice.method == CLOSED and choice.kind != 0 and choice.kind != 2:
+        code = INVALID_INPUT
+    half = 0.5 * values[at[EXPONENT]]
+    return Design(lever / energy, throw / inertia, surplus / energy, half, speed), code
+
+
+@inlined
+def fill_curve(design: Design, variable: bool, table: Floats, curve: Floats) -> None:
+    """Fill in w, w', tau and tau' at the nodes (see `newton`)."""
+    for j in range(table.shape[1]):
+        curve[W, j] = design.gas * table[GAS_WORK, j]
+        curve[DW, j] = design.gas * table[GAS_TORQUE, j]
+        curve[TAU, j] = 1.0
+        curve[DTAU, j] = 0.0
+        if variable:
+            curve[TAU, j] += design.eta * table[SQUARE, j]
+            curve[DTAU, j] = design.eta * table[SQUARE_SLOPE, j]
+        else:
+            curve[W, j] -= design.eta * table[SQUARE, j]
+            curve[DW, j] -= design.eta * table[SQUARE_SLOPE, j]
+
+
+@inlined
+def take_curve(design: Design, curve: Floats, records: Floats) -> None:
+    """Solution of a curve back into the records."""
+    nodes = curve.shape[1]
+    for j in range(nodes):
+        here = place_of(j, nodes // SEGMENTS)
+        q = (1.0 + curve[W, j] + curve[S, j]) / curve[TAU, j]
+        records[here + Q] = q
+        records[here + POWERS], _, _ = load_terms(q, design.half)
+
+
+@inlined
+def solve_one(
+    design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
+) -> tuple[int, int, float]:
+    """Periodic solution of one design in the records; its outcome, iterations and mu."""
+    nodes = scratch.table.shape[1]
+    alone = choice.method == NEWTON or (
+        choice.method == CLOSED and choice.kind != 0 and choice.variable
+    )
+    sweeps = 0
+    if not alone:
+        if choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN:
+            solve_linear(
+                width, design.gas, design.eta, design.kappa, segments, scratch.records,
+                scratch.running,
+            )  # fmt: skip
+            return CONVERGED, 1, 1.0
+        sweeps, mu = iterate(
+            width, design.gas, design.eta, design.kappa, design.half, choice.kind,
+            choice.variable, choice.closure, ITERATED * choice.tolerance, segments,
+            scratch.records, scratch.running,
+        )  # fmt: skip
+        if sweeps > 0:
+            return CONVERGED, sweeps, mu
+    fill_curve(design, choice.variable, scratch.table, scratch.curve)
+    for j in range(nodes):
+        scratch.curve[S, j] = 0.0
+    steps, mu, _, smallest = newton(
+        design.kappa, design.half, choice.closure, width, nodes, scratch.curve[W],
+        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[S],
+        scratch.curve[5:], 1e-7, NEWTON_STEPS,
+    )  # fmt: skip
+    take_curve(design, scratch.curve, scratch.records)
+    code = CONVERGED
+    if steps < 0:
+        code = NOT_CONVERGED if smallest > FLOOR else STALLED
+    return code, abs(steps) + (0 if alone else MOST_SWEEPS), mu
+
+
+@inlined
+def slope_at(
+    j: int, design: Design, mu: float, variable: bool, table: Floats, records: Floats
+) -> tuple[float, float]:
+    """Return q and its exact slope at a node: q' = (w' - kappa (F/mu - 1) - q tau')/tau."""
+    here = place_of(j, table.shape[1] // SEGMENTS)
+    q = records[here + Q]
+    slope = design.gas * table[GAS_TORQUE, j] - design.kappa * (records[here + POWERS] / mu - 1.0)
+    turn = design.eta * table[SQUARE_SLOPE, j]
+    if variable:
+        return q, (slope - q * turn) / (1.0 + design.eta * table[SQUARE, j])
+    return q, slope - turn
+
+
+@inlined
+def extreme_of_speed(
+    node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
+    table: Floats, records: Floats,
+) -> tuple[float, float]:  # fmt: skip
+    """Extreme of q near its largest (upward = 1) or smallest (-1) node, and the middle's share."""
+    nodes = table.shape[1]
+    q, here = slope_at(node, design, mu, variable, table, records)
+    ahead = here * upward > 0.0
+    left = node if ahead else (node - 1 if node > 0 else nodes - 1)
+    right = left + 1 if left + 1 < nodes else 0
+    q_left, d_left = slope_at(left, design, mu, variable, table, records)
+    q_right, d_right = slope_at(right, design, mu, variable, table, records)
+    d_left *= width
+    d_right *= width
+    if not (d_left * upward > 0.0 and d_right * upward < 0.0):
+        return q, 0.0
+    if variable:
+        # The middle of q from the middles of energy and inertia, both known.
+        tau_left = 1.0 + design.eta * table[SQUARE, left]
+        tau_right = 1.0 + design.eta * table[SQUARE, right]
+        turn_left = design.eta * table[SQUARE_SLOPE, left] * width
+        turn_right = design.eta * table[SQUARE_SLOPE, right] * width
+        energy = design.gas * table[GAS_WORK_MIDDLE, left] + interpolate(
+            0.5, q_left * tau_left, q_right * tau_right,
+            d_left * tau_left + q_left * turn_left, d_right * tau_right + q_right * turn_right,
+        )  # fmt: skip
+        tau = design.eta * table[SQUARE_MIDDLE, left] + interpolate(
+            0.5, tau_left, tau_right, turn_left, turn_right
+        )
+        middle = energy / tau - interpolate(0.5, q_left, q_right, d_left, d_right)
+    else:
+        middle = design.gas * table[GAS_WORK_MIDDLE, left] - design.eta * table[SQUARE_MIDDLE, left]
+    value, _, bump = refine(q_left, q_right, d_left, d_right, middle)
+    return value, abs(bump)
+
+
+@inlined
+def unresolved(half: float, closure: int, records: Floats) -> float:
+    """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
+    rows = records.size // RECORD - 1
+    nodes = rows * SEGMENTS
+    speed = closed = both = 0.0
+    for j in range(nodes):
+        q = records[place_of(j, rows) + Q]
+        sign = 1.0 if j % 2 == 0 else -1.0
+        root = math.sqrt(max(q, 0.0))
+        value, _ = closure_terms(q, half, closure)
+        both += root
+        speed += sign * root
+        closed += sign * value
+    return abs(speed) / both + abs(closed) / nodes
+
+
+@inlined
+def speeds_of(
+    design: Design, mu: float, width: float, choice: Choice, segments: int, scratch: Scratch
+) -> tuple[float, float, float, float]:
+    """Largest, smallest and mean speed [rad/s], and the share of delta that they may miss.
+
+    All are NaN where the smallest is no speed any more.
+    """
+    table, records = scratch.table, scratch.records
+    top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
+    high, high_miss = extreme_of_speed(top, 1.0, design, mu, width, choice.variable, table, records)
+    low, low_miss = extreme_of_speed(
+        bottom, -1.0, design, mu, width, choice.variable, table, records
+    )
+    if not (low > FLOOR):
+        return math.nan, math.nan, math.nan, math.nan
+    high, low = math.sqrt(high), math.sqrt(low)
+    error = 0.0
+    if high > low:
+        error = 0.5 * (high_miss / high + low_miss / low) / (high - low)
+    if low * low < NEARLY_STALLED:
+        error += unresolved(design.half, choice.closure, records)
+    return design.nominal * high, design.nominal * low, design.nominal * mean, error
+
+
+@inlined
+def run_picard(
+    design: Design, width: float, cylinders: int, choice: Choice, values: Floats, at: Integers,
+    scratch: Scratch,
+) -> tuple[int, bool, bool]:  # fmt: skip
+    """Repeat cycles in the energy form; how many, whether closed, whether stalled.
+
+    The records hold the periodic solution before, and the last cycle afterwards.
+    """
+    curve, records = scratch.curve, scratch.records
+    nodes = curve.shape[1]
+    fill_curve(design, choice.variable, scratch.table, curve)
+    passes = int(values[at[PASSES]])
+    cycles, closed, stalled = repeat_cycles(
+        design.kappa, design.half, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
+        curve[S], (start_speed(values, at) / design.nominal) ** 2,
+        int(round(values[at[START_ANGLE]] / width)) % nodes, cylinders, passes,
+        1e-3 * choice.tolerance,
+    )  # fmt: skip
+    # No load torque that depends on speed: every cycle closes, whatever its speed; the closure
+    # fixes the constant, as the periodic solution has it.
+    free = passes == 0 and closed and (design.kappa == 0.0 or choice.kind == 0)
+    if not stalled and not free:
+        take_curve(design, curve, records)
+    return cycles, closed, stalled
+
+
+@kernel
+def march(
+    begin: int,
+    end: int,
+    segments: int,
+    product: Product,
+    row_of: Integers,
+    width: float,
+    grid: Grid,
+    samples: Samples,
+    choice: Choice,
+    curves: Curves,
+    results: Results,
+    scratch: Scratch,
+) -> None:
+    """Solve the designs begin .. end - 1, those of one table after the other.
+
+    `row_of` maps rows of the family to rows of the grid, `width` is the angle between nodes,
+    `segments` is SEGMENTS (see `segments.solve_linear`).
+    """
+    values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
+    nodes = table.shape[1]
+    cylinders = grid.node_sine.size // nodes
+    period = width * grid.node_sine.size
+    designs = count_of(product.other_axes, product)
+    ranges = Ranges(0.0, 0.0, 0.0)
+    current = -1
+    for index in range(begin, end):
+        which = index // designs
+        if which != current:
+            current = which
+            offsets_at(which, product.table_axes, product, product.value_start, shared)
+            blend = blend_of(values, shared, row_of)
+            tables.build(values[shared[RATIO]], blend, nodes, width, grid, table, scratch.middles)
+            spread(table, scratch.records)
+            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+            if choice.method == THESIS:
+                sample_shapes(values[shared[RATIO]], blend, samples, scratch.sampled)
+        offsets_at(index % designs, product.other_axes, product, shared, at)
+        design, code = reduce(values, at, choice, table, ranges)
+        answerable = code == CONVERGED
+        high = low = mean = math.nan
+        mu = 1.0
+        error = 0.0
+        cycles = 0
+        if answerable:
+            code, cycles, mu = solve_one(design, width, choice, segments, scratch)
+            if code == CONVERGED:
+                high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
+                if not (low > 0.0):
+                    code = STALLED
+                elif error > choice.tolerance:
+                    code = TOLERANCE_NOT_MET
+        if answerable and (choice.method == THESIS or choice.method == PICARD):
+            delta = (high - low) / mean
+            mu = 1.0
+            if choice.method == THESIS:
+                cycles, closed, stalled, high, low, mean = run_euler(
+                    values, at, design.kappa == 0.0, choice.variable, period, scratch.sampled
+                )
+            else:
+                cycles, closed, stalled = run_picard(
+                    design, width, cylinders, choice, values, at, scratch
+                )
+                if not stalled:
+                    high, low, mean, _ = speeds_of(design, mu, width, choice, segments, scratch)
+                    stalled = not (low > 0.0)
+            # What the method misses, measured against the periodic solution.
+            if delta > 0.0:
+                error += abs((high - low) / mean - delta) / delta
+            code = outcome(stalled, int(values[at[PASSES]]), closed, error, choice.tolerance)
+        good = code == CONVERGED or code == TOLERANCE_NOT_MET or code == PASSES_DONE
+        store(at[OUTPUT], code, good, high, low, mean, mu, error, cycles, results)
+        if curves.node.size > 0:
+            store_curves(
+                at[OUTPUT], good, design, mu, choice, width, period, curves, scratch, results
+            )
+
+
+@inlined
+def store(
+    target: int, code: int, good: bool, high: float, low: float, mean: float, mu: float,
+    error: float, cycles: int, results: Results,
+) -> None:  # fmt: skip
+    """Write one design's numbers, NaN where it has none."""
+    results.status[target] = code
+    for result in range(SCALARS):
+        row = results.wanted[result]
+        if row < 0:
+            continue
+        if not good:
+            value = math.nan
+        elif result == DELTA:
+            value = (high - low) / mean
+        elif result == DELTA_MIDRANGE:
+            value = 2.0 * (high - low) / (high + low)
+        elif result == OMEGA_MAX:
+            value = high
+        elif result == OMEGA_MIN:
+            value = low
+        elif result == OMEGA_MEAN:
+            value = mean
+        elif result == LOAD_FACTOR:
+            value = 1.0 / mu
+        elif result == DELTA_ERROR:
+            value = error
+        else:
+            value = float(cycles)
+        results.scalars[row, target] = value
+
+
+@inlined
+def store_curves(
+    target: int, good: bool, design: Design, mu: float, choice: Choice, width: float,
+    period: float, curves: Curves, scratch: Scratch, results: Results,
+) -> None:  # fmt: skip
+    """Write one design's speed and angular acceleration at the wanted angles."""
+    nodes = scratch.table.shape[1]
+    nominal = design.nominal
+    for i in range(curves.node.size):
+        if not good:
+            speed = rate = math.nan
+        elif choice.method == THESIS:
+            sampled = scratch.sampled[SPEEDS]
+            j = int(math.floor(curves.sample[i] + 1e-9))
+            after = j + 1 if j + 1 < sampled.size else 0
+            share = max(curves.sample[i] - j, 0.0)
+            speed = (1.0 - share) * sampled[j] + share * sampled[after]
+            # The method's own: what its step from this sample adds, over the step's time.
+            rate = speed * (sampled[after] - sampled[j]) * sampled.size / period
+        else:
+            j = curves.node[i]
+            after = j + 1 if j + 1 < nodes else 0
+            left, d_left = slope_at(j, design, mu, choice.variable, scratch.table, scratch.records)
+            right, d_right = slope_at(
+                after, design, mu, choice.variable, scratch.table, scratch.records
+            )
+            share = curves.share[i]
+            value = interpolate(share, left, right, d_left * width, d_right * width)
+            slope = slope_between(share, left, right, d_left * width, d_right * width)
+            speed = nominal * math.sqrt(max(value, 0.0))
+            rate = 0.5 * nominal * nominal * slope / width
+        if results.omega.shape[1] > 0:
+            results.omega[target, i] = speed
+        if results.acceleration.shape[1] > 0:
+            results.acceleration[target, i] = rate
+
+
+@inlined
+def range_of_sum(
+    width: float, a: float, b: float, table: Floats, first: tuple[int, int, int],
+    second: tuple[int, int, int],
+) -> tuple[float, float]:  # fmt: skip
+    """Largest and smallest value of a X + b Y; X, Y are named by rows of value, slope, middle."""
+    nodes = table.shape[1]
+    high, low = -math.inf, math.inf
+    top = bottom = 0
+    for j in range(nodes):
+        value = a * table[first[0], j] + b * table[second[0], j]
+        if value > high:
+            high, top = value, j
+        if value < low:
+            low, bottom = value, j
+    for upward in (1.0, -1.0):
+        node = top if upward > 0.0 else bottom
+        here = a * table[first[1], node] + b * table[second[1], node]
+        left = node if here * upward > 0.0 else (node - 1 if node > 0 else nodes - 1)
+        right = left + 1 if left + 1 < nodes else 0
+        d_left = width * (a * table[first[1], left] + b * table[second[1], left])
+        d_right = width * (a * table[first[1], right] + b * table[second[1], right])
+        if d_left * upward > 0.0 and d_right * upward < 0.0:
+            value, _, _ = refine(
+                a * table[first[0], left] + b * table[second[0], left],
+                a * table[first[0], right] + b * table[second[0], right],
+                d_left,
+                d_right,
+                a * table[first[2], left] + b * table[second[2], left],
+            )
+            if upward > 0.0:
+                high = value
+            else:
+                low = value
+    return high, low
+
+
+@kernel
+def extremes_of_torque(
+    begin: int,
+    end: int,
+    product: Product,
+    row_of: Integers,
+    width: float,
+    grid: Grid,
+    wanted: Integers,
+    scalars: Floats,
+    table: Floats,
+    middles: Floats,
+) -> None:
+    """Extremes of the torque at nominal speed and the energy swing of the designs begin .. end - 1.
+
+    Rows of `wanted`: largest torque, smallest torque, energy swing. `table` and `middles` are
+    scratch.
+    """
+    values = product.values
+    designs = count_of(product.other_axes, product)
+    shared = np.zeros(INPUTS, dtype=np.int64)
+    at = np.zeros(INPUTS, dtype=np.int64)
+    current = -1
+    for index in range(begin, end):
+        which = index // designs
+        if which != current:
+            current = which
+            offsets_at(which, product.table_axes, product, product.value_start, shared)
+            tables.build(
+                values[shared[RATIO]], blend_of(values, shared, row_of), table.shape[1], width,
+                grid, table, middles,
+            )  # fmt: skip
+        offsets_at(index % designs, product.other_axes, product, shared, at)
+        radius = 0.5 * values[at[STROKE]]
+        lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
+        moment = values[at[MASS]] * (radius * values[at[SPEED]]) ** 2
+        target = at[OUTPUT]
+        if wanted[0] >= 0 or wanted[1] >= 0:
+            high, low = range_of_sum(
+                width, lever, moment, table,
+                (TORQUE, TORQUE_SLOPE, TORQUE_MIDDLE), (SHAPE, SHAPE_SLOPE, SHAPE_MIDDLE),
+            )  # fmt: skip
+            if wanted[0] >= 0:
+                scalars[wanted[0], target] = high - values[at[FRICTION]]
+            if wanted[1] >= 0:
+                scalars[wanted[1], target] = low - values[at[FRICTION]]
+        if wanted[2] >= 0:
+            high, low = range_of_sum(
+                width, lever, -0.5 * moment, table,
+                (GAS_WORK, GAS_TORQUE, GAS_WORK_MIDDLE),
+                (SQUARE, SQUARE_SLOPE, SQUARE_MIDDLE),
+            )  # fmt: skip
+            scalars[wanted[2], target] = high - low
+
+
+@kernel
+def mean_gas_torque(
+    ratio: Floats, row: Floats, row_of: Integers, grid: Grid, result: Floats
+) -> None:
+    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired crank ratios and rows."""
+    points = grid.quadrature_sine.size
+    for i in range(ratio.size):
+        whole = int(math.floor(row[i]))
+        weight = row[i] - whole
+        first = row_of[whole]
+        second = row_of[whole + 1] if weight > 0.0 else first
+        blend = Blend(first, second, weight, 1.0, 0.0)
+        total = 0.0
+        for place in range(0, points, 3):
+            total += tables.work_of_half(blend, grid, ratio[i], place, 1.0)
+        # Each half counts for half an interval; there are points/6 intervals.
+        result[i] = total / (points / 6.0)

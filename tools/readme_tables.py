@@ -1,0 +1,140 @@
+"""Write the tables of README.md that come from the tables in the code.
+
+Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
+between is replaced. Run it from the project's root: `python tools/readme_tables.py`; with `--check`
+it writes nothing and ends with status 1 if README.md is not current.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from engine_dyn.quantities import PARAMETERS, QUANTITIES
+from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.checks import allowed
+from sweeps.engine_file import catalogue, load_engine
+from sweeps.scene import built_in_scenes
+
+README = Path(__file__).resolve().parents[1] / "README.md"
+
+OUTCOMES = {
+    "converged": "periodic solution found, the tolerance is met",
+    "stalled": "the speed would reach zero within the cycle: there is no running steady state",
+    "no_steady_state": "the mean torque is below the constant part of the load torque",
+    "not_converged": "the iteration did not end",
+    "invalid_input": "no such solution: the moment of inertia would vanish somewhere in the cycle, "
+    "or method `closed` at an exponent other than 0 and 2",
+    "tolerance_not_met": "a solution, but `delta_error` is above the tolerance",
+    "passes_done": "the cycles asked for (`passes`) are done",
+}
+"""What the outcomes of `engine_dyn.status` mean for a person."""
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Write a Markdown table."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def keys() -> str:
+    """Keys of scenes and of an engine file's [values]."""
+    rows = []
+    for name, node in PARAMETERS.items():
+        unit = "" if node.unit == "1" else node.unit
+        rule = allowed(node).replace(f" [{node.unit}]", "").removeprefix("a finite number").strip()
+        rows.append([f"`{name}`", unit, node.long_name, rule or "any number"])
+    return table(["key", "unit", "meaning", "allowed"], rows)
+
+
+def quantities() -> str:
+    """Quantities of [output]."""
+    rows = []
+    for name, node in QUANTITIES.items():
+        unit = node.unit or "N m s^alpha"
+        meaning = node.long_name
+        if node.kind == "curve":
+            meaning += "; over `crank_angle`"
+            meaning += " and `cylinder`" if "cylinder" in node.adds else ""
+        rows.append([f"`{name}`", "" if unit == "1" else unit, meaning, node.source])
+    return table(["quantity", "unit", "meaning", "after"], rows)
+
+
+def outcomes() -> str:
+    """Outcomes of a design."""
+    rows = [
+        [str(code), f"`{name}`", OUTCOMES[name], "numbers" if has_numbers(code) else "NaN"]
+        for code, name in enumerate(MEANINGS)
+    ]
+    return table(["status", "name", "meaning", "results hold"], rows)
+
+
+def engines() -> str:
+    """Engines of the catalogue."""
+    rows = []
+    for name in catalogue():
+        engine = load_engine(name, Path())
+        loads = ", ".join(f"{load:g}" for load in engine.family.loads)
+        rows.append([f"`{name}`", engine.title, f"{loads} %"])
+    return table(["engine", "what it is", "diagrams at load"], rows)
+
+
+def scenes() -> str:
+    """Scenes that come with the package."""
+    return table(
+        ["scene", "title"],
+        [
+            [f"`{name}`", tomllib.loads(path.read_text(encoding="utf-8"))["title"]]
+            for name, path in built_in_scenes().items()
+        ],
+    )
+
+
+TABLES: Mapping[str, Callable[[], str]] = {
+    "engines": engines,
+    "scenes": scenes,
+    "keys": keys,
+    "quantities": quantities,
+    "outcomes": outcomes,
+}
+
+
+def updated(text: str) -> str:
+    """Return the text of README.md with every table made anew.
+
+    Raises
+    ------
+    ValueError
+        If a table does not have its two comments, once each.
+    """
+    for name, make in TABLES.items():
+        place = re.compile(
+            rf"(?<=<!-- begin {name}: made by tools/readme_tables.py -->\n)(.*?)"
+            rf"(?=<!-- end {name} -->)",
+            re.DOTALL,
+        )
+        parts = place.split(text)
+        if len(parts) != 3:
+            raise ValueError(f"README.md has {len(parts) // 2} places for the table {name!r}")
+        text = parts[0] + make() + "\n" + parts[2]
+    return text
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing, compare only")
+    check = parser.parse_args().check
+    text = README.read_text(encoding="utf-8")
+    new = updated(text)
+    if check:
+        sys.exit(new != text)
+    README.write_text(new, encoding="utf-8")
+    print(f"written: {README.name}")
+
+
+if __name__ == "__main__":
+    main()
