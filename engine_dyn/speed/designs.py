@@ -164,6 +164,7 @@ class Scratch(NamedTuple):
 
     table: Floats
     middles: Floats
+    rates: Floats
     records: Floats
     running: Floats
     curve: Floats
@@ -172,12 +173,13 @@ class Scratch(NamedTuple):
     shared: Integers
 
 
-def make_scratch(nodes: int, samples: int) -> Scratch:
-    """Working memory for designs with `nodes` nodes a period."""
+def make_scratch(nodes: int, steps: int, samples: int) -> Scratch:
+    """Working memory for designs with `nodes` nodes a period and `steps` a cycle."""
     records, running = make_records(nodes)
     return Scratch(
         table=np.empty((TABLE_ROWS, nodes)),
         middles=np.empty((4, nodes)),
+        rates=np.empty(6 * steps),
         records=records,
         running=running,
         curve=np.empty((11, nodes)),
@@ -484,7 +486,10 @@ def march(
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             blend = blend_of(values, shared, row_of)
-            tables.build(values[shared[RATIO]], blend, nodes, width, grid, table, scratch.middles)
+            tables.build(
+                values[shared[RATIO]], blend, nodes, width, grid, table, scratch.middles,
+                scratch.rates,
+            )  # fmt: skip
             spread(table, scratch.records)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
             if choice.method == THESIS:
@@ -648,11 +653,12 @@ def extremes_of_torque(
     scalars: Floats,
     table: Floats,
     middles: Floats,
+    rates: Floats,
 ) -> None:
     """Extremes of the torque at nominal speed and the energy swing of the designs begin .. end - 1.
 
-    Rows of `wanted`: largest torque, smallest torque, energy swing. `table` and `middles` are
-    scratch.
+    Rows of `wanted`: largest torque, smallest torque, energy swing. `table`, `middles` and
+    `rates` are scratch.
     """
     values = product.values
     designs = count_of(product.other_axes, product)
@@ -666,7 +672,7 @@ def extremes_of_torque(
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             tables.build(
                 values[shared[RATIO]], blend_of(values, shared, row_of), table.shape[1], width,
-                grid, table, middles,
+                grid, table, middles, rates,
             )  # fmt: skip
         offsets_at(index % designs, product.other_axes, product, shared, at)
         radius = 0.5 * values[at[STROKE]]
@@ -693,18 +699,19 @@ def extremes_of_torque(
 
 @kernel
 def mean_gas_torque(
-    ratio: Floats, row: Floats, row_of: Integers, grid: Grid, result: Floats
+    ratio: Floats, row: Floats, row_of: Integers, grid: Grid, rates: Floats, result: Floats
 ) -> None:
-    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired crank ratios and rows."""
-    points = grid.quadrature_sine.size
+    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired crank ratios and rows.
+
+    `rates` is scratch.
+    """
     for i in range(ratio.size):
         whole = int(math.floor(row[i]))
         weight = row[i] - whole
         first = row_of[whole]
         second = row_of[whole + 1] if weight > 0.0 else first
-        blend = Blend(first, second, weight, 1.0, 0.0)
+        tables.rates_of_work(ratio[i], Blend(first, second, weight, 1.0, 0.0), grid, rates)
         total = 0.0
-        for place in range(0, points, 3):
-            total += tables.work_of_half(blend, grid, ratio[i], place, 1.0)
-        # Each half counts for half an interval; there are points/6 intervals.
-        result[i] = total / (points / 6.0)
+        for place in range(0, rates.size, 3):
+            total += tables.work_of_half(rates, place)
+        result[i] = total / (rates.size // 3)

@@ -180,7 +180,7 @@ def solve(
             _march,
             product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results,
-            scratch=partial(designs.make_scratch, nodes, samples.sine.shape[1]),
+            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1]),
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
 
@@ -269,7 +269,7 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     result = np.empty(row.size)
     designs.mean_gas_torque(
         np.ascontiguousarray(crank_ratio).reshape(-1), np.ascontiguousarray(row).reshape(-1),
-        _row_map(family, rows), make_grid(family, rows, FEWEST_NODES), result,
+        _row_map(family, rows), make_grid(family, rows, FEWEST_NODES), np.empty(6 * FEWEST_NODES), result,
     )  # fmt: skip
     return result.reshape(row.shape)
 
@@ -301,7 +301,7 @@ def _extremes(
 ) -> None:  # fmt: skip
     designs.extremes_of_torque(
         begin, end, product, row_of, width, grid, wanted, scalars,
-        np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)),
+        np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)), np.empty(grid.quadrature_sine.size),
     )  # fmt: skip
 
 
@@ -347,7 +347,7 @@ def _nodes_of_diagram(family: Family, row: int, tolerance: float) -> int:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([row]), steps)
         build(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, period / steps, grid, table,
-              np.empty((4, steps)))  # fmt: skip
+              np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
             break

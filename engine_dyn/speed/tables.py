@@ -146,26 +146,36 @@ def take_cubic(
 
 
 @inlined
-def work_of_half(blend: Blend, grid: Grid, ratio: float, place: int, width: float) -> float:
-    """Work of one cylinder's gas over half an interval: three-point Gauss-Legendre from `place`."""
-    total = 0.0
-    for point in range(3):
-        here = place + point
-        share = _WEIGHTS[1] if point == 1 else _WEIGHTS[0]
-        pressure = blended(blend, grid.at_quadrature, here) - blend.crankcase
-        total += share * pressure * velocity_at(
-            grid.quadrature_sine[here], grid.quadrature_cosine[here], ratio
-        )  # fmt: skip
-    return total * 0.5 * width
+def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None:
+    """Rate of one cylinder's work, (p - p_c) c/(r omega), at every quadrature point."""
+    for place in range(rates.size):
+        pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
+        rates[place] = pressure * velocity_at(
+            grid.quadrature_sine[place], grid.quadrature_cosine[place], ratio
+        )
+
+
+@inlined
+def work_of_half(rates: Floats, place: int) -> float:
+    """Mean rate over half an interval: three-point Gauss-Legendre from `place` on."""
+    return _WEIGHTS[0] * (rates[place] + rates[place + 2]) + _WEIGHTS[1] * rates[place + 1]
 
 
 @kernel
 def build(
-    ratio: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats, middles: Floats
+    ratio: float,
+    blend: Blend,
+    nodes: int,
+    width: float,
+    grid: Grid,
+    table: Floats,
+    middles: Floats,
+    rates: Floats,
 ) -> None:
     """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram.
 
-    The cylinders are as many as `nodes` divide the grid into. `middles` is scratch (4, nodes).
+    The cylinders are as many as `nodes` divide the grid into. `middles` (4, nodes) and `rates`
+    (quadrature points) are scratch.
     """
     steps = grid.node_sine.size
     for row in range(TABLE_ROWS):
@@ -174,11 +184,12 @@ def build(
     for row in range(4):
         for j in range(nodes):
             middles[row, j] = 0.0
+    rates_of_work(ratio, blend, grid, rates)
     # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
     for step in range(steps):
         j = step % nodes
-        before = work_of_half(blend, grid, ratio, step * 6, width)
-        behind = work_of_half(blend, grid, ratio, step * 6 + 3, width)
+        before = 0.5 * width * work_of_half(rates, step * 6)
+        behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
         table[GAS_WORK, j] += before + behind
         middles[0, j] += before
 
