@@ -75,12 +75,9 @@ def inlined(function: Callable[..., Any]) -> Any:
     return numba.njit(nogil=True, fastmath=FAST_MATH, error_model="numpy")(function)
 
 
-def is_cached() -> bool:
-    """Whether the kernel of the periodic speed is compiled for this version, on disk or here."""
-    from engine_dyn.speed import designs
-
-    dispatcher: Any = designs.march
-    if getattr(dispatcher, "signatures", True):  # compiled in this process, or not a kernel at all
+def is_cached(dispatcher: Any) -> bool:
+    """Whether a kernel is compiled for this version, on disk or in this process."""
+    if getattr(dispatcher, "signatures", True):  # compiled here, or not compiled at all
         return True
     file: Any = getattr(dispatcher._cache, "_cache_file", None)
     return file is not None and bool(file._load_index())

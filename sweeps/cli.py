@@ -323,9 +323,9 @@ def _size(count: int) -> str:
 
 def _tell_compilation() -> None:
     """Say why the first run is slow; the one place that asks whether kernels are compiled."""
-    from engine_dyn.compilation import is_cached
+    from engine_dyn.speed.sweep import is_compiled
 
-    if not is_cached():
+    if not is_compiled():
         click.echo("compiling kernels (once for this version; later runs start at once)", err=True)
 
 

@@ -672,9 +672,9 @@ def draw_differences(study: Study, printed: Printed, path: Path) -> None:
     figure, axes = _figure(7.0, 5.6)
     places = np.arange(len(study.cases))
     for label, which, marker, face, edge in (
-        ("periodic, gauge pressure", "gauge", "^", "#b35806", "#b35806"),
-        ("periodic", "periodic", "s", "white", "#542788"),
         ("as published", "published", "o", "black", "black"),
+        ("periodic", "periodic", "s", "none", "#542788"),
+        ("periodic, gauge pressure", "gauge", "^", "#b35806", "#b35806"),
     ):
         values = [
             percent(study.at(which, "delta", case), printed.number(case, "delta"))

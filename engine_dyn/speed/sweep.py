@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.compilation import is_cached
 from engine_dyn.indicator import Family
 from engine_dyn.speed import designs
 from engine_dyn.speed.cycles import Samples
@@ -42,6 +43,7 @@ __all__ = [
     "METHODS",
     "SPEED_RESULTS",
     "TORQUE_RESULTS",
+    "is_compiled",
     "mean_gas_torque",
     "solve",
     "torque_extremes",
@@ -213,6 +215,11 @@ def solve(
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
 
+def is_compiled() -> bool:
+    """Whether the kernel of the periodic speed starts at once; else its first call compiles."""
+    return is_cached(designs.march)
+
+
 def torque_extremes(
     *,
     family: Family,
@@ -269,7 +276,8 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     result = np.empty(row.size)
     designs.mean_gas_torque(
         np.ascontiguousarray(crank_ratio).reshape(-1), np.ascontiguousarray(row).reshape(-1),
-        _row_map(family, rows), make_grid(family, rows, FEWEST_NODES), np.empty(6 * FEWEST_NODES), result,
+        _row_map(family, rows), make_grid(family, rows, FEWEST_NODES),
+        np.empty(6 * FEWEST_NODES), result,
     )  # fmt: skip
     return result.reshape(row.shape)
 
