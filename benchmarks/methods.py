@@ -209,7 +209,7 @@ def main() -> None:
     ]  # fmt: skip
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} processors, "
           f"{options.threads} threads, Python {platform.python_version()}, "
-          f"numba {numba.__version__}; first call (compiling or loading) {compiling:.1f} s")  # fmt: skip
+          f"numba {numba.__version__}; first call {compiling:.1f} s")  # fmt: skip
     print(f"{'method':<40}{'designs/s':>12}{'of auto':>10}{'median error':>15}{'worst':>10}")
     auto = 0.0
     for name, count, runs, work in cases:
