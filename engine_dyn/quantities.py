@@ -393,7 +393,7 @@ _QUANTITIES = (
     ),
     Node(
         "torque_irregularity", r"\mu", "1", "coefficient of torque irregularity",
-        "lecture 18", needs=("torque_range", "torque_mean"),
+        "Power units, lecture 18", needs=("torque_range", "torque_mean"),
         make=lambda torque_range, torque_mean: _ratio(torque_range, torque_mean),
     ),
     Node(

@@ -118,6 +118,9 @@ def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: b
             for d in read.dimensions
         )
         click.echo(f"{read.title}: {designs} design{'' if designs == 1 else 's'}")
+        unused = dataset.attrs.get("axes_without_effect")
+        if unused:
+            click.echo(f"nothing that is asked for depends on: {unused}")
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
         click.echo(f"computing {computed - began:.2f} s, writing {written - computed:.2f} s")

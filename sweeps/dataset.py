@@ -161,12 +161,13 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
         for name in PARAMETERS
         if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
     }
+    plural = "" if plan.designs == 1 else "s"
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": scene.title,
         "institution": "",
         "source": f"engine-dyn {version}: periodic crank speed of piston engines",
-        "history": f"{now}: engine-dyn {version} computed {plan.designs} designs",
+        "history": f"{now}: engine-dyn {version} computed {plan.designs} design{plural}",
         "references": "; ".join(engine.sources),
         "engine": engine.name,
         "engine_title": engine.title,

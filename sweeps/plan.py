@@ -27,11 +27,13 @@ __all__ = ["CRANK_ANGLE", "CYLINDER", "Plan", "Stage", "Value", "make_plan"]
 CRANK_ANGLE = "crank_angle"
 CYLINDER = "cylinder"
 
-_MARCHED = 2e6
-"""Designs a second and core, for the estimate of time only: constant inertia, whole exponent."""
-_SLOW_METHODS = {"thesis": 2e4, "picard": 5e2, "newton": 2e4}
+_MARCHED = 1e5
+"""Designs a second and core, for the estimate of time only: one cylinder, shared table."""
+_SLOW_METHODS = {"thesis": 1e2, "picard": 1e1, "newton": 2e3}
 _CURVE_POINTS = 2e7
 """Points of curves a second, for the estimate of time only."""
+_START = 1.0
+"""Seconds to load what a run needs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +125,7 @@ class Plan:
     def seconds(self) -> float:
         """Estimated time on this machine, compiling aside; good to a factor of a few."""
         cores = psutil.cpu_count() or 1
-        total = 0.0
+        total = _START
         for stage in self.stages:
             if stage.node.kind == "stage":
                 rate = _MARCHED * cores

@@ -108,7 +108,7 @@ def _table(dataset: xr.Dataset, quantities: list[str]) -> list[str]:
     if rows > MOST_ROWS:
         lines.append(f"... and {rows - MOST_ROWS} more rows")
     lines += [
-        f"largest difference of {quantity}: {difference:+.2f} % ({label or 'the only row'})"
+        f"largest difference of {quantity}: {_percent(difference)} ({label or 'the only row'})"
         for quantity, (difference, label) in zip(quantities, worst, strict=True)
         if difference
     ]
@@ -149,6 +149,12 @@ def _difference(published: float, computed: float) -> float:
     return 100.0 * (computed - published) / abs(published)
 
 
+def _percent(difference: float) -> str:
+    """Difference with its sign, without one where it rounds to nothing."""
+    text = f"{difference:+.2f}"
+    return f"{text[1:] if float(text) == 0.0 else text} %"
+
+
 def _cells(values: tuple[float, float]) -> str:
     published, computed = values
     if math.isnan(published):
@@ -156,7 +162,7 @@ def _cells(values: tuple[float, float]) -> str:
     result = f"{computed:.6g}" if math.isfinite(computed) else "none"
     percent = ""
     if math.isfinite(computed) and published != 0.0:
-        percent = f"{_difference(published, computed):+.2f} %"
+        percent = _percent(_difference(published, computed))
     return f" {published:>{NUMBER_WIDTH}.6g}{result:>{NUMBER_WIDTH}}{percent:>{PERCENT_WIDTH}}"
 
 

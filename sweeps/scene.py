@@ -571,8 +571,8 @@ def _check_output(output: _Output, engine: Engine, name: str) -> None:
         if quantity not in QUANTITIES:
             if quantity in PARAMETERS:
                 raise SceneError(
-                    f"{where}: '{quantity}' is a parameter, not a quantity; as an axis or column "
-                    "it is in the archive anyway"
+                    f"{where}: '{quantity}' is a parameter, not a quantity; given in [axes] or "
+                    "[designs] it is in the archive as a coordinate"
                 )
             raise SceneError(
                 f"{where}: {shown(quantity)}: unknown quantity"

@@ -92,7 +92,7 @@ def _differences(
         panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
     x_label(panel, "Computed less published (%)", 4.5)
     title = "Difference from the published values"
-    return finish(figure, title, view.notes([n for n, _ in pairs]), entries)
+    return finish(figure, title, view.notes([n for n, _ in pairs], units=False), entries)
 
 
 def _parity(view: View, pairs: Sequence[tuple[str, str]]) -> Figure:

@@ -212,14 +212,17 @@ class View:
         axis = self.axis(dim)
         return 0 if axis.words or dim == "design" else (axis.size - 1) // 2
 
-    def notes(self, names: Iterable[str]) -> list[str]:
-        """The slices that these variables were cut at, and what is said in place of a unit."""
+    def notes(self, names: Iterable[str], units: bool = True) -> list[str]:
+        """The slices that these variables were cut at, and what is said in place of a unit.
+
+        Where only ratios are drawn, `units` is False: no unit is missed.
+        """
         names = list(names)
         had = {dim for name in names for dim in self.had.get(name, ())}
         notes = [text for dim, text in self.fixed.items() if dim in had]
         for name in names:
             attributes = self.array(name).attrs
-            if "units" not in attributes and "comment" in attributes:
+            if units and "units" not in attributes and "comment" in attributes:
                 notes.append(plain_text(str(attributes["comment"])))
         return notes
 
