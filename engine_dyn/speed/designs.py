@@ -263,7 +263,7 @@ def reduce(
         code = INVALID_INPUT
     if choice.method == CLOSED and choice.kind != 0 and choice.kind != 2:
         code = INVALID_INPUT
-    half = 0.5 * values[at[EXPONENT]]
+    half = 0.5 * values[at[EXPONENT]] if choice.kind != 0 else 0.0
     return Design(lever / energy, throw / inertia, surplus / energy, half, speed), code
 
 
@@ -319,8 +319,6 @@ def solve_one(
         if sweeps > 0:
             return CONVERGED, sweeps, mu
     fill_curve(design, choice.variable, scratch.table, scratch.curve)
-    for j in range(nodes):
-        scratch.curve[S, j] = 0.0
     steps, mu, _, smallest = newton(
         design.kappa, design.half, choice.closure, width, nodes, scratch.curve[W],
         scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[S],

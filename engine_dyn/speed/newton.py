@@ -32,6 +32,13 @@ through where the solution can not be; a solution below it is a stall."""
 POWER_MEAN = 0
 CYCLE_TIME = 1
 
+NEAR = 0.1
+"""Relative error of the cycle's time from where Newton's steps are tried in both unknowns."""
+
+MOST_RISES = 60
+TRIED = 15
+"""Steps that the search for `rise` spends on one value, at most; it only has to bracket."""
+
 
 @inlined
 def load_terms(q: float, half: float) -> tuple[float, float, float]:
@@ -74,7 +81,75 @@ def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
 
 
 @inlined
-def newton(
+def _closed_level(
+    half: float, nodes: int, w: Floats, tau: Floats
+) -> float:
+    """Return the constant s at which the power mean is one: the solution in the limit of no load.
+
+    The mean rises with s, and is past one where q >= 1 everywhere.
+    """
+    low, high = -math.inf, -math.inf
+    for j in range(nodes):
+        low = max(low, FLOOR * tau[j] - 1.0 - w[j])
+        high = max(high, tau[j] - 1.0 - w[j])
+    level = max(low, 0.0)
+    for _ in range(60):
+        total = 0.0
+        total_slope = 0.0
+        for j in range(nodes):
+            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], half, POWER_MEAN)
+            total += value
+            total_slope += slope / tau[j]
+        if total > 0.0:
+            high = level
+        else:
+            low = level
+        if abs(total) <= 1e-6 * nodes:
+            break
+        level -= total / total_slope
+        if not (low < level < high):
+            level = 0.5 * (low + high)
+    return level
+
+
+@inlined
+def _settle(
+    kappa: float, half: float, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
+) -> None:
+    """Repeat cycles by implicit Euler from s[0], each step solved exactly, until they nearly close.
+
+    The load opposes every deviation, so this converges from anywhere, and the faster the stronger
+    the load is; it ends after a few cycles, with a weak load, which needs no better start.
+    """
+    value = s[0]
+    push = kappa * width
+    for _ in range(12):
+        begin = value
+        for i in range(nodes):
+            j = i + 1 if i + 1 < nodes else 0
+            low, high = -math.inf, math.inf
+            new = value
+            for _ in range(60):
+                force, first, _ = load_terms((1.0 + w[j] + new) / tau[j], half)
+                residual = new - value + push * (force - 1.0)
+                # The slope is at least 1: the root is within the residual.
+                if residual > 0.0:
+                    high, low = new, max(low, new - residual)
+                else:
+                    low, high = new, min(high, new - residual)
+                if abs(residual) <= 1e-6:
+                    break
+                new -= residual / (1.0 + push * first / tau[j])
+                if not (low < new < high):
+                    new = 0.5 * (low + high)
+            value = new
+            s[j] = value
+        if abs(value - begin) <= 1e-3:
+            return
+
+
+@inlined
+def _steps(
     kappa: float,
     half: float,
     closure: int,
@@ -89,11 +164,7 @@ def newton(
     tolerance: float,
     most: int,
 ) -> tuple[int, float, float, float]:
-    """Solve for s at the nodes, in place, from the start that `s` holds.
-
-    `work` is scratch (6, nodes). Returns the number of steps (negative: not converged), mu, the
-    last change and the smallest q.
-    """
+    """Newton's steps from the start that `s` holds; arguments and results as `newton`."""
     count = float(nodes)
     mu = 1.0
     held = closure == POWER_MEAN
@@ -186,3 +257,98 @@ def newton(
         if share == 1.0 and change <= tolerance:
             return step, mu, change, smallest
     return -most, mu, change, smallest
+
+
+@inlined
+def _from_no_load(
+    kappa: float,
+    half: float,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    s: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Solve with the power mean as closure; results as `newton`.
+
+    Newton's steps start from the solution without load, from where some cycles are repeated.
+    """
+    level = _closed_level(half, nodes, w, tau)
+    for j in range(nodes):
+        s[j] = level
+    if half > 0.0:
+        _settle(kappa, half, width, nodes, w, tau, s)
+    return _steps(kappa, half, POWER_MEAN, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+
+
+@inlined
+def newton(
+    kappa: float,
+    half: float,
+    closure: int,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    s: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Solve for s at the nodes, in place.
+
+    `work` is scratch (6, nodes). Returns the number of steps (negative: not converged), mu, the
+    last change and the smallest q.
+
+    With the cycle's time given, mu is unknown too. A problem whose mu is rise^half is, in units of
+    the speed at which mu is one, the problem of the power mean with kappa, w and 1 + s divided by
+    `rise`. The cycle's time falls steadily with `rise`; near the right one, steps in both unknowns
+    at once do the rest.
+    """
+    if closure == POWER_MEAN:
+        return _from_no_load(kappa, half, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+    low, high = 0.0, math.inf
+    rise = 1.0
+    steps = 0
+    stalls = False
+    change = smallest = 0.0
+    for _ in range(MOST_RISES):
+        taken, _, change, smallest = _from_no_load(
+            kappa / rise, half, width, nodes, w / rise, dw / rise, tau, dtau, s, work,
+            tolerance, TRIED,
+        )  # fmt: skip
+        steps += abs(taken)
+        time = math.inf
+        if taken > 0 and smallest > FLOOR:
+            time = 0.0
+            for j in range(nodes):
+                s[j] = rise * (1.0 + s[j]) - 1.0
+                time += math.sqrt(tau[j] / (1.0 + w[j] + s[j]))
+            time /= nodes
+        if time > 1.0:
+            low, stalls = rise, time == math.inf
+        else:
+            high = rise
+        guess = rise * time * time
+        if abs(time - 1.0) < NEAR:
+            taken, mu, change, smallest = _steps(
+                kappa, half, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, TRIED
+            )
+            steps += abs(taken)
+            if taken > 0 and smallest > FLOOR:
+                return steps, mu, change, smallest
+        if high - low <= 1e-4 * low:
+            break
+        if low < guess < high and guess < math.inf:
+            rise = guess
+        else:
+            rise = 2.0 * rise if high == math.inf else math.sqrt(low * high)
+    # Where the time falls below the asked one only by stalling, the asked one does not run.
+    return -steps, 1.0, change, 0.0 if stalls else smallest

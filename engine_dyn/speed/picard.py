@@ -2,7 +2,7 @@
 
 What a test bed does, and what Kakaitsas (2015), section 4.2 does in omega; here in the energy
 e = tau q of `newton`, with the exact work of gas and masses between nodes, so that only the load's
-work is integrated (two-point Obreshkov formula, predicted by Taylor, corrected twice).
+work is integrated (two-point Obreshkov formula, predicted by Taylor, then solved by Newton).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ __all__ = ["MOST_CYCLES", "repeat_cycles"]
 Floats = npt.NDArray[np.float64]
 
 MOST_CYCLES = 30000
+MOST_CORRECTIONS = 20
 
 
 @inlined
@@ -64,12 +65,20 @@ def repeat_cycles(
                 f0 = -kappa * (f0 - 1.0)
                 g0 = -kappa * d0 * (dw[j] + f0 - q0 * dtau[j]) / tau[j]
                 new = value + width * (f0 + 0.5 * width * g0)
-                for _ in range(2):
+                for _ in range(MOST_CORRECTIONS):
                     q1 = (1.0 + w[k] + new) / tau[k]
-                    f1, d1, _ = load_terms(q1, half)
+                    f1, d1, dd1 = load_terms(q1, half)
                     f1 = -kappa * (f1 - 1.0)
-                    g1 = -kappa * d1 * (dw[k] + f1 - q1 * dtau[k]) / tau[k]
-                    new = value + 0.5 * width * (f0 + f1) + factor * (g0 - g1)
+                    dq1 = (dw[k] + f1 - q1 * dtau[k]) / tau[k]
+                    g1 = -kappa * d1 * dq1
+                    miss = value + 0.5 * width * (f0 + f1) + factor * (g0 - g1) - new
+                    # Newton's step: a load strong against the inertia makes the formula stiff.
+                    b1 = kappa * d1 / tau[k]
+                    turn = kappa * (dd1 * dq1 - d1 * dtau[k] / tau[k]) / tau[k]
+                    move = miss / (1.0 + 0.5 * width * b1 + factor * (b1 * b1 - turn))
+                    new += move
+                    if abs(move) <= 1e-15:
+                        break
                 value = new
         change = abs(value - begin)
         if passes == 0:

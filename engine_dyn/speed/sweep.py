@@ -69,6 +69,10 @@ TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
 SAMPLES = 720
 """Samples of a cycle in the thesis's method: one a degree of a four-stroke cycle."""
 
+NO_EXPONENT = 1e-8
+"""Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
+log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
+
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
@@ -140,7 +144,7 @@ def solve(
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
     keys = [
         *(aligned(v, rank) for v in named.values()),
-        np.select([exponent == 0.0, exponent == 1.0, exponent == 2.0], [0, 1, 2], default=3),
+        np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], default=3),
         finer * _fewest_nodes(family, row, tolerance),
     ]
     size = int(np.prod(shape, dtype=np.int64))

@@ -351,7 +351,7 @@ def dataset_with(**published: float) -> xr.Dataset:
 
 def test_rows_without_an_answer_or_a_percentage() -> None:
     lines = reference_text(dataset_with(mu=1.0)).splitlines()
-    assert re.split(r"\s+", lines[2]) == ["a", "0.1", "0.1", "+0.00", "%"]
+    assert re.split(r"\s+", lines[2]) == ["a", "0.1", "0.1", "0.00", "%"]
     assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
     assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
     assert "not asked for in [output] quantities: mu" in lines[-1]

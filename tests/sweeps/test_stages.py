@@ -1,0 +1,111 @@
+"""Each stage only on the axes that it depends on, and nothing that nobody asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+from unittest.mock import patch
+
+import pytest
+
+import sweeps
+from sweeps.plan import Plan, make_plan
+from sweeps.scene import read_scene
+
+EVERYTHING = {
+    "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
+    "inertia": [1.0, 2.0], "reciprocating_mass": [5.0, 6.0, 7.0], "load_exponent": [0, 1, 2],
+    "cylinders": [1, 2, 4], "crankcase_pressure": [0.0, 1.0],
+}  # fmt: skip
+
+
+def plan_of(*quantities: str, **more: Any) -> Plan:
+    scene = {"engine": "ntua", "axes": EVERYTHING, "output": {"quantities": list(quantities)}}
+    return make_plan(read_scene({**scene, **more}))
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"),
+    [
+        ("velocity", {"crank_ratio"}),
+        ("pressure", {"load"}),
+        ("peak_pressure", {"load"}),
+        ("imep", {"crank_ratio", "load"}),
+        ("inertia_torque", {"crank_ratio", "speed", "reciprocating_mass", "cylinders"}),
+        ("gas_torque", {"crank_ratio", "load", "cylinders", "crankcase_pressure"}),
+        ("friction_torque", {"load", "speed", "cylinders"}),
+        ("torque_mean", {"crank_ratio", "load", "speed", "cylinders"}),
+        ("load_coefficient", {"crank_ratio", "load", "speed", "cylinders", "load_exponent"}),
+        ("torque_max", set(EVERYTHING) - {"inertia", "load_exponent"}),
+        ("delta", set(EVERYTHING)),
+        ("status", set(EVERYTHING)),
+    ],
+)
+def test_axes_of_quantities(name: str, axes: set[str]) -> None:
+    """The table of the mathematics: mean torque is free of masses, inertia, exponent, and so on."""
+    stages = {stage.node.name: stage for stage in plan_of(name).stages}
+    assert set(stages[name].axes) == axes
+    ordered = [axis for axis in EVERYTHING if axis in axes]
+    assert list(stages[name].axes) == ordered
+
+
+def test_status_comes_with_what_can_fail_and_only_then() -> None:
+    assert plan_of("delta").outputs == ("delta", "status")
+    assert plan_of("torque_max", "imep").outputs == ("torque_max", "imep")
+
+
+def test_nothing_else_is_planned() -> None:
+    plan = plan_of("velocity")
+    assert [stage.node.name for stage in plan.stages] == ["velocity"]
+    assert set(plan.unused) == set(EVERYTHING) - {"crank_ratio"}
+    assert "skipped, because nothing asked for it" in plan.text()
+    assert "speed_solution" not in plan_of("torque_max", "energy_swing", "bmep").text()
+
+
+def test_kernels_are_called_only_when_needed() -> None:
+    scene = {"engine": "ntua", "output": {"quantities": ["position", "mean_piston_speed"]}}
+    with (
+        patch("engine_dyn.speed.sweep.solve", side_effect=AssertionError),
+        patch("engine_dyn.speed.sweep.mean_gas_torque", side_effect=AssertionError),
+        patch("engine_dyn.forces.pressure", side_effect=AssertionError),
+    ):
+        sweeps.run(scene)
+
+
+def test_table_is_built_once_for_designs_that_share_it() -> None:
+    """A scene over inertia, mass and speed makes the gas work once, whatever its size."""
+    from engine_dyn.speed import packing
+
+    seen: list[int] = []
+    original = packing.Packed.product
+
+    def counted(self: packing.Packed, part: packing.Part) -> Any:
+        product = original(self, part)
+        seen.append(int(product.table_axes.size))
+        return product
+
+    scene = {
+        "engine": "ntua",
+        "axes": {"inertia": [1.0, 2.0], "reciprocating_mass": [5.0, 6.0], "speed": [1000, 1200]},
+        "output": {"quantities": ["delta"]},
+    }
+    with patch.object(packing.Packed, "product", counted):
+        sweeps.run(scene)
+    assert seen == [0]
+
+
+def test_scene_larger_than_memory_is_refused_before_computing() -> None:
+    axis = {"start": 1.0, "stop": 2.0, "num": 100000}
+    scene = {
+        "engine": "ntua",
+        "axes": {"inertia": axis, "speed": {**axis, "start": 1000, "stop": 2000}},
+        "output": {"quantities": ["delta", "omega"]},
+    }
+    with pytest.raises(sweeps.SceneError, match=r"10000000000 designs need .* of memory"):
+        sweeps.run(scene)
+
+
+def test_throws_are_needed_along_the_shaft() -> None:
+    scene = {"engine": "ntua", "set": {"cylinders": 9},
+             "output": {"quantities": ["torque_after_throw"]}}  # fmt: skip
+    with pytest.raises(sweeps.SceneError, match=r"9"):
+        sweeps.run(scene)
