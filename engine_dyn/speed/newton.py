@@ -81,9 +81,7 @@ def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
 
 
 @inlined
-def _closed_level(
-    half: float, nodes: int, w: Floats, tau: Floats
-) -> float:
+def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
     """Return the constant s at which the power mean is one: the solution in the limit of no load.
 
     The mean rises with s, and is past one where q >= 1 everywhere.

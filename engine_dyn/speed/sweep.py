@@ -144,7 +144,7 @@ def solve(
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
     keys = [
         *(aligned(v, rank) for v in named.values()),
-        np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], default=3),
+        np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
         finer * _fewest_nodes(family, row, tolerance),
     ]
     size = int(np.prod(shape, dtype=np.int64))
