@@ -1,0 +1,60 @@
+"""Firing orders and phases of in-line engines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine_dyn.arrangement import (
+    CUSTOMARY_ORDERS,
+    MOST_CYLINDERS,
+    customary_order,
+    firing_phases,
+    phases_along_shaft,
+)
+
+CYCLE = 4.0 * np.pi
+
+
+def test_orders_name_each_cylinder_once_and_begin_with_the_first() -> None:
+    assert list(CUSTOMARY_ORDERS) == list(range(1, 9))
+    for count, order in CUSTOMARY_ORDERS.items():
+        assert sorted(order) == list(range(1, count + 1))
+        assert order[0] == 1
+        assert customary_order(count) == order
+
+
+def test_orders_of_the_thesis() -> None:
+    """Kakaitsas (2015), section 5.4."""
+    assert CUSTOMARY_ORDERS[6] == (1, 5, 3, 6, 2, 4)
+    assert CUSTOMARY_ORDERS[8] == (1, 5, 2, 6, 8, 4, 7, 3)
+
+
+@pytest.mark.parametrize("count", range(9, MOST_CYLINDERS + 1))
+def test_no_order_is_made_up(count: int) -> None:
+    assert customary_order(count) is None
+
+
+@pytest.mark.parametrize("count", range(1, MOST_CYLINDERS + 1))
+def test_firings_are_evenly_spaced(count: int) -> None:
+    phases = firing_phases(count, CYCLE)
+    assert phases[0] == 0.0
+    np.testing.assert_allclose(np.diff(phases), -CYCLE / count, rtol=1e-12)
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+def test_phases_along_the_shaft_are_the_firings_in_another_order(count: int) -> None:
+    order = CUSTOMARY_ORDERS[count]
+    along = phases_along_shaft(order, CYCLE)
+    np.testing.assert_array_equal(np.sort(along), np.sort(firing_phases(count, CYCLE)))
+    # The cylinder that fires i-th is at its dead centre when the crank has turned i Phi/Z.
+    for place, cylinder in enumerate(order):
+        assert place * CYCLE / count + along[cylinder - 1] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [2, 4, 6, 8])
+def test_cranks_of_even_engines_are_mirrored(count: int) -> None:
+    """Cylinders at equal distance from the middle move together: no moment along the shaft."""
+    along = phases_along_shaft(CUSTOMARY_ORDERS[count], CYCLE)
+    apart = np.mod(along - along[::-1] + 1e-9, 2.0 * np.pi)
+    np.testing.assert_allclose(apart, 1e-9, atol=1e-12)
