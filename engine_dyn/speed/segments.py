@@ -279,7 +279,7 @@ def iterate(
     count = float(rows * SEGMENTS)
     c = mean = 0.0
     decay = mu = 1.0
-    last = math.inf
+    last, rate = math.inf, 0.0
     for row in range(rows + 1):
         record = records[row * RECORD : (row + 1) * RECORD]
         for k in range(segments):
@@ -349,11 +349,14 @@ def iterate(
         else:
             shift = -first / slope
         change = max(change, abs(shift))
-        # A contraction leaves change * rate/(1 - rate); the first change is from nothing at all.
+        # A contraction leaves change * rate/(1 - rate). The first change is from nothing, and a slow
+        # component may hide behind a fast one: of two rates the worse counts.
         bound = tolerance * (high - low) + 4e-16
         if sweep > 1:
-            rate = min(change / last, 0.99) if sweep > 2 else 0.99
-            if change <= bound or change * rate <= bound * (1.0 - rate):
+            worse = max(rate, change / last)
+            rate = change / last
+            left = min(worse, 0.99) if sweep > 2 else 0.99
+            if change <= bound or change * left <= bound * (1.0 - left):
                 return sweep, mu
         last = change
         c += shift

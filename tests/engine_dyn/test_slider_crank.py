@@ -126,7 +126,7 @@ def test_shapes() -> None:
 @pytest.mark.parametrize("ratio", [0.0, 1.0, -0.2, 1.5, math.nan, math.inf])
 def test_impossible_crank_ratios_are_refused(ratio: float) -> None:
     for curve in (*CURVES, rod_angle):
-        with pytest.raises(ValueError, match="crank_ratio = .*must lie between 0 and 1"):
+        with pytest.raises(ValueError, match=r"crank_ratio = .*must lie between 0 and 1"):
             curve(0.3, ratio)
         with pytest.raises(ValueError, match="crank_ratio"):
             curve([0.1, 0.2], [0.25, ratio])
