@@ -349,8 +349,8 @@ def iterate(
         else:
             shift = -first / slope
         change = max(change, abs(shift))
-        # A contraction leaves change * rate/(1 - rate). The first change is from nothing, and a slow
-        # component may hide behind a fast one: of two rates the worse counts.
+        # A contraction leaves change * rate/(1 - rate). The first change is from nothing; a slow
+        # component may hide behind a fast one, so of two rates the worse counts.
         bound = tolerance * (high - low) + 4e-16
         if sweep > 1:
             worse = max(rate, change / last)
