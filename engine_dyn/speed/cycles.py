@@ -49,8 +49,8 @@ class Samples(NamedTuple):
     cosine: Floats
 
 
-SAMPLE_ROWS = 8
-GAS_SHAPE, MASS_SHAPE, SQUARES, SQUARES_SLOPE, TORQUES, THETA, THETA_SLOPE, SPEEDS = range(
+SAMPLE_ROWS = 9
+GAS_SHAPE, MASS_SHAPE, SQUARES, SQUARES_SLOPE, TORQUES, THETA, THETA_SLOPE, SPEEDS, RATES = range(
     SAMPLE_ROWS
 )
 
@@ -87,7 +87,7 @@ def sample_shapes(ratio: float, blend: Blend, samples: Samples, sampled: Floats)
 def run_euler(
     values: Floats, at: Integers, idle: bool, variable: bool, period: float, sampled: Floats
 ) -> tuple[int, bool, bool, float, float, float]:
-    """Method `thesis` for the design whose inputs lie at `at`; row SPEEDS gets the last cycle.
+    """Method `thesis` for the design whose inputs lie at `at`; SPEEDS, RATES get the last cycle.
 
     k comes from the mean of the samples, as in the thesis. Returns as `euler.march_cycles`.
     """
@@ -125,6 +125,7 @@ def run_euler(
         int(values[at[PASSES]]),
         MOST_CYCLES,
         sampled[SPEEDS],
+        sampled[RATES],
     )
 
 

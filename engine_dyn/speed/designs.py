@@ -18,6 +18,7 @@ import numpy.typing as npt
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.speed import tables
 from engine_dyn.speed.cycles import (
+    RATES,
     SAMPLE_ROWS,
     SPEEDS,
     Samples,
@@ -120,8 +121,9 @@ NEWTON_STEPS = 60
 ITERATED = 1e-2
 """Share of the tolerance that the iteration of the load term may leave of the range of q."""
 
-STRONG_LOAD = 1e-3
-"""Below this kappa times the width, what the two-point formula misses is below every tolerance."""
+STRONG_LOAD = 5e-3
+"""Below this kappa times the width of an interval, what the two-point formula misses is negligible;
+above it, it counts in the error."""
 
 NEARLY_STALLED = 0.25
 """Below this (omega/omega_n)^2 the powers of the closure are sharp enough to ask for more nodes;
@@ -408,7 +410,7 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
 
     Its local error, h^5/720 of a fourth derivative, sums up to h^4/720 of the third, and the cubic
     through the nodes misses h^4/384 of it in the middle of an interval; the rate is
-    kappa (F/mu - 1).
+    kappa (F/mu - 1). Three times that, because near a stall differences are too small.
     """
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
@@ -420,7 +422,7 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
         d = records[place_of(j, rows) + POWERS]
         largest = max(largest, abs(d - 3.0 * (c - b) - a))
         a, b, c = b, c, d
-    return (1.0 / 720.0 + 1.0 / 384.0) * width * kappa / mu * largest
+    return 3.0 * (1.0 / 720.0 + 1.0 / 384.0) * width * kappa / mu * largest
 
 
 @inlined
@@ -604,13 +606,12 @@ def store_curves(
         if not good:
             speed = rate = math.nan
         elif choice.method == THESIS:
-            sampled = scratch.sampled[SPEEDS]
+            # Along the method's own step, also from the last sample on, where the next one is the
+            # start of the cycle and not its end.
             j = int(math.floor(curves.sample[i] + 1e-9))
-            after = j + 1 if j + 1 < sampled.size else 0
             share = max(curves.sample[i] - j, 0.0)
-            speed = (1.0 - share) * sampled[j] + share * sampled[after]
-            # The method's own: what its step from this sample adds, over the step's time.
-            rate = speed * (sampled[after] - sampled[j]) * sampled.size / period
+            speed, rate = scratch.sampled[SPEEDS, j], scratch.sampled[RATES, j]
+            speed += share * period / scratch.sampled.shape[1] * rate / speed
         else:
             j = curves.node[i]
             after = j + 1 if j + 1 < nodes else 0

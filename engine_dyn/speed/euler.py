@@ -37,9 +37,11 @@ def march_cycles(
     passes: int,
     most: int,
     trace: Floats,
+    rates: Floats,
 ) -> tuple[int, bool, bool, float, float, float]:
-    """March omega [rad/s] with explicit Euler; `trace` gets the last cycle's samples.
+    """March omega [rad/s] with explicit Euler.
 
+    `trace` gets the last cycle's samples, `rates` the angular acceleration [rad/s2] there.
     theta domega/dt = torque - offset - coefficient omega^alpha - dtheta omega^2/2 at `samples`
     angles a cycle, from sample `first`. Returns cycles done, whether closed, whether stalled, and
     the largest, smallest and mean sample of the last cycle.
@@ -68,7 +70,8 @@ def march_cycles(
             else:
                 load = omega**alpha
             rest = torque[j] - offset - coefficient * load - 0.5 * dtheta[j] * omega * omega
-            omega += rest / (theta[j] * omega) * width
+            rates[j] = rest / theta[j]
+            omega += rates[j] / omega * width
         mean = total / samples
         if passes == 0 and abs(omega - begin) <= CLOSED:
             return cycle, True, False, top, bottom, mean

@@ -66,8 +66,8 @@ CURVE_RESULTS = ("omega", "angular_acceleration")
 
 TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
 
-SAMPLES = 720
-"""Samples of a cycle in the thesis's method: one a degree of a four-stroke cycle."""
+SAMPLE_WIDTH = np.pi / 180.0
+"""Step of the thesis's method: one degree."""
 
 NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
@@ -174,7 +174,7 @@ def solve(
         at = designs.Curves(
             node=node,
             share=np.maximum(place - node, 0.0),
-            sample=np.mod(angles + 0.5 * period, period) / period * SAMPLES,
+            sample=np.mod(angles + 0.5 * period, period) / SAMPLE_WIDTH,
         )
         choice = designs.Choice(
             method_code, kind, bool(variable),
@@ -372,7 +372,7 @@ def _sample_grid(family: Family, rows: Integers, cylinders: int, needed: bool) -
     if not needed:
         return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)))
     period = family.row(0).period
-    angle = -0.5 * period + np.arange(SAMPLES) * (period / SAMPLES)
+    angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     angle = angle[None, :] - np.arange(cylinders)[:, None] * (period / cylinders)
     pressure = np.array([family.row(int(row))(angle) for row in rows])
     return Samples(pressure, np.sin(angle), np.cos(angle))
