@@ -1,0 +1,232 @@
+"""Friction and torque curves: an independent derivation, work over a cycle, orders, the shaft."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn import forces, friction
+from engine_dyn.arrangement import CUSTOMARY_ORDERS
+from engine_dyn.indicator import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.slider_crank import velocity
+from tests.oracle import solution
+from tests.oracle.solution import Design
+from tests.support import BAR, design_of, diagram_of, family_of
+
+CYCLE = 4.0 * np.pi
+PHI = np.arange(1440) * (CYCLE / 1440) - 0.5 * CYCLE
+COUNTS = (1, 2, 3, 5, 6, 7, 8, 11, 16)
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return design_of("alpha 1, constant, 1 cyl, power_mean")
+
+
+@pytest.fixture(scope="module")
+def family(design: Design) -> Family:
+    return family_of(design)
+
+
+def gas(design: Design, family: Family, phi: Any, cylinders: Any, **changes: Any) -> Any:
+    values: dict[str, Any] = {
+        "crank_ratio": design.crank_ratio, "row": 0.0, "scale": 1.0,
+        "crankcase_pressure": design.crankcase_pressure, "bore": design.bore,
+        "stroke": design.stroke,
+    }  # fmt: skip
+    return forces.gas_torque(
+        phi, family=family, cylinders=cylinders, period=CYCLE, **{**values, **changes}
+    )
+
+
+def inertia(design: Design, phi: Any, cylinders: Any) -> Any:
+    return forces.inertia_torque(
+        phi, design.crank_ratio, design.reciprocating_mass, design.stroke, design.omega_n,
+        cylinders, CYCLE,
+    )  # fmt: skip
+
+
+def orders_of(curve: Any) -> Any:
+    """Amplitude of every order of the cycle."""
+    return np.abs(np.fft.rfft(curve, axis=-1)) / curve.shape[-1]
+
+
+def test_friction_by_hand() -> None:
+    """Kakaitsas (2015), eqs. 3.8, 3.9, engine of table 4.1 at 1200 rpm and 80 bar."""
+    speed = friction.mean_piston_speed(0.18, 1200.0 * np.pi / 30.0)
+    assert speed == pytest.approx(2.0 * 0.18 * 20.0, rel=1e-15)
+    fmep = friction.friction_mean_effective_pressure(0.137e5, 0.005, 0.142e5, 80e5, speed)
+    assert fmep == pytest.approx((0.137 + 0.005 * 80.0 + 0.142 * 7.2) * 1e5, rel=1e-14)
+    displacement = 0.25 * np.pi * 0.14**2 * 0.18
+    torque = friction.friction_torque(fmep, displacement, CYCLE)
+    # What it takes out of a cycle is fmep on the displacement.
+    assert torque * CYCLE == pytest.approx(fmep * displacement, rel=1e-14)
+    assert friction.friction_torque(fmep, displacement, 0.5 * CYCLE) == 2.0 * torque
+
+
+def test_piston_area() -> None:
+    assert forces.piston_area(0.2) == pytest.approx(np.pi * 0.01, rel=1e-15)
+
+
+def test_pressure_of_fractional_rows_is_the_blend(design: Design) -> None:
+    degrees, bar = np.linspace(-360, 360, 1441), np.ones(1441)
+    pressure = design.pressure(np.radians(degrees)) * bar
+    curves = [diagram_from_points(np.radians(degrees), pressure * f) for f in (1.0, 1.2)]
+    family = family_from_diagrams([50.0, 51.0], curves)
+    rows = np.array([[0.0], [0.25], [2.0]])
+    found = forces.pressure(PHI, family, rows, 1.5)
+    assert found.shape == (3, 1440)
+    np.testing.assert_allclose(found[0], 1.5 * curves[0](PHI), rtol=1e-14)
+    middle = 0.75 * family.row(0)(PHI) + 0.25 * family.row(1)(PHI)
+    np.testing.assert_allclose(found[1], 1.5 * middle, rtol=1e-14)
+    np.testing.assert_allclose(found[2], 1.5 * curves[1](PHI), rtol=1e-14)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_torques_of_a_second_derivation(design: Design, family: Family, count: int) -> None:
+    engine = replace(design, cylinders=count)
+    expected = solution.gas_torque(engine, PHI)
+    # The spline through half degrees misses h^4/384 of a fourth derivative.
+    np.testing.assert_allclose(
+        gas(design, family, PHI, count), expected, atol=2e-7 * np.ptp(expected)
+    )
+    expected = solution.inertia_torque(engine, PHI)
+    one = np.ptp(solution.inertia_torque(design, PHI))
+    np.testing.assert_allclose(inertia(design, PHI, count), expected, atol=1e-12 * one)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_even_firing_cancels_orders(design: Design, family: Family, count: int) -> None:
+    # Points of whole firing periods, so that no order leaks; 720/count need not be on the grid.
+    phi = np.arange(count * 128) * (CYCLE / (count * 128))
+    for curve in (gas(design, family, phi, count), inertia(design, phi, count)):
+        single = max(orders_of(gas(design, family, phi, 1)).max(),
+                     orders_of(inertia(design, phi, 1)).max())  # fmt: skip
+        amplitude = orders_of(curve)
+        rest = np.delete(amplitude, np.arange(0, amplitude.size, count))
+        assert rest.size == 0 or rest.max() <= 1e-13 * count * single
+        shifted = np.roll(curve, phi.size // count)
+        np.testing.assert_allclose(shifted, curve, atol=1e-11 * count * single)
+
+
+def test_crankcase_pressure_and_masses_do_no_work(design: Design, family: Family) -> None:
+    mean = gas(design, family, PHI, 1, crankcase_pressure=0.0).mean()
+    for pressure in (0.5 * BAR, 1.01325 * BAR, 3.0 * BAR):
+        curve = gas(design, family, PHI, 1, crankcase_pressure=pressure)
+        assert curve.mean() == pytest.approx(mean, rel=1e-12)
+    for count in (1, 3, 4):
+        curve = inertia(design, PHI, count)
+        scale = np.ptp(inertia(design, PHI, 1))
+        assert abs(curve.mean()) <= 1e-13 * scale
+
+
+def test_work_of_the_masses_is_their_kinetic_energy(design: Design) -> None:
+    """The primitive of M_l is -m r^2 omega^2 v^2/2: what lets the solver integrate exactly."""
+    fine = np.arange(14400) * (CYCLE / 14400)
+    torque = inertia(design, fine, 1)
+    work = np.cumsum(0.5 * (torque + np.roll(torque, -1))) * (CYCLE / 14400)
+    speed = 0.5 * design.stroke * design.omega_n * velocity(fine, design.crank_ratio)
+    energy = 0.5 * design.reciprocating_mass * speed**2
+    np.testing.assert_allclose(work[:-1], -energy[1:], atol=1e-6 * energy.max())
+
+
+def test_actual_torque_at_constant_speed_is_the_nominal_one(design: Design) -> None:
+    found = forces.inertia_torque_actual(
+        PHI, design.crank_ratio, design.reciprocating_mass, design.stroke, design.omega_n,
+        0.0, 3, CYCLE,
+    )  # fmt: skip
+    expected = inertia(design, PHI, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.ptp(inertia(design, PHI, 1)))
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_actual_torque_is_the_loss_of_kinetic_energy(design: Design, count: int) -> None:
+    """For any course of the speed: -d/dphi of m r^2 sum v^2 omega^2/2."""
+    moment = design.reciprocating_mass * (0.5 * design.stroke) ** 2
+
+    def speed(phi: Any) -> Any:
+        return 120.0 * np.exp(0.2 * np.sin(0.5 * phi) + 0.1 * np.cos(3.0 * phi))
+
+    def energy(phi: Any) -> Any:
+        squares = sum(
+            velocity(phi - i * CYCLE / count, design.crank_ratio) ** 2 for i in range(count)
+        )
+        return 0.5 * moment * squares * speed(phi) ** 2
+
+    h = 1e-4
+    slope = 8.0 * (energy(PHI + h) - energy(PHI - h)) - energy(PHI + 2 * h) + energy(PHI - 2 * h)
+    acceleration = speed(PHI) ** 2 * (0.1 * np.cos(0.5 * PHI) - 0.3 * np.sin(3.0 * PHI))
+    found = forces.inertia_torque_actual(
+        PHI, design.crank_ratio, design.reciprocating_mass, design.stroke, speed(PHI),
+        acceleration, count, CYCLE,
+    )  # fmt: skip
+    np.testing.assert_allclose(found, -slope / (12.0 * h), atol=1e-9 * np.ptp(found))
+
+
+def test_superpose_takes_a_mixed_axis_of_cylinders() -> None:
+    counts = np.array([[1], [7], [3]])
+
+    def curve(phi: Any) -> Any:
+        return np.exp(np.cos(0.5 * phi)) + np.sin(phi)
+
+    found = forces.superpose(curve, PHI, counts, CYCLE)
+    for i, count in enumerate((1, 7, 3)):
+        one = sum(curve(PHI - j * CYCLE / count) for j in range(count))
+        np.testing.assert_array_equal(found[i], one)
+
+
+# --- along the shaft ----------------------------------------------------------------------------
+
+
+def along_shaft(design: Design, family: Family, counts: Any, friction_torque: Any = 12.0) -> Any:
+    return forces.torque_after_throw(
+        PHI, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
+        design.stroke, design.reciprocating_mass, design.omega_n, friction_torque, counts,
+        CUSTOMARY_ORDERS, CYCLE,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+def test_first_throw_carries_the_whole_engine(design: Design, family: Family, count: int) -> None:
+    found = along_shaft(design, family, count)
+    assert found.shape == (count, 1440)
+    whole = gas(design, family, PHI, count) + inertia(design, PHI, count) - 12.0
+    np.testing.assert_allclose(found[0], whole, atol=1e-11 * np.ptp(whole))
+
+
+def test_each_throw_adds_its_cylinder(design: Design, family: Family) -> None:
+    """Kakaitsas (2015), section 5.4: T_Z of the last cylinder, T_(Z-1) = T_Z + ..."""
+    found = along_shaft(design, family, 6)
+    steps = np.vstack([found[:-1] - found[1:], found[-1:]])
+    for place, cylinder in enumerate(CUSTOMARY_ORDERS[6]):
+        # It fires place * 120 degrees after cylinder 1.
+        phi = PHI - place * CYCLE / 6
+        own = gas(design, family, phi, 1) + inertia(design, phi, 1) - 2.0
+        np.testing.assert_allclose(steps[cylinder - 1], own, atol=1e-11 * np.ptp(own))
+
+
+def test_shorter_engines_end_in_nan(design: Design, family: Family) -> None:
+    counts = np.array([2, 4, 1]).reshape(3, 1)
+    found = along_shaft(design, family, counts, np.array([4.0, 8.0, 2.0]).reshape(3, 1))
+    assert found.shape == (3, 4, 1440)
+    np.testing.assert_array_equal(
+        np.isnan(found).all(axis=-1),
+        [[False, False, True, True], [False] * 4, [False, True, True, True]],
+    )
+    for i, count in enumerate((2, 4, 1)):
+        alone = along_shaft(design, family, count, 2.0 * count)
+        np.testing.assert_array_equal(found[i, :count], alone)
+
+
+def test_gas_torque_follows_bore_stroke_and_scale(design: Design, family: Family) -> None:
+    one = gas(design, family, PHI, 1, crankcase_pressure=0.0)
+    twice = gas(design, family, PHI, 1, crankcase_pressure=0.0, bore=2.0 * design.bore)
+    np.testing.assert_allclose(twice, 4.0 * one, rtol=1e-14)
+    long = gas(design, family, PHI, 1, crankcase_pressure=0.0, stroke=2.0 * design.stroke)
+    np.testing.assert_allclose(long, 2.0 * one, rtol=1e-14)
+    scaled = gas(design, family, PHI, 1, crankcase_pressure=0.0, scale=1.3)
+    np.testing.assert_allclose(scaled, 1.3 * one, rtol=1e-14)
+    assert diagram_of(design).peak == pytest.approx(family.row(0).peak, rel=1e-15)

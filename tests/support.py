@@ -1,0 +1,80 @@
+"""Held-out designs (tests.oracle) through the packages: their pressure as points, their numbers."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
+from engine_dyn.indicator import Diagram, Family, family_from_diagrams
+from engine_dyn.speed import sweep
+from tests.oracle.designs import HeldOut, held_out, table
+from tests.oracle.solution import Design
+
+BAR = 1e5
+
+
+@cache
+def items() -> dict[str, HeldOut]:
+    return {item.name: item for item in held_out()}
+
+
+def design_of(name: str) -> Design:
+    return items()[name].design
+
+
+def diagram_of(design: Design, step_degree: float = 0.5) -> Diagram:
+    """The pressure curve as a file would give it."""
+    degrees, bar = table(design.pressure, step_degree)
+    return diagram_from_points(np.radians(degrees), bar * BAR)
+
+
+def family_of(design: Design, step_degree: float = 0.5) -> Family:
+    return family_from_diagrams([0.0], [diagram_of(design, step_degree)])
+
+
+def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> PeriodicSpeed:
+    """One design through `periodic_speed`; `changes` are its keywords."""
+    values: dict[str, Any] = {
+        "bore": design.bore,
+        "stroke": design.stroke,
+        "crank_ratio": design.crank_ratio,
+        "reciprocating_mass": design.reciprocating_mass,
+        "inertia": design.inertia,
+        "speed": design.omega_n,
+        "cylinders": design.cylinders,
+        "load_exponent": design.load_exponent,
+        "load_offset": design.load_offset,
+        "friction_torque": design.friction_torque,
+        "crankcase_pressure": design.crankcase_pressure,
+        "inertia_model": design.inertia_model,
+        "closure": design.closure,
+    }
+    return periodic_speed(diagram_of(design, step_degree), **{**values, **changes})
+
+
+def inputs_of(design: Design, family: Family) -> dict[str, Any]:
+    """Keywords of `sweep.solve`, all scalar; arrays may replace any of them."""
+    mean_gas = float(sweep.mean_gas_torque(design.crank_ratio, 0.0, family))
+    lever = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke
+    return {
+        "family": family,
+        "crank_ratio": design.crank_ratio,
+        "row": 0.0,
+        "scale": 1.0,
+        "crankcase_pressure": design.crankcase_pressure,
+        "bore": design.bore,
+        "stroke": design.stroke,
+        "mass": design.reciprocating_mass,
+        "speed": design.omega_n,
+        "inertia": design.inertia,
+        "exponent": design.load_exponent,
+        "offset": design.load_offset,
+        "mean_torque": design.cylinders * lever * mean_gas - design.friction_torque,
+        "friction_torque": design.friction_torque,
+        "cylinders": design.cylinders,
+        "inertia_model": design.inertia_model,
+        "closure": design.closure,
+    }
