@@ -266,9 +266,10 @@ def reduce(
         code = NO_STEADY_STATE
     if choice.variable and 1.0 + throw / inertia * ranges.least_square <= 0.0:
         code = INVALID_INPUT
-    if choice.method == CLOSED and choice.kind != 0 and choice.kind != 2:
+    exponent = values[at[EXPONENT]]
+    if choice.method == CLOSED and exponent != 0.0 and exponent != 2.0:
         code = INVALID_INPUT
-    half = 0.5 * values[at[EXPONENT]] if choice.kind != 0 else 0.0
+    half = 0.5 * exponent if choice.kind != 0 else 0.0
     return Design(lever / energy, throw / inertia, surplus / energy, half, speed), code
 
 

@@ -147,8 +147,20 @@ def periodic_speed(
         raise ValueError(f"crank_ratio = {crank_ratio:g}: must lie between 0 and 1, both excluded")
     if cylinders != int(cylinders) or cylinders < 1:
         raise ValueError(f"cylinders = {cylinders}: must be a whole number from 1 on")
+    if passes is not None and (passes != int(passes) or passes < 1):
+        raise ValueError(f"passes = {passes}: must be a whole number from 1 on")
+    if start_speed is not None and not 0.0 < start_speed < np.inf:
+        raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
+    if not np.isfinite(start_angle):
+        raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if not (np.isfinite(load_offset) and np.isfinite(friction_torque)):
         raise ValueError("load_offset and friction_torque must be finite numbers")
+    if passes is not None and (passes != int(passes) or passes < 1):
+        raise ValueError(f"passes = {passes}: must be a whole number from 1 on")
+    if start_speed is not None and not 0.0 < start_speed < np.inf:
+        raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
+    if not np.isfinite(start_angle):
+        raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
