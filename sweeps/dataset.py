@@ -7,6 +7,7 @@ import platform
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from typing import Any
 
@@ -34,40 +35,47 @@ _WORD_NAMES = {
 def label(
     plan: Plan, results: Mapping[str, npt.NDArray[Any]], *, seconds: float | None = None
 ) -> xr.Dataset:
-    """Put names, units and provenance on the results of a plan.
+    """Put names, units and provenance on the results of a plan, which become part of the dataset.
 
-    Values are converted from SI to the units of files here and nowhere else.
+    Values are converted from SI to the units of files here and nowhere else, in place.
     """
     scene = plan.scene
     dims = {s.node.name: s.dims for s in plan.stages}
-    variables: dict[str, Any] = {}
+    variables: dict[str, xr.Variable] = {}
     for name in plan.outputs:
         node = select(name, scene.closure)
         here = dims.get(name, plan.leaves[name].dims if name in plan.leaves else ())
         data = results[name]
         if name == "status":
-            variables[name] = (here, data, _status_attributes(node))
+            variables[name] = _variable(here, data, _status_attributes(node))
             continue
         if node.si != 1.0:
-            data = data / node.si
-        variables[name] = (here, data, _attributes(plan, node))
+            # A second array of this size is what may not fit beside the first.
+            data = np.divide(data, node.si, out=data if data.flags.writeable else None)
+        variables[name] = _variable(here, data, _attributes(plan, node))
     for name, column in (scene.reference.columns if scene.reference else {}).items():
         node = select(name, scene.closure)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
         attributes["comment"] = f"from {scene.reference.name}" if scene.reference else ""
-        variables[f"{name}{PUBLISHED}"] = (
-            scene.reference.dimensions if scene.reference else (),
-            column,
-            attributes,
-        )
-    used = {d for v in variables.values() for d in v[0]}
-    dataset = xr.Dataset(variables, coords=_coordinates(plan, used))
+        along = scene.reference.dimensions if scene.reference else ()
+        variables[f"{name}{PUBLISHED}"] = _variable(along, column, attributes)
+    used = {str(d) for v in variables.values() for d in v.dims}
+    coordinates = {name: _variable(*item) for name, item in _coordinates(plan, used).items()}
+    dataset = xr.Dataset(variables, coords=coordinates)
     for variable in dataset.variables:
         if variable in dataset.coords or dataset[variable].dtype.kind != "f":
             dataset[variable].encoding["_FillValue"] = None
     dataset.attrs = _provenance(plan, seconds)
     return dataset
+
+
+def _variable(
+    dims: tuple[str, ...], data: npt.NDArray[Any], attributes: Mapping[str, Any]
+) -> xr.Variable:
+    # `fastpath`: an array is taken as it is. Else xarray asks whether it is one of dask's, and
+    # imports dask to find out.
+    return xr.Variable(dims, np.asarray(data), attributes, fastpath=True)
 
 
 def _attributes(plan: Plan, node: Node) -> dict[str, str]:
@@ -103,41 +111,41 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
         if name == DESIGN:
             count = plan.sizes[DESIGN]
             coordinates[DESIGN] = (
-                DESIGN,
-                np.arange(count),
+                (DESIGN,),
+                np.arange(count, dtype=np.int32),
                 {"long_name": "number of the design", "units": "1"},
             )
             for column, values in scene.designs.items():
-                coordinates[column] = (DESIGN, values, _parameter_attributes(column))
+                coordinates[column] = ((DESIGN,), values, _parameter_attributes(column))
             for column, texts in scene.labels.items():
                 attributes = {"long_name": _LABEL_NAMES.get(column, column), "units": "1"}
-                coordinates[column] = (DESIGN, np.array(texts, dtype=object), attributes)
+                coordinates[column] = ((DESIGN,), np.array(texts, dtype=object), attributes)
         elif name in PARAMETERS:
-            coordinates[name] = (name, scene.axes[name], _parameter_attributes(name))
+            coordinates[name] = ((name,), scene.axes[name], _parameter_attributes(name))
         else:
             words = scene.axes[name]
             text = _WORD_NAMES[name]
             coordinates[name] = (
-                name,
-                np.arange(len(words)),
+                (name,),
+                np.arange(len(words), dtype=np.int32),
                 {"long_name": f"number of the {text}", "units": "1"},
             )
             coordinates[f"{name}_name"] = (
-                name,
+                (name,),
                 np.array(words, dtype=object),
                 {"long_name": text, "units": "1"},
             )
     if CRANK_ANGLE in used:
         node = select(CRANK_ANGLE, scene.closure)
         coordinates[CRANK_ANGLE] = (
-            CRANK_ANGLE,
+            (CRANK_ANGLE,),
             crank_angles(scene),
             {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"},
         )
     if CYLINDER in used:
         coordinates[CYLINDER] = (
-            CYLINDER,
-            np.arange(1, plan.sizes[CYLINDER] + 1),
+            (CYLINDER,),
+            np.arange(1, plan.sizes[CYLINDER] + 1, dtype=np.int32),
             {"long_name": "cylinder along the shaft", "units": "1"},
         )
     return coordinates
@@ -153,11 +161,10 @@ def _parameter_attributes(name: str) -> dict[str, str]:
 
 def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
     scene, engine = plan.scene, plan.scene.engine
-    packages = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    version = metadata.version("engine-dyn")
+    version = _version("engine-dyn")
     given = {
-        name: float(plan.leaves[name].data) / PARAMETERS[name].si
+        name: float(plan.leaves[name].data)
         for name in PARAMETERS
         if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
     }
@@ -184,7 +191,7 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
         "scene": json.dumps(scene.source, ensure_ascii=False),
         "software": "; ".join(
             [f"Python {sys.version.split()[0]}"]
-            + [f"{name} {metadata.version(name)}" for name in packages]
+            + [f"{name} {_version(name)}" for name in _PACKAGES]
         ),
         "machine": f"{platform.machine()} {platform.system()}",
     }
@@ -195,4 +202,11 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
     return {key: value for key, value in attributes.items() if value != ""}
 
 
+@cache
+def _version(package: str) -> str:
+    # A session does not change what is installed, and asking takes longer than solving a design.
+    return metadata.version(package)
+
+
+_PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
 _MARCHING = ("passes", "start_speed", "start_angle")

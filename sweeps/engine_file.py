@@ -173,13 +173,19 @@ def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> 
     known = catalogue()
     text = str(name_or_path)
     if text in known:
-        return _read_engine(known[text], f"{where} {text}")
+        return _of_catalogue(known[text], known[text].stat().st_mtime_ns)
     if not (text.endswith(".toml") or "/" in text or "\\" in text):
         raise SceneError(
             f"{where} = {shown(text)}: unknown engine"
             f"{not_known(text, known, also=', or the path of an engine file (.toml)')}"
         )
     return _read_engine(base / text, f"{where} {text}")
+
+
+@lru_cache(maxsize=16)
+def _of_catalogue(path: Path, changed: int) -> Engine:
+    # Sessions run many scenes on one engine; `changed`, the time of its file, is part of the key.
+    return _read_engine(path, f"engine {path.stem}")
 
 
 def _read_engine(path: Path, name: str) -> Engine:

@@ -38,10 +38,20 @@ _START = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """An array in SI units and the names of its dimensions; a constant is anything, without."""
+    """An array, the names of its dimensions, and the SI value of one of its units.
+
+    A constant is anything, without dimensions. Given columns stay in the units of files until a
+    stage takes them: a copy of each in SI units would double them.
+    """
 
     data: Any
     dims: tuple[str, ...] = ()
+    unit: float = 1.0
+
+    @property
+    def si(self) -> Any:
+        """The array in SI units; itself where it is so already."""
+        return self.data if self.unit == 1.0 else self.data * self.unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +297,7 @@ def _given(scene: Scene) -> dict[str, Value]:
         **engine,
         **mine,
     }
-    return {k: Value(v.data * PARAMETERS[k].si, v.dims) for k, v in given.items()}
+    return {k: Value(v.data, v.dims, PARAMETERS[k].si) for k, v in given.items()}
 
 
 def _leaves(scene: Scene) -> dict[str, Value]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from sweeps.blocks import along, blocks, cut
 from sweeps.errors import SceneError
-from sweeps.plan import CRANK_ANGLE, Plan, Stage, Value, make_plan
+from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, Stage, Value, make_plan
 from sweeps.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -61,39 +63,84 @@ def run(
 def compute(
     plan: Plan, *, progress: bool = False, threads: int | None = None
 ) -> dict[str, npt.NDArray[Any]]:
-    """Arrays of the plan's outputs, in SI units, on the dimensions of their stages."""
-    values: dict[str, Value] = dict(plan.leaves)
-    waiting = _uses(plan)
-    for stage in plan.stages:
+    """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
+
+    Nothing else of the size of an output exists at any time: see `sweeps.blocks`.
+    """
+    lengths = cut(plan)
+    once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
+    each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
+    shapes = {s.node.name: tuple(plan.sizes[d] for d in s.dims) for s in plan.stages}
+    with _Bars(progress) as bars:
+        values = _computed(plan, once, plan.leaves, {}, bars, threads)
+        results = {
+            name: _filled(values[name].si, shapes.get(name))
+            for name in plan.outputs
+            if name in values
+        }
+        for block in blocks(plan, lengths) if each else ():
+            here = _computed(plan, each, values, block, bars, threads)
+            for stage in each:
+                name = stage.node.name
+                if name not in plan.outputs:
+                    continue
+                part = here[name].data
+                if name not in results:
+                    results[name] = np.empty(shapes[name], dtype=part.dtype)
+                place = results[name][along(stage.dims, block)]
+                if CYLINDER in stage.node.adds:
+                    # A block may lack the engines of most cylinders, and so the last throws.
+                    axis = stage.dims.index(CYLINDER)
+                    shorter = (slice(None),) * axis + (slice(part.shape[axis]),)
+                    place[...] = np.nan
+                    place = place[shorter]
+                place[...] = part
+    return {name: results[name] for name in plan.outputs}
+
+
+def _computed(
+    plan: Plan,
+    stages: tuple[Stage, ...],
+    given: Mapping[str, Value],
+    block: Mapping[str, slice],
+    bars: _Bars,
+    threads: int | None,
+) -> dict[str, Value]:
+    """Values of some stages for one block, and what was given before and is still needed."""
+    values = {
+        name: replace(value, data=value.data[along(value.dims, block)]) if value.dims else value
+        for name, value in given.items()
+    }
+    waiting = _uses(plan.stages)
+    for stage in stages:
         node = stage.node
         if node.make is None:  # a result of a kernel: already there
             continue
         needs = {name: values[name] for name in node.needs}
         if node.kind == "stage":
-            with _Bar(plan, stage, progress) as tick:
-                bundle = node.make(
-                    **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
-                    wanted=plan.wanted(stage),
-                    threads=threads,
-                    progress=tick,
-                )
-            for name in plan.wanted(stage):
-                dims = next(s.dims for s in plan.stages if s.node.name == name)
-                values[name] = Value(bundle[name], dims)
+            wanted = plan.wanted(stage)
+            bundle = node.make(
+                **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
+                wanted=wanted,
+                threads=threads,
+                progress=bars.of(stage),
+            )
+            dims = {s.node.name: s.dims for s in stages}
+            values |= {name: Value(bundle[name], dims[name]) for name in wanted}
         else:
             # What the node adds, it makes itself: its needs do not have that dimension.
-            dims = tuple(d for d in stage.dims if d not in node.adds)
+            before = tuple(d for d in stage.dims if d not in node.adds)
             try:
-                data = node.make(**{n: _aligned(v, dims, n) for n, v in needs.items()})
+                data = node.make(**{n: _aligned(v, before, n) for n, v in needs.items()})
             except ValueError as error:  # what only the physics can refuse, in its own words
                 raise SceneError(f"{plan.name}: {error}") from None
             values[node.name] = Value(np.asarray(data), stage.dims)
         for need in node.needs:
             waiting[need] -= 1
-            if waiting[need] == 0 and need not in plan.outputs:
+            # Of one piece, what has served is given up; blocks need the common values again.
+            if waiting[need] == 0 and need not in plan.outputs and need not in given:
                 values.pop(need)
-    shapes = {s.node.name: tuple(plan.sizes[d] for d in s.dims) for s in plan.stages}
-    return {name: _filled(values[name].data, shapes.get(name)) for name in plan.outputs}
+    return values
 
 
 def _filled(data: npt.NDArray[Any], shape: tuple[int, ...] | None) -> npt.NDArray[Any]:
@@ -104,9 +151,9 @@ def _filled(data: npt.NDArray[Any], shape: tuple[int, ...] | None) -> npt.NDArra
     )
 
 
-def _uses(plan: Plan) -> dict[str, int]:
+def _uses(stages: tuple[Stage, ...]) -> dict[str, int]:
     uses: dict[str, int] = {}
-    for stage in plan.stages:
+    for stage in stages:
         for need in stage.node.needs:
             uses[need] = uses.get(need, 0) + 1
     return uses
@@ -120,31 +167,40 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     if not value.dims or not set(value.dims) <= set(dims):
         if value.dims and value.dims != (CRANK_ANGLE,):
             raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
-        return value.data
+        return value.si
     places = [dims.index(d) for d in value.dims]
     shape = [1] * len(dims)
     for place, size in zip(places, np.shape(value.data), strict=True):
         shape[place] = size
-    return np.reshape(value.data, shape)
+    return np.reshape(value.si, shape)
 
 
-class _Bar:
-    """Progress bar over the designs of a stage; nothing when not asked for."""
+class _Bars:
+    """Progress bars over the designs of the kernels; nothing when not asked for."""
 
-    def __init__(self, plan: Plan, stage: Stage, show: bool) -> None:
-        self.bar: Any = None
-        if show:
+    def __init__(self, show: bool) -> None:
+        self.show = show
+        self.bars: dict[str, Any] = {}
+
+    def of(self, stage: Stage) -> Callable[[int], None] | None:
+        """What to call with the number of designs done."""
+        if not self.show:
+            return None
+        name = stage.node.name
+        if name not in self.bars:
             from tqdm import tqdm
 
             # `delay`: runs of less than a second show nothing.
-            self.bar = tqdm(
+            self.bars[name] = tqdm(
                 total=stage.size, unit=" designs", unit_scale=True, delay=1.0, leave=False,
-                desc=stage.node.name, file=sys.stderr,
+                desc=name, file=sys.stderr,
             )  # fmt: skip
+        update: Callable[[int], None] = self.bars[name].update
+        return update
 
-    def __enter__(self) -> Callable[[int], None] | None:
-        return self.bar.update if self.bar is not None else None
+    def __enter__(self) -> _Bars:
+        return self
 
     def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
-            self.bar.close()
+        for bar in self.bars.values():
+            bar.close()

@@ -1,0 +1,97 @@
+"""Blocks: what a plan makes on the way to its outputs stays small, however many designs it has.
+
+A block is a range of positions along some axes of the scene. Where the arrays that nobody asked for
+(columns in SI units, friction, mean torque, curves that are only added up) would take more than
+`LIMIT`, the plan is computed block by block into its outputs; else in one piece. What depends on
+none of the axes that are cut is computed once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sweeps.plan import Plan, Stage
+
+__all__ = ["LIMIT", "along", "blocks", "cut", "passing_bytes"]
+
+LIMIT = 64e6
+"""Bytes of the arrays that exist beside the outputs, about."""
+
+_TEMPORARIES = 3
+"""Arrays while a formula is evaluated: its result and what it is added up from."""
+
+_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure")
+"""What the tables of the kernels depend on. Cut along their axes, no table is made twice."""
+
+
+def cut(plan: Plan) -> dict[str, int]:
+    """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
+    lengths = {d: plan.sizes[d] for d in plan.scene.dimensions}
+    outputs = set(plan.outputs)
+    whole = sum(
+        _bytes(plan, stage, lengths)
+        for stage in plan.stages
+        if not (stage.node.make is None and stage.node.name in outputs)
+    )
+    if whole <= LIMIT:
+        return {}
+    for dimension in _in_order(plan):
+        if passing_bytes(plan, lengths) <= LIMIT:
+            break
+        low, high = 1, lengths[dimension]
+        while low < high:  # the most positions that fit, one if none do
+            middle = (low + high + 1) // 2
+            if passing_bytes(plan, {**lengths, dimension: middle}) <= LIMIT:
+                low = middle
+            else:
+                high = middle - 1
+        # Blocks of like size: a last one of a few designs would cost as much as the others.
+        lengths[dimension] = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
+    return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
+
+
+def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[dict[str, slice]]:
+    """Ranges of positions along the axes that are cut, block by block; one without if none are."""
+    ranges = [
+        [
+            (dimension, slice(begin, min(begin + length, plan.sizes[dimension])))
+            for begin in range(0, plan.sizes[dimension], length)
+        ]
+        for dimension, length in lengths.items()
+    ]
+    return (dict(combination) for combination in itertools.product(*ranges))
+
+
+def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...]:
+    """Index of a block in an array with these dimensions."""
+    return tuple(block.get(d, slice(None)) for d in dims)
+
+
+def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
+    """Bytes of the arrays of one block, those that become part of an output included."""
+    return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
+
+
+def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
+    """Bytes that a stage needs beside its output."""
+
+    def size(dims: tuple[str, ...]) -> int:
+        return math.prod(lengths.get(d, plan.sizes[d]) for d in dims)
+
+    if stage.node.kind == "stage":
+        # A kernel gets its inputs in SI units, and packs them.
+        dims = (plan.leaves[n].dims for n in stage.node.needs if n in plan.leaves)
+        return 16.0 * sum(size(d) for d in dims if d)
+    return 8.0 * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
+
+
+def _in_order(plan: Plan) -> list[str]:
+    """Axes of the scene, those of the tables first."""
+    dims = {stage.node.name: stage.dims for stage in plan.stages}
+    dims |= {name: value.dims for name, value in plan.leaves.items()}
+    of_tables = {d for name in _OF_TABLES for d in dims.get(name, ())}
+    return sorted(plan.scene.dimensions, key=lambda d: d not in of_tables)
