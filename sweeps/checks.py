@@ -25,10 +25,15 @@ __all__ = [
     "known_key",
     "number",
     "numbers",
+    "outside",
     "plain",
+    "shortened",
 ]
 
 DEEPEST = 8
+
+LONG = 1000
+"""Values of a list that are kept as an array, and told by their number in archives."""
 
 
 class Strict(BaseModel):
@@ -46,6 +51,8 @@ Model = TypeVar("Model", bound=Strict)
 def plain(value: Any, name: str, depth: int = 0) -> Any:
     """Return a copy in Python's own types: NumPy arrays and numbers, tuples and paths converted.
 
+    Long lists of numbers from Python stay arrays: converted, a million would take a second.
+
     Raises
     ------
     SceneError
@@ -59,6 +66,8 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
                 raise SceneError(f"{name}: key {shown(key)} must be a text")
         return {str(key): plain(item, name, depth + 1) for key, item in value.items()}
     if isinstance(value, np.ndarray):
+        if value.ndim == 1 and value.size > LONG and value.dtype.kind in "iuf":
+            return np.array(value, dtype=np.float64)
         return plain(value.tolist(), name, depth + 1)
     if isinstance(value, list | tuple):
         return [plain(item, name, depth + 1) for item in value]
@@ -66,6 +75,20 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         return value.item()
     if isinstance(value, Path):
         return str(value)
+    return value
+
+
+def shortened(value: Any) -> Any:
+    """Return a copy in which the number of its values stands for a very long list.
+
+    An archive has these values as a coordinate; as text they would be longer than all else in it.
+    """
+    if isinstance(value, dict):
+        return {key: shortened(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) or (isinstance(value, list) and len(value) > LONG):
+        return f"{len(value)} values, see the coordinate"
+    if isinstance(value, list):
+        return [shortened(item) for item in value]
     return value
 
 
@@ -186,6 +209,10 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> npt.NDArray[np.fl
     SceneError
         For anything else, naming the place in the list.
     """
+    if isinstance(raw, np.ndarray) and np.isfinite(raw).all():
+        return raw
+    if isinstance(raw, np.ndarray):
+        raw = raw.tolist()
     if not isinstance(raw, list):
         raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
     if not raw:
@@ -211,6 +238,18 @@ def allowed(node: Node) -> str:
     return f"{kind} {' and '.join(parts)}".rstrip() + unit
 
 
+def outside(values: npt.NDArray[np.float64], node: Node) -> npt.NDArray[np.bool_]:
+    """Which values (file units) are not finite or outside the physical range of a parameter."""
+    bad = ~np.isfinite(values)
+    if node.low > -math.inf:
+        bad |= (values < node.low) if node.low_included else (values <= node.low)
+    if node.high < math.inf:
+        bad |= (values > node.high) if node.high_included else (values >= node.high)
+    if node.whole:
+        bad |= values != np.rint(values)
+    return bad
+
+
 def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
     """Check values (file units) against the physical range of their parameter.
 
@@ -220,13 +259,7 @@ def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
         For the first value outside.
     """
     array = np.atleast_1d(np.asarray(values, dtype=float))
-    bad = ~np.isfinite(array)
-    if node.low is not None:
-        bad |= (array < node.low) if node.low_included else (array <= node.low)
-    if node.high is not None:
-        bad |= (array > node.high) if node.high_included else (array >= node.high)
-    if node.whole:
-        bad |= array != np.rint(array)
+    bad = outside(array, node)
     if bad.any():
         value = float(array[bad][0])
         raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}")

@@ -84,8 +84,9 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
         attributes["symbol"] = f"${node.symbol}$"
     unit: str | None = node.unit
     if node.name == "load_coefficient":
-        exponents = np.unique(plan.leaves["load_exponent"].data)
-        unit = load_coefficient_unit(float(exponents[0])) if len(exponents) == 1 else None
+        exponents = plan.leaves["load_exponent"].data
+        first = float(exponents.min())
+        unit = load_coefficient_unit(first) if first == exponents.max() else None
         if unit is None:
             attributes["comment"] = "unit N m s^alpha: it changes with the load exponent"
     if unit is not None:

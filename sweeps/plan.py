@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import psutil
 
-from engine_dyn.arrangement import customary_order
+from engine_dyn.arrangement import MOST_CYLINDERS, customary_order
 from engine_dyn.indicator import family_from_diagrams
 from engine_dyn.quantities import CONSTANTS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS, Node, select
 from sweeps.errors import SceneError
@@ -261,7 +261,7 @@ def _sizes(scene: Scene) -> dict[str, int]:
     elif DESIGN in scene.dimensions:
         sizes[DESIGN] = len(next(iter(scene.labels.values())))
     sizes[CRANK_ANGLE] = len(crank_angles(scene))
-    sizes[CYLINDER] = int(max(np.max(v.data) for v in [_given(scene)["cylinders"]]))
+    sizes[CYLINDER] = int(np.max(_given(scene)["cylinders"].data))
     return sizes
 
 
@@ -309,8 +309,9 @@ def _leaves(scene: Scene) -> dict[str, Value]:
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
     if engine.pressure_scale is None or scene.indicator is not None:
         leaves["pressure_scale"] = Value(np.float64(1.0))
-    counts = np.unique(leaves["cylinders"].data).astype(int)
-    orders = {int(n): _order(scene, int(n)) for n in counts}
+    cylinders = leaves["cylinders"].data
+    counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
+    orders = {n: _order(scene, n) for n in counts}
     leaves[CRANK_ANGLE] = Value(np.radians(crank_angles(scene)), (CRANK_ANGLE,))
     constants = {
         "family": family,

@@ -38,7 +38,9 @@ from sweeps.checks import (
     number,
     numbers,
     plain,
+    shortened,
 )
+from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.table import Table, read_table
@@ -63,9 +65,6 @@ METHODS = ("auto", "thesis", "picard", "newton", "closed")
 INERTIA_MODELS = ("constant", "variable")
 CLOSURES = ("power_mean", "cycle_time")
 FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
-
-LABELS = ("case",)
-"""Columns of [designs] that hold texts and name the designs."""
 
 STEPPING_METHODS = ("thesis", "picard")
 """Methods that repeat cycles from a start; they cannot solve for the load coefficient."""
@@ -187,7 +186,7 @@ class Scene:
     reference : Reference, optional
         Published values.
     source : dict
-        The scene as it was read, in JSON's types.
+        The scene as it was read, in JSON's types; of very long lists their length.
     path : Path, optional
         Its file.
     """
@@ -331,7 +330,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         fail_on=tuple(given.output.fail_on),
         angle_step=given.output.angle_step,
         reference=None,
-        source=raw,
+        source=shortened(raw),
         path=path,
     )
     _check_values(scene, name)
@@ -375,7 +374,7 @@ def _axis(key: str, raw: Any, name: str) -> FloatArray:
     where = f"{name}: [axes] {key}"
     if isinstance(raw, dict):
         values = _range(raw, where)
-    elif isinstance(raw, list):
+    elif isinstance(raw, list | np.ndarray):
         values = numbers(raw, where, node)
     else:
         raise SceneError(
@@ -453,31 +452,19 @@ def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
 def _designs_from_file(
     raw: Mapping[str, Any], name: str, base: Path
 ) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
-    """[designs] file = "table.csv": its header names the columns."""
+    """[designs] file = "table.csv": its columns are named as keys."""
     file = raw["file"]
     if not isinstance(file, str) or not file:
         raise SceneError(
-            f"{name}: [designs] file = {shown(file)}: must be a text: the path of a CSV file"
+            f"{name}: [designs] file = {shown(file)}: must be a text: the path of a CSV, "
+            "netCDF or Parquet file"
         )
     for key in raw:
         if key != "file":
             raise SceneError(
                 f"{name}: [designs] {key}: not allowed beside file, which holds all columns"
             )
-    table = read_table(base / file, f"{name}: [designs] {file}", "a table of designs (CSV)")
-    columns: dict[str, FloatArray] = {}
-    labels: dict[str, tuple[str, ...]] = {}
-    for key in table.header:
-        node = known_key(key, f"{table.name}: column", LABELS)
-        if node is None:
-            labels[key] = tuple(one_line(text) for text in table.texts(key))
-            continue
-        columns[key] = np.array(table.numbers(key))
-        try:
-            check_range(columns[key], key, node)
-        except SceneError:  # only now is it worth asking which line
-            for value, line in zip(columns[key], table.lines, strict=True):
-                check_range(value, f"{table.name}, line {line}: {key}", node)
+    columns, labels = read_designs(base / file, f"{name}: [designs] {file}")
     _check_lengths({**columns, **labels}, name)
     return columns, labels
 
@@ -664,7 +651,7 @@ def _check_needs(scene: Scene, name: str) -> None:
 def _check_throws(scene: Scene, quantity: str, name: str) -> None:
     """Check that the order of the throws is known for every number of cylinders."""
     given = _places(scene, "cylinders")
-    counts = [scene.engine.values["cylinders"]] if given is None else given[1]
+    counts = [scene.engine.values["cylinders"]] if given is None else np.unique(given[1])
     own = len(scene.engine.firing_order or ())
     for count in counts:
         if int(count) != own and arrangement.customary_order(int(count)) is None:
@@ -684,16 +671,15 @@ def _check_rod(scene: Scene, name: str) -> None:
     stroke = _places(scene, "stroke")
     own = scene.engine.values.get("stroke", 0.0)
     strokes = np.array([own]) if stroke is None else stroke[1]
-    if stroke is not None and stroke[0] == table == "designs":
-        pairs = list(zip(rods, strokes, strict=True))
-    else:
-        pairs = [(rods.min(), strokes.max())]
-    for rod, length in pairs:
-        if rod <= length / 2.0:
-            raise SceneError(
-                f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
-                f"{length / 2.0:g} m"
-            )
+    if stroke is None or not stroke[0] == table == "designs":
+        rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
+    short = np.flatnonzero(rods <= strokes / 2.0)
+    if short.size:
+        rod, length = rods[short[0]], strokes[short[0]]
+        raise SceneError(
+            f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
+            f"{length / 2.0:g} m"
+        )
 
 
 # --- published values ---------------------------------------------------------------------------

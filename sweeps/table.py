@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from sweeps.errors import SceneError, counted, one_line, shown
 
-__all__ = ["Table", "read_table", "read_text"]
+__all__ = ["Table", "find_header", "parse_rows", "read_table", "read_text", "reading"]
 
 # As editors count lines; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
@@ -75,6 +76,41 @@ class Table:
         )
 
 
+@contextmanager
+def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> Iterator[None]:
+    """Word the failures of opening and reading a file.
+
+    Parameters
+    ----------
+    name : str
+        The file as messages should call it.
+    what : str
+        What it should be.
+    kind : str
+        What a file that is there and cannot be read is not, such as "a netCDF file".
+    *errors : exception types
+        What else a library raises for such a file.
+
+    Raises
+    ------
+    SceneError
+        For a file that is missing or unreadable.
+    """
+    # ValueError: a null character in the name.
+    failures: tuple[type[Exception], ...] = (OSError, ValueError, *errors)
+    try:
+        yield
+    except SceneError:
+        raise
+    except FileNotFoundError:
+        raise SceneError(f"{name}: no such file; expected {what}") from None
+    except failures as error:
+        reason = one_line(getattr(error, "strerror", None) or error, 200)
+        if kind and not isinstance(error, PermissionError | IsADirectoryError):
+            raise SceneError(f"{name}: not {kind} ({reason})") from None
+        raise SceneError(f"{name}: cannot be read ({reason}); expected {what}") from None
+
+
 def read_text(path: Path, name: str, what: str) -> str:
     """Return the text of a UTF-8 file (a byte order mark at its start is dropped).
 
@@ -83,17 +119,14 @@ def read_text(path: Path, name: str, what: str) -> str:
     SceneError
         For a file that is missing, unreadable or not text; `what` says what it should be.
     """
+    with reading(name, what):
+        data = path.read_bytes()
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(
             f"{name}: not a text file in UTF-8 (byte {error.start}); expected {what}"
         ) from None
-    except FileNotFoundError:
-        raise SceneError(f"{name}: no such file; expected {what}") from None
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"{name}: cannot be read ({one_line(reason)}); expected {what}") from None
 
 
 def read_table(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> Table:
@@ -116,34 +149,71 @@ def read_table(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> 
         With the line: no header, repeated or missing columns, rows that are too short or too
         long, broken quotes, no rows.
     """
-    header: tuple[str, ...] | None = None
+    found = find_header(read_text(path, name, what), name, needed=needed)
+    if found is None:
+        raise SceneError(f"{name}: empty; expected {what}")
+    header, rest, line = found
+    rows, lines = parse_rows(rest, name, line, header)
+    if not rows:
+        raise SceneError(f"{name}: a header but no rows; expected {what}")
+    return Table(name, header, rows, lines)
+
+
+def find_header(
+    text: str, name: str, first: int = 1, needed: Sequence[str] = ()
+) -> tuple[tuple[str, ...], str, int] | None:
+    """Names of the columns, what follows their line, and the number of the line that it starts on.
+
+    None where there are only comments and blank lines. `first` is the number of the first line.
+    """
+    start, number = 0, first
+    while start < len(text):
+        end = _LINE_END.search(text, start)
+        stop, after = (end.start(), end.end()) if end else (len(text), len(text))
+        fields = _fields(text[start:stop], name, number)
+        if fields is not None:
+            _check_header(fields, name, number, needed)
+            return fields, text[after:], number + 1
+        start, number = after, number + 1
+    return None
+
+
+def parse_rows(
+    text: str, name: str, first: int, header: tuple[str, ...]
+) -> tuple[tuple[tuple[str, ...], ...], tuple[int, ...]]:
+    """Fields of every row and the line that each stands on; `first` is that of the first line.
+
+    Raises
+    ------
+    SceneError
+        With the line: rows that are too short or too long, broken quotes.
+    """
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
-    for number, line in enumerate(_LINE_END.split(read_text(path, name, what)), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
+    for number, line in enumerate(_LINE_END.split(text), start=first):
+        fields = _fields(line, name, number)
+        if fields is None:
             continue
-        try:
-            fields = tuple(field.strip() for field in next(csv.reader([line], strict=True)))
-        except (csv.Error, StopIteration) as error:
-            raise SceneError(
-                f"{name}, line {number}: {one_line(error)}; fields are separated by commas"
-            ) from None
-        if header is None:
-            header = fields
-            _check_header(header, name, number, needed)
-        elif len(fields) != len(header):
+        if len(fields) != len(header):
             raise SceneError(
                 f"{name}, line {number}: {counted(len(fields), 'field')}, must be {len(header)} "
                 f"({one_line(', '.join(header), 200)})"
             )
-        else:
-            rows.append(fields)
-            lines.append(number)
-    if header is None:
-        raise SceneError(f"{name}: empty; expected {what}")
-    if not rows:
-        raise SceneError(f"{name}: a header but no rows; expected {what}")
-    return Table(name, header, tuple(rows), tuple(lines))
+        rows.append(fields)
+        lines.append(number)
+    return tuple(rows), tuple(lines)
+
+
+def _fields(line: str, name: str, number: int) -> tuple[str, ...] | None:
+    """Fields of one line, none of a comment or a blank one."""
+    if not line.strip() or line.lstrip().startswith("#"):
+        return None
+    try:
+        return tuple(field.strip() for field in next(csv.reader([line], strict=True)))
+    except (csv.Error, StopIteration) as error:
+        raise SceneError(
+            f"{name}, line {number}: {one_line(error)}; fields are separated by commas"
+        ) from None
 
 
 def _check_header(header: tuple[str, ...], name: str, line: int, needed: Sequence[str]) -> None:
