@@ -367,8 +367,8 @@ def _index_of_pandas(metadata: Mapping[bytes, bytes] | None) -> set[str]:
 
 def _check_kind(key: str, node: Node | None, kind: Any, shown_as: str, name: str) -> None:
     """Check that labels are texts and parameters are numbers."""
-    text = kind is str or getattr(kind, "kind", "") in "US"
-    numeric = getattr(kind, "kind", "") in "iuf"
+    letter = "U" if kind is str else getattr(kind, "kind", "O")
+    text, numeric = letter in "US", letter in "iuf"
     if (node is None and not text) or (node is not None and not numeric):
         what = "texts" if node is None else "numbers"
         raise SceneError(f"{name}: {key}: holds {shown(shown_as)}; must be {what}")

@@ -1,0 +1,305 @@
+"""Tables of designs from files: the same columns whatever the format, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click.testing
+import netCDF4
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sweeps
+from sweeps import archive, checks, design_table
+from sweeps.cli import main
+from sweeps.design_table import read_designs
+from sweeps.errors import SceneError
+from sweeps.scene import read_scene
+from sweeps.table import Table, find_header, parse_rows
+
+COLUMNS = {
+    "inertia": [1.5, 2.0, 0.1 + 0.2],
+    "speed": [1000, 1100, 1e3 / 3.0],
+    "cylinders": [1, 2, 4],
+}
+CASES = ["a", "b c", "ünder"]
+
+
+def write(path: Path, columns: dict[str, Any], units: dict[str, str] | None = None) -> Path:
+    """A table in the format of its name."""
+    if path.suffix == ".parquet":
+        fields = [
+            pa.field(key, pa.array(values).type, metadata={"units": (units or {}).get(key, "")})
+            if key in (units or {})
+            else pa.field(key, pa.array(values).type)
+            for key, values in columns.items()
+        ]
+        pq.write_table(pa.table([pa.array(v) for v in columns.values()], pa.schema(fields)), path)
+    elif path.suffix in (".nc", ".nc4"):
+        data = {key: ("row", np.array(values)) for key, values in columns.items()}
+        dataset = xr.Dataset(data)
+        for key, unit in (units or {}).items():
+            dataset[key].attrs["units"] = unit
+        dataset.to_netcdf(path, engine="netcdf4")
+    else:
+        rows = zip(*columns.values(), strict=True)
+        lines = [",".join(columns), *(",".join(map(str, row)) for row in rows)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def refused(path: Path, *fragments: str) -> None:
+    """As a Python function and as a command: one line, status 2."""
+    scene = path.parent / "scene.toml"
+    scene.write_text(
+        f'engine = "ntua"\n[designs]\nfile = "{path.name}"\n[output]\nquantities = ["delta"]\n'
+    )
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene)
+    result = click.testing.CliRunner().invoke(main, ["plan", str(scene)])
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    for fragment in (path.name, *fragments):
+        assert fragment in str(caught.value)
+        assert fragment in result.stderr
+
+
+FORMATS = ["table.csv", "table.TXT", "table.nc", "table.nc4", "table.parquet"]
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
+    path = write(tmp_path / name, {"case": CASES, **COLUMNS})
+    columns, labels = read_designs(path, name)
+    assert labels == {"case": tuple(CASES)}
+    assert list(columns) == list(COLUMNS)
+    for key, values in COLUMNS.items():
+        np.testing.assert_array_equal(columns[key], np.array(values, dtype=float))
+        assert columns[key].dtype == np.float64
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet"])
+def test_tables_longer_than_a_piece(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(design_table, "PIECE", 100)
+    monkeypatch.setattr(design_table, "ROWS", 7)
+    values = np.linspace(1.0, 2.0, 100)
+    path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
+    columns, _ = read_designs(path, name)
+    np.testing.assert_array_equal(columns["inertia"], values)
+    np.testing.assert_array_equal(columns["load"], values * 40.0)
+    values[90] = -1.0
+    path = write(tmp_path / name, {"inertia": values})
+    where = "line 92" if name.endswith("csv") else "row 91"
+    refused(path, where, "inertia = -1", "above 0")
+
+
+def test_an_archive_gives_its_designs_again(tmp_path: Path) -> None:
+    scene = {
+        "engine": "ntua",
+        "designs": {"case": ["x", "y"], "inertia": [1.5, 2.5], "load": [50, 60]},
+        "axes": {"speed": [1000, 1200]},
+        "output": {"quantities": ["delta", "mean_piston_speed", "imep"]},
+    }
+    archive.write(sweeps.run(scene), tmp_path / "first.nc")
+    again = read_scene({**scene, "designs": {"file": str(tmp_path / "first.nc")}})
+    assert again.labels == {"case": ("x", "y")}
+    assert {key: values.tolist() for key, values in again.designs.items()} == {
+        "inertia": [1.5, 2.5],
+        "load": [50.0, 60.0],
+    }
+
+
+def test_an_index_of_a_data_frame_is_no_column(tmp_path: Path) -> None:
+    import pandas as pd
+
+    frame = pd.DataFrame({"inertia": [1.0, 2.0, 3.0]})
+    frame[frame.inertia != 2.0].to_parquet(tmp_path / "table.parquet")
+    columns, _ = read_designs(tmp_path / "table.parquet", "table")
+    np.testing.assert_array_equal(columns["inertia"], [1.0, 3.0])
+
+
+@pytest.mark.parametrize("name", ["table.nc", "table.parquet"])
+def test_units_are_those_of_scenes_or_refused(name: str, tmp_path: Path) -> None:
+    columns = {"inertia": [1.0, 2.0], "start_speed": [100.0, 101.0], "load": [50.0, 60.0]}
+    units = {"inertia": "kg m^2", "start_speed": "rad/s", "load": "%"}
+    path = write(tmp_path / name, columns, units)
+    assert list(read_designs(path, name)[0]) == list(columns)
+    write(path, {"stroke": [180.0]}, {"stroke": "mm"})
+    refused(path, "stroke", "'mm'", "must be 'm'")
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet"])
+def test_what_every_format_refuses(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    refused(path, "no such file")
+    path.mkdir()
+    refused(path, "cannot be read")
+    path.rmdir()
+    kind = "not a " if name != "table.csv" else "not a text file"
+    path.write_bytes(b"\x89\xff\x00\x01 neither" * 10)
+    refused(path, kind)
+    write(path, {"intertia": [1.0]})
+    refused(path, "intertia", "did you mean 'inertia'")
+    write(path, {"case": ["a"]})
+    with pytest.raises(SceneError, match="no column of a parameter"):
+        read_scene(
+            {"engine": "ntua", "designs": {"file": str(path)}, "output": {"quantities": ["delta"]}}
+        )
+    write(path, {"inertia": ["one", "two"]})
+    refused(path, "inertia", "number")
+    write(path, {"inertia": [1.0, 2.0], "cylinders": [1.0, 2.5]})
+    refused(path, "2.5", "whole number", "line 3" if name == "table.csv" else "row 2")
+    write(path, {"inertia": np.array([])})
+    refused(path, "no rows")
+
+
+@pytest.mark.parametrize("name", ["table.nc", "table.parquet"])
+def test_missing_values_are_refused_with_their_row(name: str, tmp_path: Path) -> None:
+    path = write(tmp_path / name, {"inertia": [1.0, 2.0, np.nan], "speed": [1e3, 1e3, 1e3]})
+    refused(path, "row 3", "inertia", "missing")
+    if name == "table.parquet":
+        write(path, {"inertia": [1.0, None, 2.0]})
+    else:
+        with netCDF4.Dataset(path, "w") as file:
+            file.createDimension("n", 3)
+            file.createVariable("inertia", "f8", ("n",))[0] = 1.0
+    refused(path, "row 2", "inertia", "missing")
+
+
+def test_two_dimensions_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "table.nc"
+    xr.Dataset({"inertia": (("a", "b"), np.ones((2, 3)))}).to_netcdf(path, engine="netcdf4")
+    refused(path, "inertia", "(a, b)", "must have one")
+    xr.Dataset({"inertia": ("a", [1.0]), "speed": ("b", [1.0])}).to_netcdf(path, engine="netcdf4")
+    refused(path, "speed", "'b'", "'a'")
+    xr.Dataset({"inertia": 1.0}).to_netcdf(path, engine="netcdf4")
+    refused(path, "inertia", "none")
+    xr.Dataset(coords={"design": [1]}).to_netcdf(path, engine="netcdf4")
+    refused(path, "no variable of a parameter")
+    table = pa.table({"inertia": pa.array([[1.0, 2.0], [3.0]])})
+    pq.write_table(table, tmp_path / "table.parquet")
+    refused(tmp_path / "table.parquet", "inertia", "list", "must be numbers")
+
+
+@pytest.mark.parametrize("name", ["table.xlsx", "table", "table.dat"])
+def test_other_endings_are_refused(name: str, tmp_path: Path) -> None:
+    tmp_path.joinpath(name).write_text("inertia\n1\n")
+    refused(tmp_path / name, "must end with", ".csv", ".parquet")
+
+
+def test_without_pyarrow_it_is_said_how_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path / "table.parquet", {"inertia": [1.0]})
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    refused(path, "pip install", "engine-dyn[parquet]")
+
+
+# --- the fast way of CSV and the careful one ----------------------------------------------------
+
+FIELDS = st.one_of(
+    st.floats(1e-3, 1e6).map(repr),
+    st.sampled_from(
+        ["", " 1.5 ", "1_000", "True", "true", "FALSE", "inf", "nan", "NA", "1e400", "0x10", "1d5",
+         "5.", ".5", "+1", "-1", "1,2", '"1.5"', '"1,5"', "#", "1 # x", "\t2", "1e", "٣", "1\xa0",
+         "1\x0b", "\x0c1", "1\r", "00012", "9" * 400, "1." + "0" * 400 + "1", "x\0y", '"'],
+    ),
+)  # fmt: skip
+
+
+def carefully(text: str) -> Any:
+    """Numbers of the columns by the careful reader alone, or its message."""
+    try:
+        found = find_header(text, "t")
+        assert found is not None
+        header, rest, line = found
+        rows, lines = parse_rows(rest, "t", line, header)
+        if not rows:
+            return "a header but no rows"
+        table = Table("t", header, rows, lines)
+        columns = {}
+        for key in header:
+            if key == "case":
+                columns[key] = [" ".join(text.split()) for text in table.texts(key)]
+                continue
+            columns[key] = table.numbers(key)
+            for value, number in zip(columns[key], lines, strict=True):
+                checks.check_range(value, f"t, line {number}: {key}", checks.PARAMETERS[key])
+        return columns
+    except SceneError as error:
+        return str(error)
+
+
+@given(
+    header=st.sampled_from(["inertia", "inertia,load_offset", "case,inertia", "inertia,case"]),
+    rows=st.lists(st.lists(FIELDS, min_size=1, max_size=2), min_size=1, max_size=4),
+    end=st.sampled_from(["\n", "\r\n", "\n\n", "\n  \n"]),
+)
+def test_both_ways_read_the_same(
+    tmp_path_factory: pytest.TempPathFactory, header: str, rows: list[list[str]], end: str
+) -> None:
+    text = header + end + end.join(",".join(row) for row in rows) + end
+    path = tmp_path_factory.mktemp("csv") / "t.csv"
+    path.write_bytes(text.encode())
+    expected = carefully(text)
+    try:
+        columns, labels = read_designs(path, "t")
+    except SceneError as error:
+        # Which of several faults is named first may differ: by column here, by line there.
+        assert isinstance(expected, str), f"{error} for {text!r}"
+    else:
+        found = {
+            **{k: v.tolist() for k, v in columns.items()},
+            **{k: list(v) for k, v in labels.items()},
+        }
+        assert found == expected, repr(text)
+
+
+def test_numbers_are_read_to_the_last_digit(tmp_path: Path) -> None:
+    random = np.random.default_rng(5)
+    values = np.exp(random.uniform(-600.0, 600.0, 20000))
+    texts = [repr(float(v)) for v in values]
+    texts += [f"{v:.25e}" for v in values[:5000]] + ["9007199254740993", "2.2250738585072011e-308"]
+    path = tmp_path / "table.csv"
+    path.write_text("inertia\n" + "\n".join(texts) + "\n")
+    columns, _ = read_designs(path, "table.csv")
+    np.testing.assert_array_equal(columns["inertia"], [float(t) for t in texts])
+
+
+# --- a million rows -----------------------------------------------------------------------------
+
+
+def test_rows_are_read_without_looking_at_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The careful way is not taken for a plain table, and attributes do not hold its values."""
+
+    def never(*_: object) -> None:
+        raise AssertionError("row by row")
+
+    values = np.linspace(1.0, 2.0, 50_000)
+    path = write(tmp_path / "table.csv", {"inertia": values, "speed": 1000.0 * values})
+    monkeypatch.setattr(design_table, "parse_rows", never)
+    scene = {
+        "engine": "ntua",
+        "designs": {"file": str(path)},
+        "output": {"quantities": ["mean_piston_speed"]},
+    }
+    result = sweeps.run(scene)
+    assert result["mean_piston_speed"].size == values.size
+    assert max(len(str(value)) for value in result.attrs.values()) < 2000
+    scene["designs"] = {"inertia": values.tolist(), "speed": 1000.0 * values}
+    listed = sweeps.run(scene)
+    np.testing.assert_array_equal(listed["mean_piston_speed"], result["mean_piston_speed"])
+    assert max(len(str(value)) for value in listed.attrs.values()) < 2000
+    assert json.loads(listed.attrs["scene"])["designs"]["inertia"].startswith("50000 values")
