@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from sweeps.errors import SceneError, one_line
+from sweeps.errors import SceneError, one_line, size_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,7 +127,7 @@ def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: b
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
         click.echo(f"computing {computed - began:.2f} s, writing {written - computed:.2f} s")
-        click.echo(f"{output} ({_size(output.stat().st_size)})")
+        click.echo(f"{output} ({size_text(output.stat().st_size)})")
     failed = {name: n for name, n in counts.items() if name in read.fail_on}
     if failed:
         listed = ", ".join(f"{name} {n}" for name, n in failed.items())
@@ -143,9 +143,10 @@ def plan(scene: str) -> None:
 
     read = read_scene(scene)
 
+    from sweeps.forecast import text
     from sweeps.plan import make_plan
 
-    click.echo(make_plan(read).text())
+    click.echo(text(make_plan(read)))
 
 
 @main.command()
@@ -312,16 +313,6 @@ def _slice(text: str) -> tuple[str, float | str]:
         return axis.strip(), float(value)
     except ValueError:
         return axis.strip(), value.strip()
-
-
-def _size(count: int) -> str:
-    """Bytes in decimal units."""
-    size = float(count)
-    for unit in ("B", "kB", "MB"):
-        if size < 1000.0:
-            return f"{size:.3g} {unit}"
-        size /= 1000.0
-    return f"{size:.3g} GB"
 
 
 # --- what is printed ----------------------------------------------------------------------------

@@ -1,11 +1,11 @@
-"""The one error that a person's input can raise, and helpers that word it."""
+"""The one error that a person's input can raise, and helpers that word messages."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["SceneError", "counted", "did_you_mean", "not_known", "one_line", "shown"]
+__all__ = ["SceneError", "counted", "did_you_mean", "not_known", "one_line", "shown", "size_text"]
 
 
 class SceneError(ValueError):
@@ -55,6 +55,15 @@ def not_known(name: str, known: Iterable[str], *, command: str = "", also: str =
 def counted(count: int, word: str) -> str:
     """Return "1 row", "2 rows"."""
     return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def size_text(count: float) -> str:
+    """Bytes in decimal units."""
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000.0:
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return f"{count:.3g} TB"
 
 
 def one_line(text: object, limit: int = 600) -> str:

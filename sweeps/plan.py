@@ -18,22 +18,15 @@ import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS, customary_order
 from engine_dyn.indicator import family_from_diagrams
-from engine_dyn.quantities import CONSTANTS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS, Node, select
-from sweeps.errors import SceneError
+from engine_dyn.quantities import CONSTANTS, PARAMETERS, SOLVER_COLUMNS, Node, select
+from sweeps.blocks import cut, passing_bytes
+from sweeps.errors import SceneError, size_text
 from sweeps.scene import DESIGN, Scene
 
 __all__ = ["CRANK_ANGLE", "CYLINDER", "Plan", "Stage", "Value", "make_plan"]
 
 CRANK_ANGLE = "crank_angle"
 CYLINDER = "cylinder"
-
-_MARCHED = 1e5
-"""Designs a second and core, for the estimate of time only: one cylinder, shared table."""
-_SLOW_METHODS = {"thesis": 1e2, "picard": 1e1, "newton": 2e3}
-_CURVE_POINTS = 2e7
-"""Points of curves a second, for the estimate of time only."""
-_START = 1.0
-"""Seconds to load what a run needs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +105,9 @@ class Plan:
 
     @property
     def memory_bytes(self) -> int:
-        """Arrays that exist at the same time at most: outputs and what they are made from."""
-        return sum(_bytes(s.node.name, s.size) for s in self.stages if s.node.kind != "stage")
+        """Arrays that exist at the same time at most: outputs, and what a block is made from."""
+        lengths = {d: self.sizes[d] for d in self.scene.dimensions} | cut(self)
+        return self.output_bytes + round(passing_bytes(self, lengths))
 
     def check_memory(self) -> None:
         """Refuse a scene larger than memory.
@@ -125,78 +119,24 @@ class Plan:
         """
         free = psutil.virtual_memory().available
         if self.memory_bytes > 0.9 * free:
+            need = size_text(self.memory_bytes)
             raise SceneError(
-                f"{self.name}: {self.designs} designs need {_size(self.memory_bytes)} of memory, "
-                f"{_size(free)} are free; ask for fewer points or fewer quantities "
+                f"{self.name}: {self.designs} designs need {need} of memory, "
+                f"{size_text(free)} are free; ask for fewer points or fewer quantities "
                 f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
             )
 
-    @property
-    def seconds(self) -> float:
-        """Estimated time on this machine, compiling aside; good to a factor of a few."""
-        cores = psutil.cpu_count() or 1
-        total = _START
-        for stage in self.stages:
-            if stage.node.kind == "stage":
-                rate = _MARCHED * cores
-                if stage.node.can_fail:
-                    rate = min([rate, *(_SLOW_METHODS[m] * cores for m in self.scene.methods
-                                        if m in _SLOW_METHODS)])  # fmt: skip
-                total += stage.size / rate
-            elif CRANK_ANGLE in stage.dims:
-                total += stage.size / _CURVE_POINTS
-        return total
-
-    def text(self) -> str:
-        """Describe the plan for people: stages with axes and sizes, what is skipped and why."""
-        scene = self.scene
-        axes = ", ".join(f"{d} ({self.sizes[d]})" for d in scene.dimensions) or "none"
-        asked = set(scene.quantities)
-        lines = [
-            f"{scene.title}: {self.designs} design{'' if self.designs == 1 else 's'} "
-            f"of engine {scene.engine.name}",
-            f"axes: {axes}",
-            "",
-            f"{'stage':<22}{'over':<44}{'numbers':>12}  kept",
-        ]
-        for stage in self.stages:
-            over = ", ".join(stage.dims) or "one value"
-            kept = "in the archive" if stage.node.name in self.outputs else ""
-            if stage.node.kind == "stage":
-                kept = "gives " + ", ".join(g for g in stage.node.gives if self._wants(g))
-            elif stage.node.name in self.outputs and stage.node.name not in asked:
-                kept = "in the archive (outcome)"
-            lines.append(f"{stage.node.name:<22}{over:<44}{stage.size:>12}  {kept}".rstrip())
-        skipped = [name for name in QUANTITIES if name not in {s.node.name for s in self.stages}]
-        lines += ["", "skipped, because nothing asked for it: " + ", ".join(skipped)]
-        for name in self.unused:
-            lines.append(f"axis {name}: nothing that is asked for depends on it")
-        lines += [
-            "",
-            f"archive about {_size(self.output_bytes)} uncompressed, "
-            f"memory about {_size(self.memory_bytes)}, "
-            f"time about {self.seconds:.1g} s (first run of this version: compiling besides)",
-        ]
-        return "\n".join(lines)
-
-    def _wants(self, name: str) -> bool:
+    def has(self, name: str) -> bool:
+        """Whether a stage of this name is computed."""
         return any(s.node.name == name for s in self.stages)
 
     def wanted(self, stage: Stage) -> tuple[str, ...]:
         """Results of a stage that the plan uses."""
-        return tuple(name for name in stage.node.gives if self._wants(name))
+        return tuple(name for name in stage.node.gives if self.has(name))
 
 
 def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
-
-
-def _size(count: float) -> str:
-    for unit in ("B", "kB", "MB", "GB"):
-        if count < 1000.0:
-            return f"{count:.3g} {unit}"
-        count /= 1000.0
-    return f"{count:.3g} TB"
 
 
 def make_plan(scene: Scene) -> Plan:

@@ -1,0 +1,208 @@
+"""What a plan would do, told before it is done: work counted, shared, skipped, and its time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import psutil
+
+from engine_dyn.quantities import QUANTITIES
+from sweeps.blocks import blocks, cut
+from sweeps.errors import counted, size_text
+from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, Stage
+from sweeps.scene import DESIGN
+
+__all__ = ["RATES", "seconds", "table_count", "text"]
+
+RATES = {
+    "start": 1.0,  # s, to load what a run needs
+    "tables": 2e4,  # tables of work
+    "no iteration": 1e6,  # designs, load exponent 0 or 2
+    "iteration": 2e5,  # designs, other exponents, closure cycle_time, method newton
+    "variable": 2e5,  # designs with variable inertia
+    "thesis": 1e2,  # designs
+    "picard": 1e1,  # designs
+    "torque": 1e6,  # designs, extremes of torque and work
+    "curves": 2e7,  # points
+    "bytes": 3e8,  # written
+}
+"""Work a second and core (curves and bytes: a second), for the estimate of time and for nothing
+else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
+
+TABLE_INPUTS = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "cylinders")
+"""What a table of work depends on; designs that agree in all of it share one."""
+
+STEPPING = ("thesis", "picard")
+
+WIDTH = 100
+
+
+def text(plan: Plan) -> str:
+    """Describe a plan for people: how often each stage is computed, what is skipped and why."""
+    scene = plan.scene
+    axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions) or "none"
+    lines = [
+        f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
+        f"axes: {axes}",
+        "",
+        f"{'stage':<22}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        *(_stage_line(plan, stage) for stage in plan.stages),
+    ]
+    for stage in plan.stages:
+        if stage.node.kind == "stage":
+            lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
+    lines += ["", *_skipped(plan)]
+    pieces = sum(1 for _ in blocks(plan, cut(plan)))
+    block = f" in {pieces} blocks" if pieces > 1 else ""
+    lines += [
+        "",
+        f"archive about {size_text(plan.output_bytes)} uncompressed, "
+        f"memory about {size_text(plan.memory_bytes)}{block}, "
+        f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
+    ]
+    return "\n".join(lines)
+
+
+def seconds(plan: Plan) -> float:
+    """Estimated time on this machine, compiling aside; good to a factor of a few."""
+    cores = psutil.cpu_count() or 1
+    total = RATES["start"] + plan.output_bytes / RATES["bytes"]
+    for stage in plan.stages:
+        if stage.node.kind == "stage":
+            total += table_count(plan, stage) / (RATES["tables"] * cores)
+            total += sum(n / (rate * cores) for n, rate in _solutions(plan, stage))
+        elif CRANK_ANGLE in stage.dims:
+            total += stage.size / RATES["curves"]
+    return total
+
+
+def table_count(plan: Plan, stage: Stage) -> int:
+    """Tables of work that a kernel needs: one for each combination of what they depend on."""
+    dims = {s.node.name: s.dims for s in plan.stages}
+    dims |= {name: value.dims for name, value in plan.leaves.items()}
+    along = {d for name in TABLE_INPUTS if name in stage.node.needs for d in dims[name]}
+    return math.prod(plan.sizes[d] for d in along)
+
+
+def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
+    """Numbers of designs that are solved alike, and their rate."""
+    if not stage.node.can_fail:
+        yield stage.size, RATES["torque"]
+        return
+    scene = plan.scene
+    exponents = np.asarray(plan.leaves["load_exponent"].data)
+    direct = float(np.mean((exponents == 0.0) | (exponents == 2.0)))
+    each = stage.size / (len(scene.methods) * len(scene.inertia_models))
+    for method in scene.methods:
+        for model in scene.inertia_models:
+            slowest = RATES["variable"] if model == "variable" else math.inf
+            if method in STEPPING:
+                yield each, RATES[method]
+                continue
+            share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
+            yield each * share, min(RATES["no iteration"], slowest)
+            yield each * (1.0 - share), min(RATES["iteration"], slowest)
+
+
+def _stage_line(plan: Plan, stage: Stage) -> str:
+    """One stage: on which axes, how often, how many designs share it, and where it goes."""
+    node = stage.node
+    times = math.prod(plan.sizes[d] for d in stage.axes)
+    curve = [f"{plan.sizes[d]} {d}s" for d in stage.dims if d in (CRANK_ANGLE, CYLINDER)]
+    kept = ""
+    if node.kind == "stage":
+        kept = "gives " + ", ".join(plan.wanted(stage))
+    elif node.name in plan.outputs:
+        asked = node.name in plan.scene.quantities
+        kept = "in the archive" + ("" if asked else " (outcome)")
+        if curve:
+            kept += ", each over " + " and ".join(curve).replace("_", " ")
+    over = ", ".join(stage.axes) or "one value"
+    if len(over) > 33:
+        over = f"{over[:30]}..."
+    shared = plan.designs // times
+    return f"{node.name:<22}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+
+
+def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
+    """How a kernel does its work: tables, part of the cycle, iteration, traces."""
+    speed = stage.node.can_fail
+    solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
+    repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
+    lines = []
+    if solved:
+        tables = table_count(plan, stage)
+        shared = stage.size // tables
+        # Designs of a list may agree by chance: what they share is not counted beforehand.
+        count = f"{'up to ' if DESIGN in stage.dims else ''}{counted(tables, 'table')}"
+        each = f", each shared by {shared}" if shared > 1 else ""
+        lines.append(f"  {count} of work for {counted(stage.size, 'design')}{each}")
+        lines.append(f"  {_part_of_cycle(plan)}")
+    if speed:
+        if solved:
+            lines += [f"  method {', '.join(solved)}: {how}" for how in _iteration(plan, solved)]
+        if repeated:
+            lines.append(f"  method {', '.join(repeated)}: whole cycles, repeated from a start")
+        traces = [name for name in ("omega", "angular_acceleration") if plan.has(name)]
+        kept = f"{', '.join(traces)}, {plan.sizes[CRANK_ANGLE]} angles each" if traces else "none"
+        lines.append(f"  traces over crank angle kept: {kept}")
+    return lines
+
+
+def _part_of_cycle(plan: Plan) -> str:
+    """Even firing repeats the torque Z times a cycle: one firing period is solved."""
+    cycle = round(math.degrees(plan.scene.engine.period))
+    parts = [
+        f"{cycle / z:.4g} ({counted(z, 'cylinder') if i == 0 else z})"
+        for i, z in enumerate(plan.leaves["firing_orders"].data)
+    ]
+    return f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}"
+
+
+def _iteration(plan: Plan, methods: list[str]) -> list[str]:
+    """What each load exponent costs."""
+    exponents = np.unique(plan.leaves["load_exponent"].data)
+    if methods == ["newton"]:
+        return ["iterates"]
+    if plan.scene.closure == "cycle_time":
+        return ["iterates: closure cycle_time solves for the load coefficient too"]
+    lines = []
+    if 2.0 in exponents:
+        lines.append("load exponent 2 in closed form, never iterates")
+    if 0.0 in exponents:
+        lines.append("load exponent 0 from moments of the table, never iterates")
+    others = [e for e in exponents if e not in (0.0, 2.0)]
+    if others:
+        which = ", ".join(f"{e:g}" for e in others[:4]) + (", ..." if len(others) > 4 else "")
+        lines.append(f"load exponent {which} iterates")
+    return lines
+
+
+def _skipped(plan: Plan) -> list[str]:
+    """What is not computed, and why."""
+    nothing = "nothing that is asked for needs"
+    lines = []
+    uses_pressure = any("family" in stage.node.needs for stage in plan.stages)
+    if not uses_pressure:
+        lines.append(f"skipped: cylinder pressure and gas work, {nothing} them")
+    if not plan.has("speed_solution"):
+        lines.append(f"skipped: the periodic speed, {nothing} it")
+    if not plan.has("torque_solution"):
+        lines.append(f"skipped: extremes of torque and work, {nothing} them")
+    names = [name for name in QUANTITIES if not plan.has(name)]
+    if names:
+        lines += _wrapped("skipped, because nothing asked for it: ", names)
+    lines += [f"axis {name}: nothing that is asked for depends on it" for name in plan.unused]
+    return lines
+
+
+def _wrapped(start: str, names: list[str]) -> list[str]:
+    lines = [start]
+    for i, name in enumerate(names):
+        word = name + (", " if i < len(names) - 1 else "")
+        if len(lines[-1]) + len(word) > WIDTH:
+            lines.append("  ")
+        lines[-1] += word
+    return [line.rstrip() for line in lines]
