@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import xarray as xr
 
 from engine_dyn import status
@@ -61,7 +62,10 @@ def label(
         along = scene.reference.dimensions if scene.reference else ()
         variables[f"{name}{PUBLISHED}"] = _variable(along, column, attributes)
     used = {str(d) for v in variables.values() for d in v.dims}
-    coordinates = {name: _variable(*item) for name, item in _coordinates(plan, used).items()}
+    coordinates = {
+        name: _variable(along, values, attributes, name)
+        for name, (along, values, attributes) in _coordinates(plan, used).items()
+    }
     dataset = xr.Dataset(variables, coords=coordinates)
     for variable in dataset.variables:
         if variable in dataset.coords or dataset[variable].dtype.kind != "f":
@@ -71,10 +75,12 @@ def label(
 
 
 def _variable(
-    dims: tuple[str, ...], data: npt.NDArray[Any], attributes: Mapping[str, Any]
+    dims: tuple[str, ...], data: npt.NDArray[Any], attributes: Mapping[str, Any], name: str = ""
 ) -> xr.Variable:
-    # `fastpath`: an array is taken as it is. Else xarray asks whether it is one of dask's, and
-    # imports dask to find out.
+    # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
+    # and imports dask, where it is installed, to find out.
+    if dims == (name,):
+        return xr.IndexVariable(dims, pd.Index(data), attributes, fastpath=True)
     return xr.Variable(dims, np.asarray(data), attributes, fastpath=True)
 
 

@@ -19,7 +19,7 @@ __all__ = ["RATES", "seconds", "table_count", "text"]
 RATES = {
     "start": 1.0,  # s, to load what a run needs
     "tables": 2e4,  # tables of work
-    "no iteration": 1e6,  # designs, load exponent 0 or 2
+    "no iteration": 1e6,  # designs, load exponents in DIRECT
     "iteration": 2e5,  # designs, other exponents, closure cycle_time, method newton
     "variable": 2e5,  # designs with variable inertia
     "thesis": 1e2,  # designs
@@ -33,6 +33,9 @@ else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024
 
 TABLE_INPUTS = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "cylinders")
 """What a table of work depends on; designs that agree in all of it share one."""
+
+DIRECT = {2.0: "in closed form, never iterates"}
+"""Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
 STEPPING = ("thesis", "picard")
 
@@ -93,7 +96,7 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         return
     scene = plan.scene
     exponents = np.asarray(plan.leaves["load_exponent"].data)
-    direct = float(np.mean((exponents == 0.0) | (exponents == 2.0)))
+    direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
@@ -163,20 +166,20 @@ def _part_of_cycle(plan: Plan) -> str:
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:
     """What each load exponent costs."""
-    exponents = np.unique(plan.leaves["load_exponent"].data)
     if methods == ["newton"]:
         return ["iterates"]
     if plan.scene.closure == "cycle_time":
         return ["iterates: closure cycle_time solves for the load coefficient too"]
-    lines = []
-    if 2.0 in exponents:
-        lines.append("load exponent 2 in closed form, never iterates")
-    if 0.0 in exponents:
-        lines.append("load exponent 0 from moments of the table, never iterates")
-    others = [e for e in exponents if e not in (0.0, 2.0)]
+    if plan.scene.inertia_models == ("variable",):
+        return ["iterates: variable inertia"]
+    exponents = np.unique(plan.leaves["load_exponent"].data)
+    lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
+    others = [e for e in exponents if e not in DIRECT]
     if others:
         which = ", ".join(f"{e:g}" for e in others[:4]) + (", ..." if len(others) > 4 else "")
         lines.append(f"load exponent {which} iterates")
+    if "variable" in plan.scene.inertia_models:
+        lines.append("variable inertia iterates")
     return lines
 
 

@@ -1,0 +1,93 @@
+"""Blocks: the same numbers, bit for bit, however a plan is cut."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sweeps import blocks
+from sweeps.plan import Plan, make_plan
+from sweeps.runner import compute
+from sweeps.scene import read_scene
+
+CURVES = ["torque", "load_torque", "torque_after_throw"]
+
+SCENES: dict[str, dict[str, Any]] = {
+    "a product": {
+        "axes": {
+            "inertia": [1.0, 2.0, 4.0],
+            "crank_ratio": [0.2, 0.25, 0.3],
+            "speed": [900, 1100, 1300, 1500, 1700],
+        },
+        "output": {"quantities": ["delta", "torque_max", "bmep", "position"]},
+    },
+    "designs beside an axis": {
+        "designs": {
+            "stroke": np.linspace(0.15, 0.2, 17).tolist(),
+            "speed": np.linspace(900, 2000, 17).tolist(),
+            "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 8, 8],
+        },
+        "axes": {"load": [0, 30, 60]},
+        "output": {"quantities": ["delta", "omega_mean", "imep"]},
+    },
+    "curves, and throws that a block lacks": {
+        "axes": {"cylinders": [1, 2, 4], "speed": [1000, 1200]},
+        "output": {"quantities": ["delta", *CURVES], "angle_step": 10.0},
+    },
+    "words": {
+        "axes": {"inertia": [2.0, 3.0, 4.0]},
+        "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
+        "output": {"quantities": ["delta", "load_torque_nominal"]},
+    },
+    "one design": {"output": {"quantities": ["delta", "fmep"]}},
+}
+
+
+def plan_of(name: str) -> Plan:
+    return make_plan(read_scene({"engine": "ntua", **SCENES[name]}))
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("limit", [0.0, 3e3, 3e4])
+def test_blocks_change_nothing(name: str, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_of(name)
+    assert blocks.cut(plan) == {}
+    whole = compute(plan)
+    monkeypatch.setattr(blocks, "LIMIT", limit)
+    if limit == 0.0:
+        assert all(length == 1 for length in blocks.cut(plan).values())
+    cut = compute(plan)
+    assert list(cut) == list(whole)
+    for quantity, array in whole.items():
+        assert cut[quantity].dtype == array.dtype
+        np.testing.assert_array_equal(cut[quantity], array)
+
+
+def test_blocks_cover_every_design_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blocks, "LIMIT", 3e3)
+    plan = plan_of("a product")
+    seen = np.zeros([plan.sizes[d] for d in plan.scene.dimensions])
+    lengths = blocks.cut(plan)
+    for block in blocks.blocks(plan, lengths):
+        seen[blocks.along(plan.scene.dimensions, block)] += 1
+        assert all(part.stop - part.start <= lengths[d] for d, part in block.items())
+    assert (seen == 1).all()
+
+
+def test_the_axes_of_tables_are_cut_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So no table of work is made twice."""
+    plan = plan_of("a product")
+    monkeypatch.setattr(blocks, "LIMIT", 0.5 * blocks.passing_bytes(plan, plan.sizes))
+    assert set(blocks.cut(plan)) == {"crank_ratio"}
+
+
+def test_a_block_of_a_large_table_fits() -> None:
+    columns = {key: np.linspace(0.1, 0.2, 1_000_000) for key in ("stroke", "bore", "crank_ratio")}
+    scene = {"engine": "ntua", "designs": columns, "output": {"quantities": ["delta"]}}
+    plan = make_plan(read_scene(scene))
+    lengths = blocks.cut(plan)
+    assert 10_000 < lengths["design"] < 500_000
+    assert blocks.passing_bytes(plan, lengths) <= blocks.LIMIT
+    assert plan.memory_bytes <= plan.output_bytes + blocks.LIMIT

@@ -1,0 +1,95 @@
+"""Peak memory: outputs, and what does not grow with the number of designs.
+
+Measured as the high-water mark of a process of its own, above that of a run of one design, so that
+a single further array of the size of an output shows. The kernel is replaced by one that only
+allocates its outputs: this is about what is around it.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+DESIGNS = 8_000_000
+"""64 MB for each output."""
+
+ALLOWED = 56e6
+"""Bytes beyond outputs: less than one array, more than blocks and buffers take."""
+
+PROGRAM = r"""
+import json, re, sys
+from pathlib import Path
+import numpy as np
+import sweeps, sweeps.archive, sweeps.cli
+from engine_dyn.speed import sweep
+
+def solve(*, wanted, family, method, inertia_model, closure, tolerance, cylinders, crank_angle,
+          threads, progress, **inputs):
+    shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), np.shape(cylinders))
+    found = {name: np.full(shape, 0.5) for name in wanted if name != "status"}
+    return {**found, "status": np.zeros(shape, np.int8)}
+
+sweep.solve = solve
+
+def peak():
+    text = Path("/proc/self/status").read_text()
+    return 1024 * int(re.search(r"VmHWM:\s*(\d+) kB", text).group(1))
+
+def run(scene):
+    dataset = sweeps.run(scene)
+    sweeps.archive.write(dataset, "out.nc", overwrite=True)
+    sweeps.cli._outcomes(dataset)
+    return sum(variable.nbytes for variable in dataset.variables.values())
+
+small, large = json.loads(sys.argv[1])
+run(small)
+Path("/proc/self/clear_refs").write_text("5")  # the mark starts again from what is held now
+before = peak()
+outputs = run(large)
+print(json.dumps([peak() - before, outputs]))
+"""
+
+
+def scene(quantities: list[str], axes: dict[str, tuple[float, float]], designs: int) -> object:
+    """A product of two axes."""
+    numbers = (max(designs // 1000, 2), 1000 if designs > 4 else 2)
+    ranges = {
+        key: {"start": low, "stop": high, "num": number}
+        for (key, (low, high)), number in zip(axes.items(), numbers, strict=True)
+    }
+    return {"engine": "ntua", "axes": ranges, "output": {"quantities": quantities}}
+
+
+@pytest.mark.skipif(not RESET.exists(), reason="needs Linux's /proc")
+@pytest.mark.parametrize(
+    ("quantities", "axes"),
+    [
+        (["mean_piston_speed"], {"stroke": (0.1, 0.2), "speed": (900, 2000)}),
+        # Other units than SI's, and what it is made from nobody asked for.
+        (["fmep"], {"stroke": (0.1, 0.2), "speed": (900, 2000)}),
+        # Outputs of a kernel on all axes, which needs nothing else on all of them.
+        (["delta", "omega_max"], {"inertia": (1, 12), "speed": (900, 2000)}),
+        # A kernel that needs friction and mean torque for each design.
+        (["delta", "omega_max"], {"stroke": (0.1, 0.2), "speed": (900, 2000)}),
+    ],
+)
+def test_no_second_array_of_the_size_of_an_output(
+    quantities: list[str], axes: dict[str, tuple[float, float]], tmp_path: Path
+) -> None:
+    scenes = json.dumps([scene(quantities, axes, count) for count in (4, DESIGNS)])
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, scenes],
+        cwd=tmp_path, capture_output=True, text=True, env={"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    peak, outputs = json.loads(done.stdout)
+    assert outputs > 8 * DESIGNS
+    assert peak - outputs < ALLOWED
+    (tmp_path / "out.nc").unlink()
