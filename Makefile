@@ -11,11 +11,12 @@ python := $(VENV)/bin/python
 pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
 	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
 checked := $(wildcard engine_dyn sweeps tests tools benchmarks)
-typed := $(wildcard engine_dyn sweeps tools)
+typed := $(wildcard engine_dyn sweeps tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint types validation calibrate wheel clean distclean
+.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels wheel \
+	clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -24,6 +25,8 @@ help:
 	@echo "make lint types  ruff, mypy"
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engine ntua again"
+	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
+	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 
@@ -51,6 +54,13 @@ validation: $(VENV)/.installed-test
 
 calibrate: $(VENV)/.installed-test
 	$(python) tools/calibrate_ntua.py
+
+# Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
+bench: $(VENV)/.installed-bench
+	$(python) -m benchmarks $(BENCH)
+
+bench-kernels: $(VENV)/.installed-bench
+	$(python) -m pytest benchmarks/test_kernels.py
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed
@@ -96,4 +106,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-lint: $(VENV)/.installed-test
 	@echo "installing what the checks need"
 	@$(pip_install) --editable '.[test,lint]'
+	@touch $@
+
+# numbalsoda is built where there is a Fortran compiler, and left out elsewhere.
+$(VENV)/.installed-bench: $(VENV)/.installed-test
+	@echo "installing what the benchmarks compare with"
+	@$(pip_install) --editable '.[bench]'
+	@$(pip_install) numbalsoda >/dev/null 2>&1 || echo "numbalsoda does not build here: left out"
 	@touch $@

@@ -20,6 +20,7 @@ from sweeps.engine_file import load_engine
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 VALIDATION = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+DOCUMENTS = {p.name: p.read_text("utf-8") for p in sorted((ROOT / "docs").glob("*.md"))}
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
@@ -107,9 +108,12 @@ def test_readme_commands_exist() -> None:
         assert name in known, line
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/validation.md"])
-def test_links_lead_to_files(document: str) -> None:
-    path = ROOT / document
+@pytest.mark.parametrize(
+    "path",
+    [ROOT / "README.md", *(ROOT / "docs" / name for name in DOCUMENTS)],
+    ids=lambda p: p.name,
+)
+def test_links_lead_to_files(path: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)\)", path.read_text(encoding="utf-8"))
     assert links
     for link in links:
@@ -120,11 +124,11 @@ def test_figures_are_small_and_used() -> None:
     for figure in (ROOT / "docs" / "figures").iterdir():
         assert figure.suffix == ".png"
         assert figure.stat().st_size < 300_000
-        assert f"figures/{figure.name}" in README + VALIDATION
+        assert f"figures/{figure.name}" in README + "".join(DOCUMENTS.values())
 
 
 def test_no_path_of_a_machine() -> None:
-    for text in (README, VALIDATION):
+    for text in (README, *DOCUMENTS.values()):
         assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
 
 

@@ -1,0 +1,1 @@
+"""Run time against error, throughput, memory and start-up: `python -m benchmarks`."""

@@ -1,0 +1,568 @@
+"""What was measured, as docs/benchmarks.md and its figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
+
+from benchmarks.measure import (
+    BigRun,
+    Latencies,
+    Memory,
+    Result,
+    SceneResult,
+    Timing,
+    Traces,
+)
+from benchmarks.own import OPERATIONS
+from sweeps.drawing.sheet import STYLE
+
+OWN = ("auto", "newton", "closed", "picard", "thesis")
+AIM = 1e-6  # relative error of delta that the ratios are at
+LOOP, SHARING = "Numba loop", "Numba loop, shared tables"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One run of the benchmark."""
+
+    date: str
+    processor: str
+    lanes: str
+    threads: int
+    quick: bool
+    versions: list[tuple[str, str]]
+    absent: list[str]
+    agreement: float
+    agreed: int
+    table: list[Result]
+    table_alone: Timing
+    scenes: list[SceneResult]
+    numbers: dict[str, list[Timing]]
+    by_threads: dict[str, list[tuple[int, Timing]]]
+    by_cylinders: list[tuple[int, Timing]]
+    traces: Traces
+    flops: float
+    flops_one: float
+    writing: float
+    latencies: Latencies
+    memory: list[Memory]
+    big: BigRun
+    took: float
+
+
+# Comparisons --------------------------------------------------------------------------------------
+
+
+def seconds_at(results: Sequence[Result], error: float) -> float:
+    """Seconds a design that a solver needs for a worst error of at most `error`; NaN if it cannot.
+
+    Of its settings the quickest that is as good; between two of them the time is interpolated in
+    the logarithms, as if its steps could be chosen freely.
+    """
+    points = [
+        (r.errors.worst, 1.0 / r.timing.rate) for r in results
+        if r.errors.unanswered == 0.0 and r.errors.worst > 0.0
+    ]  # fmt: skip
+    good = [p for p in points if p[0] <= error]
+    if not good:
+        return math.nan
+    best = min(t for _, t in good)
+    for e1, t1 in good:
+        for e2, t2 in points:
+            if e2 > error:
+                share = math.log(error / e1) / math.log(e2 / e1)
+                best = min(best, math.exp(math.log(t1) + share * math.log(t2 / t1)))
+    return best
+
+
+def of_series(results: Sequence[Result], series: str) -> list[Result]:
+    """Results of one solver."""
+    return [r for r in results if r.case.series == series]
+
+
+def series_of(results: Sequence[Result]) -> list[str]:
+    """Solvers, in order."""
+    return list(dict.fromkeys(r.case.series for r in results))
+
+
+def default_of(results: Sequence[Result]) -> Result:
+    """Method auto as it is unless told otherwise."""
+    return next(r for r in results if r.case.setting == "tolerance 1e-06")
+
+
+def loop_ratio(ours: Result, peers: Sequence[Result], series: str, error: float) -> float:
+    """How many times as many designs a second as the loop with an error of at most `error`.
+
+    NaN if no step count of the loop reaches it.
+    """
+    return seconds_at(of_series(peers, series), error) * ours.timing.rate
+
+
+# Words --------------------------------------------------------------------------------------------
+
+
+def number(value: float, digits: int = 2) -> str:
+    """A count or rate with two digits and thousands marked."""
+    if not math.isfinite(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 10.0 else f"{rounded:g}"
+
+
+def small(value: float) -> str:
+    """An error."""
+    return "-" if not math.isfinite(value) else f"{value:.1e}"
+
+
+def span(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    if not math.isfinite(seconds):
+        return "-"
+    for unit, factor in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)):
+        if seconds * factor >= 1.0:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds * 1e9:.3g} ns"
+
+
+def rows(head: Sequence[str], body: Sequence[Sequence[str]]) -> list[str]:
+    """A table in Markdown, numbers to the right."""
+    marks = ["---"] + ["---:"] * (len(head) - 1)
+    return ["| " + " | ".join(line) + " |" for line in (head, marks, *body)]
+
+
+def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
+    """What is aimed at: words, aim, measured, reached."""
+    plain = [s for s in m.scenes if not s.scene.variable and s.scene.exponent in (0.0, 1.0, 2.0)]
+    variable = [s for s in m.scenes if s.scene.variable]
+    real = [s for s in m.scenes if not s.scene.variable and s.scene.exponent not in (0.0, 1.0, 2.0)]
+    found: list[tuple[str, str, str, bool]] = []
+
+    def rate(words: str, aim: float, timings: list[Timing]) -> None:
+        if timings:
+            least = min(t.rate for t in timings)
+            found.append((words, f"{number(aim)} designs/s", number(least), least >= aim))
+
+    def under(words: str, aim: float, value: float) -> None:
+        if math.isfinite(value):
+            found.append((words, f"below {span(aim)}", span(value), value < aim))
+
+    rate("factorial scenes, constant inertia, alpha 0, 1, 2 (slowest)", 1e7,
+         [s.ours[0].timing for s in plain])  # fmt: skip
+    rate("factorial scenes, variable inertia (slowest)", 3e6, [s.ours[0].timing for s in variable])
+    rate("factorial scenes, any real alpha (slowest)", 1e6, [s.ours[0].timing for s in real])
+    rate("table of designs that share nothing", 1e6, [default_of(m.table).timing])
+    worst = max(default_of(m.table).errors.worst, *(s.ours[0].errors.worst for s in m.scenes))
+    found.append(("largest error of delta in all of these", small(AIM), small(worst), worst <= AIM))
+    for words, aim, scenes in (("factorial scenes", 100.0, plain), ("table", 10.0, [])):
+        ratios = [
+            loop_ratio(s.ours[0], s.peers, LOOP, max(s.ours[0].errors.worst, 1e-10)) for s in scenes
+        ]
+        if words == "table":
+            ours = default_of(m.table)
+            ratios = [loop_ratio(ours, m.table, LOOP, max(ours.errors.worst, 1e-10))]
+        finite = [r for r in ratios if math.isfinite(r)]
+        least = min(finite, default=math.nan)
+        found.append((
+            f"times the Numba loop's rate at equal error, {words} (least)", number(aim),
+            number(least), least >= aim,
+        ))  # fmt: skip
+    ratio = m.traces.solving / m.traces.fresh
+    found.append((
+        "traces: time over that of NumPy writing the array", "2", f"{ratio:.2g}", ratio <= 2.0
+    ))  # fmt: skip
+    under("`engine_dyn.periodic_speed`, one design, warm", 1e-3, m.latencies.periodic_speed)
+    under("`sweeps.run(dict)`, one design, warm", 20e-3, m.latencies.run)
+    under("`engine-dyn run`, one design, cache warm", 2.5, m.latencies.command)
+    under("`engine-dyn run`, one design, first ever", 20.0, m.latencies.first_command)
+    under("`import engine_dyn` after Numba", 0.3, m.latencies.import_own)
+    for each in m.memory:
+        found.append((
+            f"memory beyond the results, `{each.what}`, {number(each.designs)} designs",
+            "150 MB", f"{each.overhead / 1e6:.0f} MB", each.overhead <= 150_000_000,
+        ))  # fmt: skip
+    return found
+
+
+def text(m: Measured) -> str:
+    """The document."""
+    lines = [
+        "# Benchmarks",
+        "",
+        "Written by `make bench`; do not edit. Run time against error of the methods of this "
+        "project and of what one would use instead, on the same designs, in one run.",
+        "",
+        f"Machine: {m.processor}, {m.threads} threads, {m.lanes}. Date: {m.date}. "
+        + ", ".join(f"{name} {number}" for name, number in m.versions) + ".",
+        "",
+    ]  # fmt: skip
+    if m.quick:
+        lines += ["**A quick run: few designs and few settings, to see that it works.**", ""]
+    lines += [
+        "How it was done. Times are wall-clock medians of warm runs (at least 5; 3 of peers that "
+        "take long, 1 of Euler in Python), solvers taking turns, all threads in use; compiling is "
+        "stated apart. Every solver gets as many designs as keep it busy for a while, always the "
+        "first of one list. Tabulating the torque and its mean is part of each design's work, "
+        "here and there. Errors are relative errors of delta = (omega_max - omega_min)/omega_mean "
+        "against a Fourier method that shares no line with the kernels "
+        f"(`benchmarks/problem.py`); it differs by {small(m.agreement)} at most from the adaptive "
+        f"integration of `tests/oracle` on {m.agreed} designs. The pressure diagram is one closed "
+        "form; this project gets it as points every half degree, which leaves an error of some "
+        "1e-10 to 1e-9 that finer nodes cannot remove.",
+        "",
+        *ratios_section(m), *targets_section(m), *table_section(m), *scenes_section(m),
+        *scaling_section(m), *rest_section(m),
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def ratios_section(m: Measured) -> list[str]:
+    """Ratios first."""
+    ours = default_of(m.table)
+    body = []
+    for series in series_of(m.table):
+        if series in OWN or series == SHARING:
+            continue
+        seconds = seconds_at(of_series(m.table, series), AIM)
+        best = min(of_series(m.table, series), key=lambda r: r.errors.worst)
+        note = (
+            number(seconds * ours.timing.rate) if math.isfinite(seconds)
+            else f"not reached (best {small(best.errors.worst)}, then "
+            f"{number(ours.timing.rate / best.timing.rate)})"
+        )  # fmt: skip
+        body.append([series, note])
+    lines = [
+        "## Ratios",
+        "",
+        f"How many times as many designs a second `auto` (default tolerance, worst error "
+        f"{small(ours.errors.worst)}) solves as each peer does at a worst error of {AIM:g}, in "
+        "the table of designs that share nothing (exponents 0, 1, 1.6 and 2 mixed). Between two "
+        "settings of a peer its time is interpolated.",
+        "",
+        *rows(["peer", "times faster"], body),
+        "",
+        "The same against the hand-written Numba loop in factorial scenes, where a clever loop "
+        "may keep the tables of the torque from design to design (shared tables). At equal error "
+        "means at the worst error that `auto` has there; a dash: the loop does not get there with "
+        "2880 steps.",
+        "",
+    ]
+    body = []
+    for one in m.scenes:
+        auto = one.ours[0]
+        equal = max(auto.errors.worst, 1e-10)
+        body.append([
+            one.name,
+            *(number(loop_ratio(auto, one.peers, series, error))
+              for series in (LOOP, SHARING) for error in (equal, AIM)),
+        ])  # fmt: skip
+    equal = max(ours.errors.worst, 1e-10)
+    body.append([
+        "table",
+        *(number(loop_ratio(ours, m.table, LOOP, error)) for error in (equal, AIM)), "-", "-",
+    ])  # fmt: skip
+    head = ["designs", "at equal error", "at 1e-6", "shared tables, equal error", "shared, at 1e-6"]
+    return [
+        *lines, *rows(head, body), "",
+        "![Time for a design against the error](figures/bench_work_precision.png)", "",
+        "*Worst relative error of delta against time for a design, all threads. Left: table of "
+        "designs that share nothing. Right: a factorial scene, alpha 2, one cylinder. Methods "
+        "that left designs unsolved are drawn hollow.*", "",
+    ]  # fmt: skip
+
+
+def targets_section(m: Measured) -> list[str]:
+    """Reached or not."""
+    body = [[w, aim, got, "reached" if ok else "**not reached**"] for w, aim, got, ok in targets(m)]
+    return ["## Aims", "", *rows(["what", "aim", "measured", ""], body), ""]
+
+
+def result_row(r: Result, ours: Result) -> list[str]:
+    """One line of a table of results."""
+    missing = "" if r.errors.unanswered == 0.0 else f"{100 * r.errors.unanswered:.0f} %"
+    first = r.first - 8.0 / r.timing.rate
+    return [
+        f"{r.case.series}, {r.case.setting}", number(r.timing.rate),
+        f"{r.timing.rate / ours.timing.rate:.2g}", small(r.errors.median), small(r.errors.most),
+        small(r.errors.worst), missing, "-" if not first > 0.05 else span(first),
+        f"{number(r.timing.count)} x {len(r.timing.seconds)}", f"{r.timing.spread:.1f}",
+    ]  # fmt: skip
+
+
+HEAD = ["method", "designs/s", "of auto", "median error", "99 %", "worst", "no answer",
+        "first call", "designs x runs", "spread"]  # fmt: skip
+
+
+def table_section(m: Measured) -> list[str]:
+    """All methods and peers on independent designs."""
+    ours = default_of(m.table)
+    body = [result_row(r, ours) for r in m.table]
+    checked = max(r.errors.checked for r in m.table)
+    return [
+        "## Designs that share nothing",
+        "",
+        "Each with its own crank ratio (0.2 to 0.33), reciprocating mass, speed, inertia and "
+        f"friction, one cylinder, load exponents 0, 1, 1.6, 2 in turn. Errors over the first "
+        f"{number(checked)} designs at most, or as many as were solved. First call: what it takes "
+        "beyond its work, compiling mostly, in this order in one process, so that a later setting "
+        "finds compiled what an earlier one left. Spread: slowest over fastest run.",
+        "",
+        *rows(HEAD, body),
+        "",
+        f"`sweep.solve` alone, given the mean torque of each design: "
+        f"{number(m.table_alone.rate)} designs/s. "
+        "`closed` solves the exponents 0 and 2 only and is timed on these. `picard` and `thesis` "
+        "repeat cycles until one closes. Explicit Euler (`thesis`, Euler in Python) is timed on "
+        "the exponents above 0: at 0 its drift never ends. Euler in Python is stopped after 3,000 "
+        "cycles, and its share without an answer counts these.",
+        "",
+    ]
+
+
+def scenes_section(m: Measured) -> list[str]:
+    """Factorial scenes."""
+    lines = [
+        "## Factorial scenes",
+        "",
+        "Inertia x speed x reciprocating mass at one crank ratio, scalar output. The loop is "
+        "shown at the fewest steps whose worst error is within 1e-6.",
+        "",
+    ]
+    body = []
+    for one in m.scenes:
+        auto = one.ours[0]
+        row = [
+            one.name,
+            number(auto.timing.rate),
+            number(auto.timing.count),
+            small(auto.errors.median),
+            small(auto.errors.worst),
+            f"{auto.timing.spread:.1f}",
+        ]
+        for series in (LOOP, SHARING):
+            good = [r for r in of_series(one.peers, series) if r.errors.worst <= AIM]
+            best = max(good, key=lambda r: r.timing.rate, default=None)
+            row.append(f"{number(best.timing.rate)} ({best.case.setting})" if best else "-")
+        body.append(row)
+    head = ["scene", "auto, designs/s", "designs", "median error", "worst", "spread",
+            "Numba loop, designs/s", "shared tables, designs/s"]  # fmt: skip
+    lines += [*rows(head, body), ""]
+    first = next((s for s in m.scenes if len(series_of(s.peers)) > 2), None)
+    if first:
+        lines += [f"All that was measured of \"{first.name}\":", "",
+                  *rows(HEAD, [result_row(r, first.ours[0]) for r in [*first.ours, *first.peers]]),
+                  ""]  # fmt: skip
+    return lines
+
+
+def scaling_section(m: Measured) -> list[str]:
+    """Number of designs, threads, cylinders, the machine's limits."""
+    lines = [
+        "## Number of designs, threads, cylinders",
+        "",
+        "![Throughput against the number of designs](figures/bench_throughput.png)",
+        "",
+        "*Designs a second against the number of designs in a call of `sweep.solve`.*",
+        "",
+    ]
+    sizes = sorted({t.count for timings in m.numbers.values() for t in timings})
+    body = []
+    for size in sizes:
+        row = [number(size, 3)]
+        for timings in m.numbers.values():
+            here = [t for t in timings if t.count == size]
+            row.append(f"{number(here[0].rate)} ({span(here[0].median)})" if here else "-")
+        body.append(row)
+    lines += [*rows(["designs", *(f"{name}, designs/s" for name in m.numbers)], body), ""]
+    counts = [count for count, _ in next(iter(m.by_threads.values()))]
+    body = [
+        [name, *(number(t.rate) for _, t in found), f"{found[-1][1].rate / found[0][1].rate:.2f}"]
+        for name, found in m.by_threads.items()
+    ]
+    lines += [
+        *rows(["", *(f"{n} thread{'s'[: n > 1]}, designs/s" for n in counts), "ratio"], body), "",
+        *rows(["cylinders (alpha 2, factorial)", "designs/s"],
+              [[str(z), number(t.rate)] for z, t in m.by_cylinders]), "",
+    ]  # fmt: skip
+    return lines + limits_section(m)
+
+
+def limits_section(m: Measured) -> list[str]:
+    """What the machine could do."""
+    body = []
+    found = {s.name: s.ours[0].timing for s in m.scenes}
+    found["table"] = default_of(m.table).timing
+    for name, timing in found.items():
+        counted = OPERATIONS.get(name)
+        slots = m.flops / timing.rate
+        body.append([
+            name, number(timing.rate), number(slots),
+            number(counted.flops) if counted else "not counted",
+            f"{100.0 * counted.flops / slots:.0f} %" if counted else "-",
+            counted.note if counted else "",
+        ])  # fmt: skip
+    return [
+        "## The machine's limit",
+        "",
+        f"Measured in this run: {m.flops / 1e9:.0f} Gflop/s with {m.threads} threads "
+        f"({m.flops_one / 1e9:.0f} with one) in a loop of fused multiplications and additions in "
+        f"registers, compiled by Numba; {m.writing / 1e9:.1f} GB/s written by NumPy. Room: "
+        "operations that the machine could do at that peak in the time of one design. Counted: "
+        "additions and multiplications of the kernel (`benchmarks/own.py`), divisions and roots "
+        "as one each.",
+        "",
+        *rows(["designs", "designs/s", "room", "counted", "of the peak", ""], body),
+        "",
+    ]
+
+
+def rest_section(m: Measured) -> list[str]:
+    """Traces, one design, memory, a big run, what is missing."""
+    t, one = m.traces, m.latencies
+    lines = [
+        "## Traces",
+        "",
+        f"Omega at {t.angles} angles of {number(t.designs, 3)} designs, {t.size / 1e6:.0f} MB: "
+        f"{span(t.solving)}, {t.size / t.solving / 1e9:.2g} GB/s. NumPy writes a new array of that "
+        f"size in {span(t.fresh)} ({t.solving / t.fresh:.2g} times faster), and one that is in use "
+        f"in {span(t.again)}.",
+        "",
+        "## One design, start-up, compiling",
+        "",
+        *rows(["", "time"], [
+            ["`engine_dyn.periodic_speed`, warm", span(one.periodic_speed)],
+            ["`sweeps.run(dict)`, warm", span(one.run)],
+            ["`engine-dyn run`, one design, new process, cache warm", span(one.command)],
+            ["`engine-dyn run`, one design, first ever (compiles)", span(one.first_command)],
+            ["compiling, the difference", span(max(one.first_command - one.command, 0.0))],
+            ["`import numba`", span(one.import_numba)],
+            ["`import engine_dyn` after it", span(one.import_own)],
+        ]),
+        "",
+        "## Memory and a large run",
+        "",
+        "Peak resident memory that a run adds to a process which has solved one design:",
+        "",
+        *rows(["", "designs", "added", "results", "beyond the results"], [
+            [f"`{e.what}`", number(e.designs, 3), f"{e.added / 1e6:.0f} MB",
+             f"{e.results / 1e6:.0f} MB", f"{e.overhead / 1e6:.0f} MB"] for e in m.memory
+        ]),
+        "",
+        f"`engine-dyn run`, {number(m.big.designs, 3)} designs (engine `ntua`, inertia x speed x "
+        f"reciprocating mass; delta, omega_max, omega_min, omega_mean): {span(m.big.command)} for "
+        f"the command, {span(m.big.computing)} of it computing (`sweeps.run` in this process), the "
+        f"rest starting and writing a file of {m.big.size / 1e6:.0f} MB.",
+        "",
+    ]  # fmt: skip
+    if m.absent:
+        lines += ["## Left out", "", *(f"- {line}" for line in m.absent), ""]
+    return [*lines, f"The whole benchmark took {m.took / 60.0:.0f} minutes."]
+
+
+# Figures ------------------------------------------------------------------------------------------
+
+# Own methods in strong colours and filled, peers in muted ones; colours of Okabe and Ito.
+LOOKS: dict[str, tuple[str, str]] = {
+    "auto": ("#D55E00", "o"),
+    "newton": ("#CC79A7", "s"),
+    "closed": ("#E69F00", "D"),
+    "picard": ("#882255", "^"),
+    "thesis": ("#661100", "v"),
+    LOOP: ("#0072B2", "P"),
+    SHARING: ("#56B4E9", "P"),
+    "NumPy steps": ("#009E73", "X"),
+    "JAX scan": ("#117733", "h"),
+    "Diffrax": ("#44AA99", "*"),
+    "heyoka": ("#332288", "<"),
+    "numbalsoda": ("#999933", ">"),
+    "SciPy solve_ivp": ("#555555", "d"),
+    "SciPy solve_bvp": ("#999999", "p"),
+    "Euler in Python": ("#000000", "x"),
+}
+
+
+def work_precision(m: Measured) -> Figure:
+    """Time for a design against error."""
+    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    wide = [s for s in m.scenes if len(series_of(s.peers)) > 2] or m.scenes
+    panels = [("a  Designs that share nothing", m.table)]
+    if wide:
+        load = wide[0].scene.exponent
+        panels.append(
+            (f"b  Factorial scene, α = {load:g}, one cylinder", [*wide[0].ours, *wide[0].peers])
+        )
+    drawn: dict[str, Any] = {}
+    for ax, (title, results) in zip(axes, panels, strict=False):
+        for series in series_of(results):
+            if series == SHARING and results is m.table:
+                continue  # nothing is shared there
+            points = sorted(
+                (r.errors.worst, 1e6 / r.timing.rate, r.errors.unanswered)
+                for r in of_series(results, series) if math.isfinite(r.errors.worst)
+            )  # fmt: skip
+            if not points:
+                continue
+            colour, marker = LOOKS[series]
+            own = series in OWN
+            error, time, missing = (np.array(column) for column in zip(*points, strict=True))
+            hollow = bool(missing.max() > 0.0) and marker != "x"
+            (drawn[series],) = ax.plot(
+                error, time, color=colour, marker=marker, markersize=5.0 if own else 4.5,
+                linewidth=1.8 if own else 1.0, linestyle="-" if own else (0, (4, 1.5)),
+                markerfacecolor="white" if hollow else colour, zorder=3 if own else 2,
+            )  # fmt: skip
+        ax.set(xscale="log", yscale="log", xlabel="worst relative error of δ")
+        ax.set_title(title)
+        ax.axvline(AIM, color="#888888", linewidth=0.7, linestyle=":")
+        ax.xaxis.set_major_locator(LogLocator(numticks=12))
+        ax.yaxis.set_major_locator(LogLocator(numticks=12))
+        ax.minorticks_off()
+    axes[0].set_ylabel("time for a design (µs)")
+    names = [name for name in LOOKS if name in drawn]
+    figure.legend(
+        [drawn[name] for name in names], names, loc="outside lower center", ncols=4,
+        handlelength=2.6, columnspacing=1.6,
+    )  # fmt: skip
+    return figure
+
+
+def throughput(m: Measured) -> Figure:
+    """Designs a second against their number."""
+    figure = Figure(figsize=(4.6, 3.2), layout="constrained")
+    ax = figure.subplots()
+    for (name, timings), (colour, marker) in zip(
+        m.numbers.items(), (("#D55E00", "o"), ("#CC79A7", "s"), ("#0072B2", "D")), strict=False
+    ):
+        ax.plot([t.count for t in timings], [t.rate for t in timings], color=colour, marker=marker,
+                label=name)  # fmt: skip
+    ax.set(xscale="log", yscale="log", xlabel="designs in one call", ylabel="designs/s")
+    ax.xaxis.set_major_locator(LogLocator(numticks=12))
+    ax.yaxis.set_major_locator(LogLocator(numticks=12))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
+    ax.minorticks_off()
+    ax.legend(loc="lower right")
+    return figure
+
+
+def write(m: Measured, folder: Path) -> None:
+    """Document and figures below `folder`."""
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    (folder / "benchmarks.md").write_text(text(m), encoding="utf-8")
+    style: Any = STYLE
+    with matplotlib.rc_context(style):
+        for name, figure in (("work_precision", work_precision(m)), ("throughput", throughput(m))):
+            FigureCanvasAgg(figure)
+            # 200 dpi: sharp in print at column width, small in the repository.
+            figure.savefig(folder / "figures" / f"bench_{name}.png", dpi=200, metadata={})

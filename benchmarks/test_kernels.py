@@ -1,0 +1,79 @@
+"""Times of the kernels by pytest-benchmark, so that a slow-down shows: `make bench-kernels`.
+
+To compare with an earlier state: `pytest benchmarks/test_kernels.py --benchmark-autosave`, then
+again with `--benchmark-compare`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from benchmarks import own, problem
+from engine_dyn import periodic_speed
+from engine_dyn.speed import sweep
+
+THREADS = 1  # the kernels, not the system's scheduling
+SIZE = 8000
+
+
+@pytest.mark.parametrize("variable", [False, True], ids=["constant", "variable"])
+@pytest.mark.parametrize("cylinders", [1, 4, 8])
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
+def test_factorial(benchmark: Any, exponent: float, cylinders: int, variable: bool) -> None:
+    source = problem.scene(SIZE, exponent, cylinders, variable)
+    own.answer(source, THREADS)
+    delta = benchmark(own.answer, source, THREADS)["delta"]
+    benchmark.extra_info["designs"] = source.size
+    assert np.isfinite(delta).all()
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
+def test_table(benchmark: Any, exponent: float) -> None:
+    source = problem.table(500, (exponent,))
+    own.answer(source, THREADS)
+    assert np.isfinite(benchmark(own.answer, source, THREADS)["delta"]).all()
+
+
+@pytest.mark.parametrize("method", ["newton", "picard"])
+def test_method(benchmark: Any, method: str) -> None:
+    source = problem.table(20, (1.0, 2.0))
+    own.answer(source, THREADS, method=method)
+    assert np.isfinite(benchmark(own.answer, source, THREADS, method=method)["delta"]).all()
+
+
+def test_traces(benchmark: Any) -> None:
+    source, phi = problem.scene(1000, 2.0), np.linspace(0.0, 4.0 * np.pi, 720, endpoint=False)
+    omega = benchmark(own.answer, source, THREADS, ("omega",), crank_angle=phi)["omega"]
+    assert np.isfinite(omega).all()
+
+
+def test_mean_gas_torque(benchmark: Any) -> None:
+    ratio = np.linspace(0.2, 0.33, 1000)
+    assert np.isfinite(benchmark(sweep.mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
+
+
+def test_torque_extremes(benchmark: Any) -> None:
+    source = problem.scene(1000, 2.0)
+    given = problem.own_inputs(source, own.FAMILY)
+    for name in ("exponent", "offset", "mean_torque", "inertia", "inertia_model"):
+        del given[name]
+    result = benchmark(sweep.torque_extremes, wanted=("torque_max",), threads=THREADS, **given)
+    assert np.isfinite(result["torque_max"]).all()
+
+
+def test_periodic_speed(benchmark: Any) -> None:
+    one = benchmark(
+        periodic_speed, problem.diagram(), bore=problem.BORE, stroke=problem.STROKE,
+        crank_ratio=0.2571, reciprocating_mass=6.67, inertia=2.0, speed=125.66,
+        friction_torque=30.0,
+    )  # fmt: skip
+    assert one.status == 0
+
+
+def test_run_of_one_design(benchmark: Any) -> None:
+    archive = benchmark(sweeps.run, {"engine": "ntua", "output": {"quantities": ["delta"]}})
+    assert int(archive["status"]) == 0

@@ -1,0 +1,108 @@
+"""The benchmark runs, its solvers solve the same problem, and no time is judged here."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import measure, own, peers, problem, report
+
+ROOT = Path(__file__).resolve().parents[1]
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture(scope="module")
+def processes() -> Iterator[peers.Processes]:
+    pool = peers.Processes(1)
+    yield pool
+    pool.close()
+
+
+def test_reference_agrees_with_the_oracle() -> None:
+    for designs in (
+        problem.table(4),
+        problem.scene(60, 1.6, 4, True).designs(np.array([0, 59])),
+        problem.scene(60, 0.0, 3).designs(np.array([30])),
+    ):
+        assert problem.agreement(designs, problem.reference(designs)) < 1e-10
+
+
+@pytest.mark.parametrize("size", [1, 10, 97, 1000, 123_456, 10**7])
+def test_scene_has_as_many_designs_as_asked(size: int) -> None:
+    assert 0.9 * size <= problem.scene(size, 2.0).size <= size
+
+
+@pytest.mark.parametrize("variable", [False, True])
+@pytest.mark.parametrize(("exponent", "cylinders"), [(0.0, 1), (1.0, 8), (1.6, 4), (2.0, 1)])
+def test_loop_and_own_solve_the_same_scene(exponent: float, cylinders: int, variable: bool) -> None:
+    scene = problem.scene(120, exponent, cylinders, variable)
+    index = np.arange(0, scene.size, 7)
+    designs = scene.designs(index)
+    exact = problem.reference(designs)
+    ours = own.answer(scene, 1)["delta"].ravel()[index]
+    np.testing.assert_allclose(ours, exact, rtol=1e-6)
+    for share in (False, True):
+        # Four cylinders have a quarter of the period and of the steps.
+        np.testing.assert_allclose(
+            peers.numba_loop(2880, 2, share)(designs), exact, rtol=1e-8
+        )  # fmt: skip
+
+
+def test_peers_solve_the_same_table(processes: peers.Processes) -> None:
+    designs = problem.table(8)
+    exact = problem.reference(designs)
+    # What each is set to: the tolerances of adaptive solvers are not those of delta.
+    allowed = {"Euler in Python": 1e-2, "SciPy solve_bvp": 1e-3}
+    found, _ = peers.cases(1, processes, quick=True)
+    assert {case.series for case in found} >= {"Numba loop", "NumPy steps", "SciPy solve_ivp"}
+    for case in found:
+        if case.series in ("JAX scan", "Diffrax", "heyoka"):
+            continue  # seconds of compiling; the command below runs those that are installed
+        chosen = designs.take(np.isin(designs.exponent, case.exponents or problem.EXPONENTS))
+        errors = measure.errors_of(case.solve(chosen), problem.reference(chosen))
+        assert errors.unanswered == 0.0 or case.series == "Euler in Python"
+        if errors.unanswered < 1.0:
+            assert errors.worst < allowed.get(case.series, 2e-5), case
+    assert exact.min() > 0.0
+
+
+def test_time_at_an_error_is_interpolated() -> None:
+    def result(worst: float, seconds: float) -> measure.Result:
+        errors = measure.Errors(worst, worst, worst, 0.0, 10)
+        case = peers.Case("one", "setting", own.own(1))
+        return measure.Result(case, measure.Timing(10, (10 * seconds,)), errors, 0.0)
+
+    results = [result(1e-8, 1e-3), result(1e-4, 1e-5)]
+    assert report.seconds_at(results, 1e-6) == pytest.approx(1e-4)
+    assert report.seconds_at(results, 1e-3) == pytest.approx(1e-5)
+    assert np.isnan(report.seconds_at(results, 1e-9))
+    lost = replace(results[1], errors=replace(results[1].errors, unanswered=0.1))
+    assert report.seconds_at([results[0], lost], 1e-6) == pytest.approx(1e-3)
+
+
+@pytest.mark.slow
+def test_command_writes_document_and_figures(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "benchmarks", "--quick", "--threads", "2", "-o", tmp_path]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
+    for heading in ("Ratios", "Aims", "Designs that share nothing", "Factorial scenes", "Traces"):
+        assert f"\n## {heading}\n" in text
+    figures = re.findall(r"\]\((figures/[^)]+)\)", text)
+    assert len(figures) == 2
+    for name in figures:
+        assert (tmp_path / name).stat().st_size < 300_000
+    own_row = re.search(r"^\| auto, tolerance 1e-06 \|(.*)\|$", text, re.MULTILINE)
+    assert own_row
+    cells = [cell.strip() for cell in own_row.group(1).split("|")]
+    assert float(cells[4]) <= 1e-6  # the worst error
+    assert "nan" not in text
+    assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
