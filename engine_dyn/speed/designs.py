@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.speed import tables
+from engine_dyn.speed import lanes, tables
 from engine_dyn.speed.cycles import (
     RATES,
     SAMPLE_ROWS,
@@ -28,6 +28,7 @@ from engine_dyn.speed.cycles import (
     start_speed,
 )
 from engine_dyn.speed.extremes import interpolate, refine, slope_between
+from engine_dyn.speed.levels import Levels, fill_levels, make_levels
 from engine_dyn.speed.newton import FLOOR, POWER_MEAN, closure_terms, load_terms, newton
 from engine_dyn.speed.picard import repeat_cycles
 from engine_dyn.speed.product import (
@@ -176,9 +177,11 @@ class Scratch(NamedTuple):
     sampled: Floats
     at: Integers
     shared: Integers
+    places: Integers
+    levels: Levels
 
 
-def make_scratch(nodes: int, steps: int, samples: int) -> Scratch:
+def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
     """Working memory for designs with `nodes` nodes a period and `steps` a cycle."""
     records, running = make_records(nodes)
     return Scratch(
@@ -191,6 +194,8 @@ def make_scratch(nodes: int, steps: int, samples: int) -> Scratch:
         sampled=np.empty((SAMPLE_ROWS, samples)),
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),
+        places=np.zeros(lanes.LANES, dtype=np.int64),
+        levels=make_levels(nodes, ratio),
     )
 
 
@@ -483,8 +488,7 @@ def run_picard(
 
 @kernel
 def march(
-    begin: int,
-    end: int,
+    chosen: Integers,
     segments: int,
     product: Product,
     row_of: Integers,
@@ -496,7 +500,7 @@ def march(
     results: Results,
     scratch: Scratch,
 ) -> None:
-    """Solve the designs begin .. end - 1, those of one table after the other.
+    """Solve the designs `chosen`, ascending: those of one table follow each other.
 
     `row_of` maps rows of the family to rows of the grid, `width` is the angle between nodes,
     `segments` is SEGMENTS (see `segments.solve_linear`).
@@ -508,7 +512,7 @@ def march(
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
-    for index in range(begin, end):
+    for index in chosen:
         which = index // designs
         if which != current:
             current = which
@@ -561,6 +565,135 @@ def march(
             store_curves(
                 at[OUTPUT], good, design, mu, choice, width, period, curves, scratch, results
             )
+
+
+@inlined
+def take_designs(
+    index: int, count: int, designs: int, product: Product, scratch: Scratch, places: Integers,
+    s: Floats,
+) -> None:  # fmt: skip
+    """Inputs of `count` designs from `index` on into the lanes; the last one fills what is over.
+
+    Along the last axis an input is a stride apart or the same.
+    """
+    values, at = product.values, scratch.at
+    axes = product.other_axes
+    k = 0
+    while k < lanes.LANES:
+        here = index % designs + min(k, count - 1)
+        offsets_at(here, axes, product, scratch.shared, at)
+        run, digit, first, axis = lanes.LANES - k, 0, 0, 0
+        if k < count:
+            run = 1
+            if axes.size > 0:
+                axis = axes[axes.size - 1]
+                digit = here % product.shape[axis]
+                first = product.position_start[axis] + digit
+                run = min(product.shape[axis] - digit, count - k)
+        for field in range(BORE, MEAN_TORQUE + 1):
+            row = (field - BORE) * lanes.LANES + k
+            stride = product.strides[axis, field] if k < count else 0
+            if stride == 0:
+                value = values[at[field]]
+                for j in range(run):
+                    s[row + j] = value
+            else:
+                base = at[field] - stride * product.positions[first]
+                for j in range(run):
+                    s[row + j] = values[base + stride * product.positions[first + j]]
+        if k < count:
+            stride = product.strides[axis, OUTPUT]
+            for j in range(run):
+                moved = product.positions[first + j] - product.positions[first]
+                places[k + j] = at[OUTPUT] + stride * moved
+        k += run
+
+
+@kernel
+def march_lanes(
+    begin: int,
+    end: int,
+    width_of_lanes: int,
+    ratio: int,
+    product: Product,
+    row_of: Integers,
+    width: float,
+    grid: Grid,
+    choice: Choice,
+    results: Results,
+    scratch: Scratch,
+    left: Integers,
+) -> int:
+    """Solve the designs begin .. end - 1 by `lanes`; return how many are left to `march`.
+
+    Arguments as `march`; `width_of_lanes` is LANES, as a number that the compiler does not know.
+    Every `ratio`-th node is a coarse one. `left` gets the designs that are left.
+    """
+    table, shared = scratch.table, scratch.shared
+    # Made here, so that the compiler knows that they do not overlap.
+    s, us, rs, tops, lows = lanes.make_rows(scratch.table.shape[1] // ratio)
+    levels, places = scratch.levels, scratch.places
+    nodes = table.shape[1]
+    coarse = levels.coarse.shape[0]
+    step = width * ratio
+    designs = count_of(product.other_axes, product)
+    ranges = Ranges(0.0, 0.0, 0.0)
+    linear = choice.kind == 2 and not choice.variable
+    current = -1
+    leaving = 0
+    index = begin
+    while index < end:
+        which = index // designs
+        if which != current:
+            current = which
+            offsets_at(which, product.table_axes, product, product.value_start, shared)
+            tables.build(
+                product.values[shared[RATIO]], blend_of(product.values, shared, row_of), nodes,
+                width, grid, table, scratch.middles, scratch.rates,
+            )  # fmt: skip
+            fill_levels(table, width, ratio, levels)
+            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+        count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
+        take_designs(index, count, designs, product, scratch, places, s)
+        lanes.prepare(
+            choice.kind, choice.variable, step, coarse, ranges.gas, ranges.shape,
+            ranges.least_square, IDLE, float(NO_STEADY_STATE), float(INVALID_INPUT),
+            levels.constants, width_of_lanes, s,
+        )  # fmt: skip
+        lanes.end_of_work(width_of_lanes, levels.coarse, s)
+        passes = 1
+        if linear:
+            lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
+        else:
+            passes = lanes.iterate(
+                choice.kind, choice.variable, choice.tolerance, nodes * width, width_of_lanes,
+                levels.coarse, s, us, rs, tops, lows,
+            )  # fmt: skip
+            lanes.mean_speed(choice.kind, width_of_lanes, coarse, s, us)
+        lanes.candidates(
+            choice.variable, step, ranges.least_square, width_of_lanes, levels, s, tops, lows
+        )
+        lanes.extremes(
+            choice.variable, not linear, step, ratio, width_of_lanes, levels.fine, s, us, rs, tops,
+            lows,
+        )  # fmt: skip
+        for k in range(count):
+            code = int(s[lanes.CODE + k])
+            nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
+            high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
+            mean = nominal * s[lanes.MEAN + k]
+            if code == CONVERGED:
+                if not (low > 0.0 and error <= choice.tolerance):
+                    code = int(lanes.LEFT)
+            if code == int(lanes.LEFT):
+                left[leaving] = index + k
+                leaving += 1
+            else:
+                store(
+                    places[k], code, code == CONVERGED, high, low, mean, 1.0, error, passes, results
+                )
+        index += count
+    return leaving
 
 
 @inlined

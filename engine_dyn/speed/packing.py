@@ -107,7 +107,7 @@ class Packed:
     def of(cls, inputs: Mapping[str, Any], shape: tuple[int, ...]) -> Packed:
         """Pack inputs that broadcast to `shape`."""
         rank = len(shape)
-        strides = np.zeros((INPUTS, max(rank, 1)), dtype=np.int64)
+        strides = np.zeros((max(rank, 1), INPUTS), dtype=np.int64)
         start = np.zeros(INPUTS, dtype=np.int64)
         pieces = []
         place = 0
@@ -116,14 +116,14 @@ class Packed:
             start[i] = place
             place += array.size
             pieces.append(array.ravel())
-            strides[i] = _strides(array.shape)
-        strides[OUTPUT] = _strides(shape)
+            strides[:, i] = _strides(array.shape)
+        strides[:, OUTPUT] = _strides(shape)
         return cls(np.concatenate(pieces), start, strides)
 
     def product(self, part: Part) -> Product:
         """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
-        of_table = np.any(self.strides[:TABLE_INPUTS] != 0, axis=0).tolist()
+        of_table = np.any(self.strides[:, :TABLE_INPUTS] != 0, axis=1).tolist()
         axes = range(len(sizes))
         return Product(
             table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),

@@ -35,7 +35,7 @@ class Product(NamedTuple):
         Axes on which the tables depend, and the others.
     shape : ndarray
         Positions along each axis.
-    strides : ndarray, shape (INPUTS, axes)
+    strides : ndarray, shape (axes, INPUTS)
         Step of each input's flat index per position of the whole axis; 0 where it does not depend.
     positions, position_start : ndarray
         Where along each axis the part lies; the positions of all axes one after the other.
@@ -78,4 +78,4 @@ def offsets_at(
         here = product.positions[product.position_start[axis] + index % size]
         index //= size
         for i in range(INPUTS):
-            offsets[i] += product.strides[i, axis] * here
+            offsets[i] += product.strides[axis, i] * here

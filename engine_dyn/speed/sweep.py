@@ -7,6 +7,7 @@ is called.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,8 +18,9 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import is_cached
 from engine_dyn.indicator import Family
-from engine_dyn.speed import designs
+from engine_dyn.speed import designs, lanes
 from engine_dyn.speed.cycles import Samples
+from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
@@ -72,6 +74,15 @@ SAMPLE_WIDTH = np.pi / 180.0
 NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
+
+RATIO = 8
+"""Nodes of a table for each coarse node of `lanes`."""
+
+PIECES = math.lcm(SEGMENTS, RATIO * CHUNK)
+"""What the nodes of a period are a multiple of."""
+
+LANES_TOLERANCE = 1e-7
+"""Smaller tolerances go to the general method at once, whose error is smaller."""
 
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
@@ -164,7 +175,7 @@ def solve(
     period = family.row(0).period
     for part in split(shape, keys):
         count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest, SEGMENTS)
+        steps = steps_per_cycle(count, fewest, PIECES)
         nodes, width = steps // count, period / steps
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
@@ -185,8 +196,8 @@ def solve(
         job = partial(
             _march,
             product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, curves=at, results=results,
-            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1]),
+            choice=choice, curves=at, results=results, in_lanes=_fits_lanes(choice, angles),
+            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], RATIO),
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
 
@@ -253,7 +264,7 @@ def torque_extremes(
     period = family.row(0).period
     for part in split(shape, keys):
         count, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest, SEGMENTS)
+        steps = steps_per_cycle(count, fewest, PIECES)
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
         product = packed.product(part)
@@ -286,25 +297,36 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     return result.reshape(row.shape)
 
 
+def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
+    """Whether the designs of a part are tried in lanes first."""
+    return (
+        choice.method == designs.AUTO
+        and choice.closure == POWER_MEAN
+        and choice.tolerance >= LANES_TOLERANCE
+        and angles.size == 0
+    )
+
+
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     samples: Samples, choice: designs.Choice, curves: designs.Curves, results: designs.Results,
-    scratch: Callable[[], designs.Scratch],
+    in_lanes: bool, scratch: Callable[[], designs.Scratch],
 ) -> None:  # fmt: skip
-    designs.march(
-        begin,
-        end,
-        SEGMENTS,
-        product,
-        row_of,
-        width,
-        grid,
-        samples,
-        choice,
-        curves,
-        results,
-        scratch(),
-    )
+    memory = scratch()
+    if in_lanes:
+        chosen = np.empty(end - begin, dtype=np.int64)
+        left = designs.march_lanes(
+            begin, end, lanes.LANES, RATIO, product, row_of, width, grid, choice, results, memory,
+            chosen,
+        )  # fmt: skip
+        chosen = chosen[:left]
+    else:
+        chosen = np.arange(begin, end)
+    if chosen.size:
+        designs.march(
+            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, curves, results,
+            memory,
+        )  # fmt: skip
 
 
 def _extremes(

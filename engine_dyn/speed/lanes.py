@@ -1,0 +1,947 @@
+"""Periodic speed of sixteen designs at a time, as SIMD lanes over one table.
+
+The problem is that of `segments` (same symbols), with the power mean as closure:
+
+    constant inertia:   u = X - y,                          u = q - 1,  X = g P - eta V,
+    variable inertia:   u = (X - y)/tau,                    tau = 1 + eta V,
+    y' = kappa (F - 1),   F = q^a,   a = alpha/2.
+
+Here y is what the load takes, less the constant c of the closure. Split into its linear part and a
+rest of second order, y' + beta y = beta X + kappa r with beta = a kappa and r = F - 1 - a u tau: a
+recurrence with constant coefficients over the coarse nodes of `levels`. The work of X between nodes
+is exact, the rest is integrated by the trapezoidal rule with its first Euler-Maclaurin term, which
+over a periodic curve leaves the fourth order. Starting the recurrence at y_N/(1 - d^N) closes the
+period and the power mean at once: both sides vanish together with the load, so a weak load is as
+well conditioned as any other. alpha = 0 is the limit a -> 0: with F = 1 + log q, a = 1 and no load
+term the same recurrence closes the geometric mean. alpha = 2 with constant inertia has r = 0 and
+needs no iteration; else r is iterated, and converges by a factor of about kappa u a pass.
+
+Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
+filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
+depend on its neighbours. What leaves the range of this method (a load that is strong over one
+interval, a speed that falls or rises by much, a torque within rounding of idle) is not answered
+here but left to `designs.march`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+from engine_dyn.speed.extremes import interpolate, refine, slope_between
+from engine_dyn.speed.levels import (
+    CHUNK,
+    HIGHEST_SLOPE,
+    HIGHEST_SLOPE_V,
+    P_ABOVE,
+    P_BELOW,
+    PP,
+    PV,
+    SQUARES,
+    V_ABOVE,
+    V_BELOW,
+    VV,
+    WORK,
+    Levels,
+    P,
+    V,
+)
+
+__all__ = [
+    "LANES",
+    "LEFT",
+    "FIELDS",
+    "prepare",
+    "extremes",
+    "iterate",
+    "solve_linear",
+]
+
+Floats = npt.NDArray[np.float64]
+
+LANES = 16
+
+# Numbers of a design, one row of lanes each.
+TAKEN_A_NODE = 8
+FIELDS = 58 + 3 * TAKEN_A_NODE
+(
+    BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
+    GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
+    CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END, REST_END,
+    RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP, BOTTOM,
+    LEFT_W, RIGHT_W, LEFT_DW, RIGHT_DW, OFF, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
+) = (row * LANES for row in range(58))  # fmt: skip
+
+TAKEN = 58 * LANES
+"""What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
+
+LEFT = -1.0
+"""Code of a design that is left to the general method."""
+
+NO_LOAD = 1e-30
+"""Smallest kappa: its solution is that without load to rounding, and nothing divides by zero."""
+
+LARGEST_STEP = 0.05
+"""Largest beta times the width of a coarse interval: beyond it the coarse level is too coarse."""
+
+DEEPEST, HIGHEST = -0.5, 1.0
+"""Range of u in which the series of the logarithm has converged."""
+
+ITERATED = 1e-2
+"""Share of the tolerance that the iteration of r may leave of the range of u."""
+
+MOST_PASSES = 10
+
+LARGEST_HALF = 8.0
+"""Largest a for which `exp_of` holds over that range."""
+
+
+@inlined
+def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Memory of one block: numbers, u and r at the nodes and one beside each end, their bounds."""
+    return (
+        np.zeros(FIELDS * LANES),
+        np.zeros((nodes + 2) * LANES),
+        np.zeros((nodes + 2) * LANES),
+        np.zeros(nodes // CHUNK * LANES),
+        np.zeros(nodes // CHUNK * LANES),
+    )
+
+
+@inlined
+def loss_of(x: float) -> float:
+    """1 - exp(-x) for x up to 0.1, to rounding, without the library's call."""
+    return x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (
+        1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))))  # fmt: skip
+
+
+@inlined
+def log_of(u: float) -> float:
+    """log(1 + u) for u from -0.5 to 1, to rounding: the series of the inverse tangent."""
+    s = u / (2.0 + u)
+    t = s * s
+    return 2.0 * s * (1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0 + t * (
+        1.0 / 11.0 + t * (1.0 / 13.0 + t * (1.0 / 15.0 + t * (1.0 / 17.0 + t * (
+            1.0 / 19.0 + t * (1.0 / 21.0 + t / 23.0)))))))))))  # fmt: skip
+
+
+@inlined
+def exp_of(x: float) -> float:
+    """exp(x) for x from -8 to 8: the series of a thirty-second, squared five times."""
+    y = x / 32.0
+    e = 1.0 + y * (1.0 + y / 2.0 * (1.0 + y / 3.0 * (1.0 + y / 4.0 * (1.0 + y / 5.0 * (
+        1.0 + y / 6.0 * (1.0 + y / 7.0 * (1.0 + y / 8.0 * (1.0 + y / 9.0))))))))  # fmt: skip
+    e *= e
+    e *= e
+    e *= e
+    e *= e
+    return e * e
+
+
+@inlined
+def alias(
+    b: float, logarithm: bool, variable: bool, first: bool, g: float, eta: float, c: Floats
+) -> float:
+    """Mean of q^b, or log q, over the fine less that over the coarse nodes, without the load.
+
+    Taylor's series to fourth order in X, or in g P and eta V; `first` says whether the first order
+    counts. `c` are the table's constants.
+    """
+    b1, b2 = b, 0.5 * b * (b - 1.0)
+    b3 = b2 * (b - 2.0) / 3.0
+    b4 = b3 * (b - 3.0) * 0.25
+    if logarithm:
+        b1, b2, b3, b4 = 1.0, -0.5, 1.0 / 3.0, -0.25
+    if variable:
+        # (1 + g P)^b (1 + eta V)^-b
+        n1, n2 = -b, 0.5 * b * (b + 1.0)
+        n3 = -n2 * (b + 2.0) / 3.0
+        n4 = -n3 * (b + 3.0) * 0.25
+        m11, m21, m12, m31, m22, m13 = b1 * n1, b2 * n1, b1 * n2, b3 * n1, b2 * n2, b1 * n3
+        if logarithm:
+            n1, n2, n3, n4 = -1.0, 0.5, -1.0 / 3.0, 0.25
+            m11 = m21 = m12 = m31 = m22 = m13 = 0.0
+        e = eta
+    else:
+        n1, n2, n3, n4 = b1, b2, b3, b4
+        m11, m21, m12 = 2.0 * b2, 3.0 * b3, 3.0 * b3
+        m31, m22, m13 = 4.0 * b4, 6.0 * b4, 4.0 * b4
+        e = -eta
+    g2, e2 = g * g, e * e
+    total = g2 * (b2 * c[5] + g * (b3 * c[8] + g * b4 * c[12]))
+    total += e2 * (n2 * c[7] + e * (n3 * c[11] + e * n4 * c[16]))
+    total += g * e * (
+        m11 * c[6] + g * (m21 * c[9] + g * m31 * c[13]) + e * (m12 * c[10] + e * m13 * c[15])
+        + g * e * m22 * c[14]
+    )  # fmt: skip
+    if first:
+        total += b1 * g * c[3] + n1 * e * c[4]
+    return total
+
+
+@inlined
+def prepare(
+    kind: int, variable: bool, step: float, nodes: int, swing_gas: float, swing_shape: float,
+    least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
+    lanes: int, s: Floats,
+) -> None:  # fmt: skip
+    """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
+    for k in range(lanes):
+        radius = 0.5 * s[STROKE + k]
+        lever = 0.25 * math.pi * s[BORE + k] * s[BORE + k] * radius
+        throw = s[MASS + k] * radius * radius
+        square = s[NOMINAL + k] * s[NOMINAL + k]
+        energy = 0.5 * s[INERTIA + k] * square
+        surplus = s[MEAN_TORQUE + k] - s[OFFSET + k]
+        swing = idle * (lever * swing_gas + throw * square * swing_shape)
+        g = lever / energy
+        eta = throw / s[INERTIA + k]
+        half = 0.5 * s[EXPONENT + k] if kind != 0 else 0.0
+        a = half if kind != 0 else 1.0
+        kappa = surplus / energy if kind != 0 else 0.0
+        kappa = kappa if kappa > NO_LOAD else NO_LOAD
+        code = 0.0
+        code = LEFT if surplus <= swing else code
+        code = no_steady_state if surplus < -swing else code
+        x = a * kappa * step
+        # Not `x > ...`: what is no number is left as well.
+        code = code if x <= LARGEST_STEP or code != 0.0 else LEFT
+        code = invalid if variable and 1.0 + eta * least_square <= 0.0 else code
+        code = code if a <= LARGEST_HALF or code != 0.0 else LEFT
+        kappa = kappa if x <= LARGEST_STEP else LARGEST_STEP / (a * step)
+        x = x if x <= LARGEST_STEP else LARGEST_STEP
+        loss = loss_of(x)
+        # 1 - d^N by doubling of expm1
+        whole = -loss_of(x * nodes / 64.0)
+        for _ in range(6):
+            whole *= 2.0 + whole
+        bent = 1.0 / (1.0 + x * x / 12.0)
+        decay = 1.0 - loss
+        rho = 0.5 * loss / a
+        s[CODE + k] = code
+        s[GAS + k] = g
+        s[ETA + k] = eta
+        s[KAPPA + k] = kappa
+        s[HALF + k] = a
+        s[BETA + k] = a * kappa
+        s[DECAY + k] = decay
+        s[GAS_WORK + k] = bent * g * loss / step
+        s[ETA_WORK + k] = bent * eta * loss / step
+        s[GAS_HERE + k] = bent * g
+        s[ETA_HERE + k] = bent * eta
+        s[RHO + k] = rho + kappa * step * x / 6.0
+        s[SIGMA + k] = rho * (1.0 + decay)
+        s[EULER + k] = kappa * step / 24.0
+        s[CLOSED + k] = -1.0 / whole
+        s[SHIFT + k] = 0.0
+        s[RUNNING + k] = 0.0
+        pp, pv, vv = g * g * constants[PP], g * eta * constants[PV], eta * eta * constants[VV]
+        s[SQUARE_MEAN + k] = pp - 2.0 * pv + vv
+        cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
+        s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
+        s[ALIAS + k] = alias(half, kind == 0, variable, False, g, eta, constants) / a
+        s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
+        s[BENT + k] = kappa * step * x / 6.0
+        s[FROZEN + k] = 0.0
+        s[MOVED + k] = 0.0
+        s[LAST + k] = 1e300
+
+
+@inlined
+def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
+    """End of the linear recurrence over one period from zero: only the work of X drives it."""
+    for group in range(coarse.shape[0] // CHUNK):
+        n = CHUNK * group
+        p0, p1, p2, p3 = (
+            coarse[n, WORK],
+            coarse[n + 1, WORK],
+            coarse[n + 2, WORK],
+            coarse[n + 3, WORK],
+        )
+        v0, v1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
+        v2, v3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
+        for k in range(lanes):
+            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
+            y = d * s[RUNNING + k] + (g * p0 - e * v0)
+            y = d * y + (g * p1 - e * v1)
+            y = d * y + (g * p2 - e * v2)
+            s[RUNNING + k] = d * y + (g * p3 - e * v3)
+    for k in range(lanes):
+        s[WORK_END + k] = s[RUNNING + k]
+
+
+@inlined
+def wrap(nodes: int, lanes: int, rows: Floats) -> None:
+    """Repeat the last row before the first and the first behind the last."""
+    for k in range(lanes):
+        rows[k] = rows[nodes * LANES + k]
+        rows[(nodes + 1) * LANES + k] = rows[LANES + k]
+
+
+@inlined
+def solve_linear(
+    lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
+) -> None:
+    """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
+    nodes = coarse.shape[0]
+    for k in range(lanes):
+        s[RUNNING + k] = s[WORK_END + k] * s[CLOSED + k]
+        s[MEAN + k] = 0.0
+        s[HIGH + k] = -1e300
+        s[LOW + k] = 1e300
+    for group in range(nodes // CHUNK):
+        n = CHUNK * group
+        a0, a1, a2, a3 = (
+            coarse[n, WORK],
+            coarse[n + 1, WORK],
+            coarse[n + 2, WORK],
+            coarse[n + 3, WORK],
+        )
+        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
+        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
+        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
+        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        row, bound = (n + 1) * LANES, group * LANES
+        for k in range(lanes):
+            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
+            gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
+            y = s[RUNNING + k]
+            u0 = gas * p0 - eta * v0 - y
+            y = d * y + (g * a0 - e * b0)
+            u1 = gas * p1 - eta * v1 - y
+            y = d * y + (g * a1 - e * b1)
+            u2 = gas * p2 - eta * v2 - y
+            y = d * y + (g * a2 - e * b2)
+            u3 = gas * p3 - eta * v3 - y
+            s[RUNNING + k] = d * y + (g * a3 - e * b3)
+            us[row + k] = u0
+            us[row + LANES + k] = u1
+            us[row + 2 * LANES + k] = u2
+            us[row + 3 * LANES + k] = u3
+            high = max(max(u0, u1), max(u2, u3))
+            low = min(min(u0, u1), min(u2, u3))
+            tops[bound + k] = high
+            lows[bound + k] = low
+            s[HIGH + k] = max(s[HIGH + k], high)
+            s[LOW + k] = min(s[LOW + k], low)
+            s[MEAN + k] += (math.sqrt(1.0 + u0) + math.sqrt(1.0 + u1)) + (
+                math.sqrt(1.0 + u2) + math.sqrt(1.0 + u3)
+            )
+    wrap(nodes, lanes, us)
+    for k in range(lanes):
+        s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+
+
+@inlined
+def march_constant(
+    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
+) -> None:
+    """One pass of the recurrence: u at the coarse nodes from r there. Constant inertia."""
+    for group in range(coarse.shape[0] // CHUNK):
+        n = CHUNK * group
+        a0, a1, a2, a3 = (
+            coarse[n, WORK],
+            coarse[n + 1, WORK],
+            coarse[n + 2, WORK],
+            coarse[n + 3, WORK],
+        )
+        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
+        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
+        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
+        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        row, bound = (n + 1) * LANES, group * LANES
+        for k in range(lanes):
+            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
+            gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
+            rho, sigma, euler, shift = s[RHO + k], s[SIGMA + k], s[EULER + k], s[SHIFT + k]
+            before, r0, r1 = rs[row - LANES + k], rs[row + k], rs[row + LANES + k]
+            r2, r3, r4 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k], rs[row + 4 * LANES + k]
+            y = s[RUNNING + k]
+            u0 = gas * p0 - eta * v0 - (y + rho * r0) + euler * (r1 - before) - shift
+            y = d * y + (g * a0 - e * b0) + sigma * r0
+            u1 = gas * p1 - eta * v1 - (y + rho * r1) + euler * (r2 - r0) - shift
+            y = d * y + (g * a1 - e * b1) + sigma * r1
+            u2 = gas * p2 - eta * v2 - (y + rho * r2) + euler * (r3 - r1) - shift
+            y = d * y + (g * a2 - e * b2) + sigma * r2
+            u3 = gas * p3 - eta * v3 - (y + rho * r3) + euler * (r4 - r2) - shift
+            s[RUNNING + k] = d * y + (g * a3 - e * b3) + sigma * r3
+            change = abs(u0 - us[row + k] - s[MOVED + k])
+            running = s[FROZEN + k] == 0.0
+            u0 = u0 if running else us[row + k]
+            u1 = u1 if running else us[row + LANES + k]
+            u2 = u2 if running else us[row + 2 * LANES + k]
+            u3 = u3 if running else us[row + 3 * LANES + k]
+            us[row + k] = u0
+            us[row + LANES + k] = u1
+            us[row + 2 * LANES + k] = u2
+            us[row + 3 * LANES + k] = u3
+            high = max(max(u0, u1), max(u2, u3))
+            low = min(min(u0, u1), min(u2, u3))
+            tops[bound + k] = high
+            lows[bound + k] = low
+            s[HIGH + k] = max(s[HIGH + k], high)
+            s[LOW + k] = min(s[LOW + k], low)
+            s[CHANGE + k] = max(s[CHANGE + k], change)
+
+
+@inlined
+def march_variable(
+    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
+) -> None:
+    """One pass of the recurrence with variable inertia: u = (X - y)/tau."""
+    for group in range(coarse.shape[0] // CHUNK):
+        n = CHUNK * group
+        a0, a1, a2, a3 = (
+            coarse[n, WORK],
+            coarse[n + 1, WORK],
+            coarse[n + 2, WORK],
+            coarse[n + 3, WORK],
+        )
+        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
+        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
+        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
+        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        row, bound = (n + 1) * LANES, group * LANES
+        for k in range(lanes):
+            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
+            gas, eta, turn = s[GAS_HERE + k], s[ETA_HERE + k], s[ETA + k]
+            rho, sigma, euler, shift = s[RHO + k], s[SIGMA + k], s[EULER + k], s[SHIFT + k]
+            before, r0, r1 = rs[row - LANES + k], rs[row + k], rs[row + LANES + k]
+            r2, r3, r4 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k], rs[row + 4 * LANES + k]
+            y = s[RUNNING + k]
+            x = gas * p0 - eta * v0 + euler * (r1 - before) - (y + rho * r0) - shift
+            u0 = x / (1.0 + turn * v0)
+            y = d * y + (g * a0 - e * b0) + sigma * r0
+            x = gas * p1 - eta * v1 + euler * (r2 - r0) - (y + rho * r1) - shift
+            u1 = x / (1.0 + turn * v1)
+            y = d * y + (g * a1 - e * b1) + sigma * r1
+            x = gas * p2 - eta * v2 + euler * (r3 - r1) - (y + rho * r2) - shift
+            u2 = x / (1.0 + turn * v2)
+            y = d * y + (g * a2 - e * b2) + sigma * r2
+            x = gas * p3 - eta * v3 + euler * (r4 - r2) - (y + rho * r3) - shift
+            u3 = x / (1.0 + turn * v3)
+            y = d * y + (g * a3 - e * b3) + sigma * r3
+            s[RUNNING + k] = y
+            change = abs(u0 - us[row + k] - s[MOVED + k])
+            running = s[FROZEN + k] == 0.0
+            u0 = u0 if running else us[row + k]
+            u1 = u1 if running else us[row + LANES + k]
+            u2 = u2 if running else us[row + 2 * LANES + k]
+            u3 = u3 if running else us[row + 3 * LANES + k]
+            us[row + k] = u0
+            us[row + LANES + k] = u1
+            us[row + 2 * LANES + k] = u2
+            us[row + 3 * LANES + k] = u3
+            high = max(max(u0, u1), max(u2, u3))
+            low = min(min(u0, u1), min(u2, u3))
+            tops[bound + k] = high
+            lows[bound + k] = low
+            s[HIGH + k] = max(s[HIGH + k], high)
+            s[LOW + k] = min(s[LOW + k], low)
+            s[CHANGE + k] = max(s[CHANGE + k], change)
+
+
+@inlined
+def rest_root(u: float, tau: float) -> float:
+    """Second-order rest F - 1 - a u tau for exponent 1."""
+    return math.sqrt(1.0 + u) - 1.0 - 0.5 * u * tau
+
+
+@inlined
+def rest_power(u: float, tau: float, a: float) -> float:
+    """Second-order rest F - 1 - a u tau for any exponent."""
+    return exp_of(a * log_of(u)) - 1.0 - a * u * tau
+
+
+@inlined
+def rest_of(
+    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats
+) -> None:
+    """Second-order rest r = F - 1 - a u tau at the coarse nodes, its sum and its recurrence.
+
+    Four nodes are written out: an inner loop over them would keep the lanes from being vectors.
+    """
+    for group in range(coarse.shape[0] // CHUNK):
+        n = CHUNK * group
+        row = (n + 1) * LANES
+        v0 = v1 = v2 = v3 = 0.0
+        if variable:
+            v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        if kind == 1:
+            for k in range(lanes):
+                e = s[ETA + k]
+                rs[row + k] = rest_root(us[row + k], 1.0 + e * v0)
+                rs[row + LANES + k] = rest_root(us[row + LANES + k], 1.0 + e * v1)
+                rs[row + 2 * LANES + k] = rest_root(us[row + 2 * LANES + k], 1.0 + e * v2)
+                rs[row + 3 * LANES + k] = rest_root(us[row + 3 * LANES + k], 1.0 + e * v3)
+        elif kind == 2:
+            for k in range(lanes):
+                e = s[ETA + k]
+                rs[row + k] = -us[row + k] * e * v0
+                rs[row + LANES + k] = -us[row + LANES + k] * e * v1
+                rs[row + 2 * LANES + k] = -us[row + 2 * LANES + k] * e * v2
+                rs[row + 3 * LANES + k] = -us[row + 3 * LANES + k] * e * v3
+        elif kind == 0:
+            for k in range(lanes):
+                e = s[ETA + k]
+                rs[row + k] = log_of(us[row + k]) - us[row + k] * (1.0 + e * v0)
+                rs[row + LANES + k] = log_of(us[row + LANES + k]) - us[row + LANES + k] * (
+                    1.0 + e * v1
+                )
+                rs[row + 2 * LANES + k] = log_of(us[row + 2 * LANES + k]) - us[
+                    row + 2 * LANES + k
+                ] * (1.0 + e * v2)
+                rs[row + 3 * LANES + k] = log_of(us[row + 3 * LANES + k]) - us[
+                    row + 3 * LANES + k
+                ] * (1.0 + e * v3)
+        else:
+            for k in range(lanes):
+                e = s[ETA + k]
+                a = s[HALF + k]
+                rs[row + k] = rest_power(us[row + k], 1.0 + e * v0, a)
+                rs[row + LANES + k] = rest_power(us[row + LANES + k], 1.0 + e * v1, a)
+                rs[row + 2 * LANES + k] = rest_power(us[row + 2 * LANES + k], 1.0 + e * v2, a)
+                rs[row + 3 * LANES + k] = rest_power(us[row + 3 * LANES + k], 1.0 + e * v3, a)
+        for k in range(lanes):
+            r0, r1 = rs[row + k], rs[row + LANES + k]
+            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
+            d = s[DECAY + k]
+            s[REST_END + k] = d * (d * (d * (d * s[REST_END + k] + r0) + r1) + r2) + r3
+            s[REST_SUM + k] += (r0 + r1) + (r2 + r3)
+            most = max(max(abs(r0), abs(r1)), max(abs(r2), abs(r3)))
+            s[REST_MOST + k] = max(s[REST_MOST + k], most)
+
+
+@inlined
+def iterate(
+    kind: int, variable: bool, tolerance: float, period: float, lanes: int, coarse: Floats,
+    s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+) -> int:  # fmt: skip
+    """Iterate r until every lane is frozen or given up; return the number of passes."""
+    nodes = coarse.shape[0]
+    for i in range((nodes + 2) * LANES):
+        rs[i] = 0.0
+    for k in range(lanes):
+        s[START + k] = s[WORK_END + k] * s[CLOSED + k]
+        s[SHIFT + k] = -s[LEVEL + k]
+        s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
+    for turn in range(MOST_PASSES):
+        for k in range(lanes):
+            s[RUNNING + k] = s[START + k]
+            s[HIGH + k] = -1e300
+            s[LOW + k] = 1e300
+            s[CHANGE + k] = 0.0
+            s[REST_END + k] = 0.0
+            s[REST_SUM + k] = 0.0
+            s[REST_MOST + k] = 0.0
+        if variable:
+            march_variable(lanes, coarse, s, us, rs, tops, lows)
+        else:
+            march_constant(lanes, coarse, s, us, rs, tops, lows)
+        rest_of(kind, variable, lanes, coarse, s, us, rs)
+        wrap(nodes, lanes, rs)
+        running = 0.0
+        for k in range(lanes):
+            frozen = s[FROZEN + k]
+            a, kappa, half = s[HALF + k], s[KAPPA + k], 0.5 * s[EXPONENT + k]
+            mean = s[REST_SUM + k] / nodes
+            level = -mean / a - s[ALIAS + k]
+            turned = 1.0 + 0.5 * (half - 1.0) * (half - 2.0) * s[SQUARE_MEAN + k]
+            moved = (level - s[LEVEL + k]) / turned
+            most = max(s[HIGH + k], -s[LOW + k])
+            reach = kappa * period / (2.0 * math.pi)
+            rate = 2.0 * reach * s[REST_MOST + k] / most
+            left = reach * s[REST_MOST + k]
+            if turn > 0:
+                rate = max(rate, s[CHANGE + k] / s[LAST + k])
+                left = s[CHANGE + k] * rate / (1.0 - rate)
+            left += 0.2 * most * abs(moved)
+            bound = ITERATED * tolerance * (s[HIGH + k] - s[LOW + k]) + 1e-15
+            within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
+            done = left <= bound and rate < 0.5
+            # A frozen lane keeps its u; what it knows of itself stays too.
+            s[MOVED + k] = moved if frozen == 0.0 else s[MOVED + k]
+            s[LAST + k] = (s[CHANGE + k] if turn > 0 else 1e300) if frozen == 0.0 else s[LAST + k]
+            stays = frozen != 0.0 or done or not within
+            s[CODE + k] = LEFT if frozen == 0.0 and not within else s[CODE + k]
+            s[START + k] = s[START + k] if stays else (
+                (s[WORK_END + k] + s[SIGMA + k] * s[REST_END + k]) * s[CLOSED + k]
+            )  # fmt: skip
+            s[SHIFT + k] = s[SHIFT + k] if stays else s[ALIAS + k] - s[BENT + k] * mean
+            s[LEVEL + k] = s[LEVEL + k] if stays else level
+            s[FROZEN + k] = 1.0 if stays else 0.0
+            running += 0.0 if stays else 1.0
+        if running == 0.0:
+            wrap(nodes, lanes, us)
+            return turn + 1
+    for k in range(lanes):
+        s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
+    wrap(nodes, lanes, us)
+    return MOST_PASSES
+
+
+@inlined
+def mean_speed(kind: int, lanes: int, nodes: int, s: Floats, us: Floats) -> None:
+    """Mean of sqrt(q), once u is known at the coarse nodes; exponent 1 has it from its closure."""
+    for k in range(lanes):
+        s[MEAN + k] = 1.0 if kind == 1 else 0.0
+    if kind == 1:
+        return
+    for group in range(nodes // CHUNK):
+        row = (CHUNK * group + 1) * LANES
+        for k in range(lanes):
+            base = 1.0 + s[MOVED + k]
+            s[MEAN + k] += (
+                math.sqrt(base + us[row + k]) + math.sqrt(base + us[row + LANES + k])
+            ) + (
+                math.sqrt(base + us[row + 2 * LANES + k])
+                + math.sqrt(base + us[row + 3 * LANES + k])
+            )
+    for k in range(lanes):
+        s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+
+
+@inlined
+def candidates(
+    variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
+    tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Where the extremes can be: TOP and BOTTOM get a chunk of nodes each, -1 for several.
+
+    Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
+    `tops` and `lows` become these bounds.
+    """
+    chunk, constants = levels.chunk, levels.constants
+    for k in range(lanes):
+        s[TOP + k] = -2.0
+        s[BOTTOM + k] = -2.0
+    for group in range(chunk.shape[0]):
+        p_above, p_below = chunk[group, P_ABOVE], chunk[group, P_BELOW]
+        v_above, v_below = chunk[group, V_ABOVE], chunk[group, V_BELOW]
+        row = group * LANES
+        number = float(group)
+        for k in range(lanes):
+            g, eta = s[GAS + k], s[ETA + k]
+            slack = (
+                0.125
+                * step
+                * step
+                * s[BETA + k]
+                * (g * constants[HIGHEST_SLOPE] + eta * constants[HIGHEST_SLOPE_V])
+            )
+            thin = 1.0
+            if variable:
+                # q exceeds q* where e - q* tau does, which is linear in P and V.
+                thin = 1.0 / (1.0 + eta * least_square)
+                eta *= 1.0 + s[HIGH + k]
+            top = tops[row + k] + thin * (g * p_above + eta * v_below + slack)
+            low = lows[row + k] - thin * (g * p_below + eta * v_above + slack)
+            tops[row + k] = top
+            lows[row + k] = low
+            s[TOP + k] = (
+                (number if s[TOP + k] == -2.0 else -1.0) if top >= s[HIGH + k] else s[TOP + k]
+            )
+            s[BOTTOM + k] = (
+                (number if s[BOTTOM + k] == -2.0 else -1.0) if low <= s[LOW + k] else s[BOTTOM + k]
+            )
+
+
+@inlined
+def curve_at(
+    p: float, v: float, ip: float, iv: float, dp: float, dv: float, t: float, variable: bool,
+    g: float, eta: float, beta: float, width: float, left: float, right: float, d_left: float,
+    d_right: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Return u and its slope at a fine node, a share t into a coarse interval of `width`.
+
+    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and the cubic
+    through w and its slopes at both ends the rest.
+    """
+    x = g * p - eta * v
+    y = beta * (g * ip - eta * iv) + interpolate(t, left, right, d_left, d_right)
+    dy = beta * x + slope_between(t, left, right, d_left, d_right) * (1.0 / width)
+    dx = g * dp - eta * dv
+    if variable:
+        tau = 1.0 + eta * v
+        u = (x - y) / tau
+        return u, (dx - dy - u * eta * dv) / tau
+    return x - y, dx - dy
+
+
+@inlined
+def end_at(
+    p: float, v: float, ip: float, iv: float, dp: float, dv: float, u: float, r: float,
+    variable: bool, g: float, eta: float, beta: float, a: float, kappa: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return w, its slope and (up to a positive factor) the slope of u at a coarse node."""
+    tau = 1.0 + eta * v if variable else 1.0
+    x = g * p - eta * v
+    dy = kappa * (r + a * u * tau)
+    slope = g * dp - eta * dv - dy
+    if variable:
+        slope -= u * eta * dv
+    return x - u * tau - beta * (g * ip - eta * iv), dy - beta * x, slope
+
+
+@inlined
+def extreme_between(
+    left: float, right: float, d_left: float, d_right: float, width: float, variable: bool,
+    g: float, eta: float, mp: float, mv: float, v_left: float, v_right: float, dv_left: float,
+    dv_right: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Extreme of u between two fine nodes, and what the middle adds to it."""
+    d_left *= width
+    d_right *= width
+    middle = g * mp - eta * mv
+    if variable:
+        # The middle of q from those of energy and inertia, both known; e = q tau.
+        tau_left, tau_right = 1.0 + eta * v_left, 1.0 + eta * v_right
+        turn_left, turn_right = width * eta * dv_left, width * eta * dv_right
+        energy = g * mp + interpolate(
+            0.5, (1.0 + left) * tau_left, (1.0 + right) * tau_right,
+            d_left * tau_left + (1.0 + left) * turn_left,
+            d_right * tau_right + (1.0 + right) * turn_right,
+        )  # fmt: skip
+        tau = eta * mv + interpolate(0.5, tau_left, tau_right, turn_left, turn_right)
+        middle = energy / tau - 1.0 - interpolate(0.5, left, right, d_left, d_right)
+    value, _, bump = refine(left, right, d_left, d_right, middle)
+    return value, abs(bump)
+
+
+@inlined
+def take_fine(place: int, target: int, fields: int, fine: Floats, s: Floats) -> None:
+    """Fields of a fine node into a lane of the rows from `target` on."""
+    for field in range(fields):
+        s[target + field * LANES] = fine[place, field]
+
+
+@inlined
+def take_node(
+    node: int, rest: bool, ratio: int, fine: Floats, k: int, s: Floats, us: Floats, rs: Floats
+) -> None:
+    """What is known at a coarse node and its two neighbours, into a lane of TAKEN."""
+    for i in range(3):
+        target = TAKEN + i * TAKEN_A_NODE * LANES + k
+        take_fine(ratio * (node + i), target, 6, fine, s)
+        row = (node + i) * LANES + k
+        s[target + 6 * LANES] = us[row] + s[MOVED + k]
+        s[target + 7 * LANES] = rs[row] if rest else 0.0
+
+
+@inlined
+def chosen_node(upward: float, bound: int, k: int, s: Floats, us: Floats, bounds: Floats) -> int:
+    """Coarse node beside the extreme of a lane, -1 where several hills may hold it."""
+    group = int(s[bound + k])
+    if group < 0:
+        return -1
+    row = (CHUNK * group + 1) * LANES + k
+    best, node = -1e300, 0
+    for i in range(CHUNK):
+        u = upward * us[row + i * LANES]
+        if u > best:
+            best, node = u, i
+    # Another hill in the same chunk, high enough to be the one?
+    near = 2.0 * best - upward * bounds[group * LANES + k]
+    for i in range(CHUNK):
+        here = row + i * LANES
+        u = upward * us[here]
+        if (
+            (i > node + 1 or i < node - 1)
+            and u >= near
+            and u > upward * us[here - LANES]
+            and u >= upward * us[here + LANES]
+        ):
+            return -1
+    return CHUNK * group + node
+
+
+@inlined
+def bracket(upward: float, variable: bool, step: float, lanes: int, s: Floats) -> None:
+    """From TAKEN to the two fine nodes between which the slope of u changes its sign.
+
+    AT gets the first of them, counted from the node before the chosen one; -1 where the chosen node
+    itself is the extreme. The rest of TAKEN is theirs afterwards.
+    """
+    second, third = TAKEN_A_NODE * LANES, 2 * TAKEN_A_NODE * LANES
+    for k in range(lanes):
+        g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
+        w0, d0, s0 = end_at(
+            s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k], s[TAKEN + 3 * LANES + k],
+            s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k], s[TAKEN + 6 * LANES + k],
+            s[TAKEN + 7 * LANES + k], variable, g, eta, beta, a, kappa,
+        )  # fmt: skip
+        here = TAKEN + second + k
+        w1, d1, s1 = end_at(
+            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
+            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
+            variable, g, eta, beta, a, kappa,
+        )  # fmt: skip
+        here = TAKEN + third + k
+        w2, d2, s2 = end_at(
+            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
+            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
+            variable, g, eta, beta, a, kappa,
+        )  # fmt: skip
+        ahead = s1 * upward > 0.0
+        s[LEFT_W + k] = w1 if ahead else w0
+        s[RIGHT_W + k] = w2 if ahead else w1
+        s[LEFT_DW + k] = step * (d1 if ahead else d0)
+        s[RIGHT_DW + k] = step * (d2 if ahead else d1)
+        begins = (s1 if ahead else s0) * upward > 0.0
+        ends = (s2 if ahead else s1) * upward < 0.0
+        s[OFF + k] = 1.0 if ahead else 0.0
+        s[AT + k] = 0.0 if begins and ends else -1.0
+
+
+@inlined
+def search(
+    upward: float, variable: bool, step: float, ratio: int, lanes: int, fine: Floats, s: Floats
+) -> None:
+    """Bisect the interval of every lane down to two neighbouring fine nodes."""
+    share = 1.0 / ratio
+    half = ratio // 2
+    while half > 0:
+        for k in range(LANES):
+            place = int(s[BASE + k] + s[AT + k]) + half
+            take_fine(place, TAKEN + k, 6, fine, s)
+        for k in range(lanes):
+            _, slope = curve_at(
+                s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
+                s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
+                (s[AT + k] + half) * share, variable, s[GAS + k], s[ETA + k], s[BETA + k], step,
+                s[LEFT_W + k], s[RIGHT_W + k], s[LEFT_DW + k], s[RIGHT_DW + k],
+            )  # fmt: skip
+            s[AT + k] += half if slope * upward > 0.0 else 0.0
+        half //= 2
+
+
+@inlined
+def next_hill(
+    upward: float, after: int, nodes: int, k: int, s: Floats, us: Floats, bounds: Floats
+) -> int:
+    """Next coarse node of a lane, behind `after`, whose hill may hold the extreme; -1: no more."""
+    best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
+    for node in range(after + 1, nodes):
+        row = (node + 1) * LANES + k
+        u = upward * us[row]
+        # One node a hill: the first of equals.
+        if (
+            upward * bounds[node // CHUNK * LANES + k] >= best
+            and u > upward * us[row - LANES]
+            and u >= upward * us[row + LANES]
+        ):
+            return node
+    return -1
+
+
+@inlined
+def peaks_near(
+    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats,
+    s: Floats, us: Floats, rs: Floats,
+) -> None:  # fmt: skip
+    """PEAK and MISS of every lane get the extreme beside NODE where it is more than they hold."""
+    for k in range(LANES):
+        take_node(int(s[NODE + k]), rest, ratio, fine, k, s, us, rs)
+    second = TAKEN + TAKEN_A_NODE * LANES
+    for k in range(lanes):
+        s[AT_NODE + k] = s[second + 6 * LANES + k]
+    bracket(upward, variable, step, lanes, s)
+    for k in range(lanes):
+        s[BASE + k] = ratio * (s[NODE + k] + s[OFF + k])
+        s[ENDED + k] = 1.0 if s[AT + k] < 0.0 else 0.0
+        s[AT + k] = max(s[AT + k], 0.0)
+    search(upward, variable, step, ratio, lanes, fine, s)
+    for k in range(LANES):
+        place = int(s[BASE + k] + s[AT + k])
+        take_fine(place, TAKEN + k, 8, fine, s)
+        take_fine(place + 1, second + k, 8, fine, s)
+    share = 1.0 / ratio
+    for k in range(lanes):
+        g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+        w0, w1, d0, d1 = s[LEFT_W + k], s[RIGHT_W + k], s[LEFT_DW + k], s[RIGHT_DW + k]
+        left, d_left = curve_at(
+            s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
+            s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
+            s[AT + k] * share, variable, g, eta, beta, step, w0, w1, d0, d1,
+        )  # fmt: skip
+        right, d_right = curve_at(
+            s[second + k], s[second + LANES + k], s[second + 2 * LANES + k],
+            s[second + 3 * LANES + k], s[second + 4 * LANES + k], s[second + 5 * LANES + k],
+            (s[AT + k] + 1.0) * share, variable, g, eta, beta, step, w0, w1, d0, d1,
+        )  # fmt: skip
+        value, bump = extreme_between(
+            left, right, d_left, d_right, step * share, variable, g, eta,
+            s[TAKEN + 6 * LANES + k], s[TAKEN + 7 * LANES + k], s[TAKEN + LANES + k],
+            s[second + LANES + k], s[TAKEN + 5 * LANES + k], s[second + 5 * LANES + k],
+        )  # fmt: skip
+        # Rounding can leave both slopes of one sign; then the higher node is the extreme.
+        between = d_left * upward > 0.0 and d_right * upward < 0.0
+        node = upward * max(upward * left, upward * right)
+        value = value if between else node
+        bump = bump if between else 0.0
+        ended = s[ENDED + k] != 0.0
+        value = s[AT_NODE + k] if ended else value
+        bump = 0.0 if ended else bump
+        more = upward * value > upward * s[PEAK + k]
+        s[PEAK + k] = value if more else s[PEAK + k]
+        s[MISS + k] = bump if more else s[MISS + k]
+
+
+@inlined
+def peaks(
+    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats,
+    s: Floats, us: Floats, rs: Floats, bounds: Floats,
+) -> None:  # fmt: skip
+    """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and the middle's share.
+
+    Lanes with several hills take one after the other; the rest repeat what they have.
+    """
+    nodes = us.size // LANES - 2
+    bound = TOP if upward > 0.0 else BOTTOM
+    several = False
+    for k in range(LANES):
+        s[PEAK + k] = -1e300 * upward
+        node = chosen_node(upward, bound, k, s, us, bounds)
+        s[HILLS + k] = 0.0
+        if node < 0:
+            node = next_hill(upward, -1, nodes, k, s, us, bounds)
+            s[HILLS + k] = 1.0
+            several = several or s[CODE + k] == 0.0
+        if node < 0:
+            s[CODE + k] = s[CODE + k] if s[CODE + k] != 0.0 else LEFT
+            node = 0
+        s[NODE + k] = node
+    while True:
+        peaks_near(upward, variable, rest, step, ratio, lanes, fine, s, us, rs)
+        if not several:
+            break
+        several = False
+        for k in range(LANES):
+            if s[HILLS + k] != 0.0 and s[CODE + k] == 0.0:
+                node = next_hill(upward, int(s[NODE + k]), nodes, k, s, us, bounds)
+                if node >= 0:
+                    s[NODE + k] = node
+                    several = True
+        if not several:
+            break
+
+
+@inlined
+def extremes(
+    variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats, s: Floats,
+    us: Floats, rs: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
+    peaks(1.0, variable, rest, step, ratio, lanes, fine, s, us, rs, tops)
+    for k in range(lanes):
+        s[TOP + k] = math.sqrt(1.0 + s[PEAK + k])
+        s[ERROR + k] = 0.5 * s[MISS + k] / s[TOP + k]
+    peaks(-1.0, variable, rest, step, ratio, lanes, fine, s, us, rs, lows)
+    for k in range(lanes):
+        high, low = s[TOP + k], math.sqrt(1.0 + s[PEAK + k])
+        s[BOTTOM + k] = low
+        error = (s[ERROR + k] + 0.5 * s[MISS + k] / low) / (high - low)
+        s[ERROR + k] = error if high > low else 0.0

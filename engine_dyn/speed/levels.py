@@ -1,0 +1,187 @@
+"""Two levels of one table: a coarse one that carries the load's term, a fine one for the extremes.
+
+The term of the load, z, is the integral of an integral of the torque: a tenth of the table's nodes
+carry it. What it must not lose is the work between those nodes, so the coarse level keeps the exact
+integrals of P and V over each of its intervals. The extremes of the speed are then refined on the
+fine level, whose nodes are those of `tables`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+from engine_dyn.speed.tables import (
+    GAS_TORQUE,
+    GAS_WORK,
+    GAS_WORK_MIDDLE,
+    SQUARE,
+    SQUARE_MIDDLE,
+    SQUARE_SLOPE,
+)
+
+__all__ = [
+    "CHUNK",
+    "CONSTANTS",
+    "FINE_FIELDS",
+    "NODE_FIELDS",
+    "Levels",
+    "fill_levels",
+    "make_levels",
+]
+
+Floats = npt.NDArray[np.float64]
+
+CHUNK = 4
+"""Coarse nodes that one pass over the lanes takes at once; their number is a multiple of it."""
+
+NODE_FIELDS = 8
+P, V, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW = range(NODE_FIELDS)
+"""Of a coarse node: P and V; their integrals over the interval behind it; how far P and V rise
+above and fall below their chords in the two intervals beside it."""
+
+FINE_FIELDS = 8
+F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
+"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
+misses in the middle of the interval behind it."""
+
+DEGREES = 4
+CONSTANTS = 19
+PP, PV, VV = 0, 1, 2
+FIRST_ALIAS = 3
+HIGHEST_SLOPE, HIGHEST_SLOPE_V = 17, 18
+"""Of a table: the means of P^2, P V, V^2; then, for P^i V^k with i + k from 1 to 4, its mean over
+the fine less that over the coarse nodes, in the order 10, 01, 20, 11, 02, 30 ...: what the coarse
+level makes wrong in the mean of a function of the speed."""
+
+
+class Levels(NamedTuple):
+    """Both levels of one table.
+
+    `coarse` is (coarse node, NODE_FIELDS), `chunk` the largest deviations of a chunk of them,
+    `fine` (fine node, FINE_FIELDS) with one coarse interval before the first node and behind the
+    last, so that nobody wraps.
+    """
+
+    coarse: Floats
+    chunk: Floats
+    fine: Floats
+    constants: Floats
+
+
+def make_levels(nodes: int, ratio: int) -> Levels:
+    """Memory for a table of `nodes` nodes, every `ratio`-th of which is a coarse one."""
+    coarse = nodes // ratio
+    return Levels(
+        coarse=np.zeros((coarse, NODE_FIELDS)),
+        chunk=np.zeros((coarse // CHUNK, NODE_FIELDS)),
+        fine=np.zeros((nodes + 2 * ratio, FINE_FIELDS)),
+        constants=np.zeros(CONSTANTS),
+    )
+
+
+@inlined
+def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
+    """Fields of the fine nodes. The antiderivative integrates the cubics and their middles."""
+    nodes = table.shape[1]
+    for quantity in range(2):
+        value = GAS_WORK if quantity == 0 else SQUARE
+        slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
+        middle = GAS_WORK_MIDDLE if quantity == 0 else SQUARE_MIDDLE
+        running = mean = 0.0
+        for j in range(nodes):
+            after = j + 1 if j + 1 < nodes else 0
+            here = ratio + j
+            fine[here, F_P + quantity] = table[value, j]
+            fine[here, F_DP + quantity] = table[slope, j]
+            fine[here, F_MP + quantity] = table[middle, j]
+            fine[here, F_IP + quantity] = running
+            mean += running
+            running += width * (
+                0.5 * (table[value, j] + table[value, after])
+                + width / 12.0 * (table[slope, j] - table[slope, after])
+                + 8.0 / 15.0 * table[middle, j]
+            )
+        # What is left over a period is the mean of the curve between its nodes, near rounding.
+        drift = running / nodes
+        mean = mean / nodes - drift * 0.5 * (nodes - 1)
+        for j in range(nodes):
+            fine[ratio + j, F_IP + quantity] -= mean + drift * j
+    for field in range(FINE_FIELDS):
+        for i in range(ratio):
+            fine[i, field] = fine[nodes + i, field]
+            fine[nodes + ratio + i, field] = fine[ratio + i, field]
+
+
+@inlined
+def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
+    """Means over the fine nodes and their differences to those over the coarse ones."""
+    nodes = fine.shape[0] - 2 * ratio
+    for i in range(CONSTANTS):
+        constants[i] = 0.0
+    share, share_coarse = 1.0 / nodes, -float(ratio) / nodes
+    for j in range(nodes):
+        p, v = fine[ratio + j, F_P], fine[ratio + j, F_V]
+        weight = share
+        if j % ratio == 0:
+            weight += share_coarse
+        constants[PP] += share * p * p
+        constants[PV] += share * p * v
+        constants[VV] += share * v * v
+        p2, v2 = weight * p * p, v * v
+        constants[3] += weight * p
+        constants[4] += weight * v
+        constants[5] += p2
+        constants[6] += weight * p * v
+        constants[7] += weight * v2
+        constants[8] += p2 * p
+        constants[9] += p2 * v
+        constants[10] += weight * p * v2
+        constants[11] += weight * v2 * v
+        constants[12] += p2 * p * p
+        constants[13] += p2 * p * v
+        constants[14] += p2 * v2
+        constants[15] += weight * p * v2 * v
+        constants[16] += weight * v2 * v2
+
+
+@inlined
+def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
+    """Both levels of a table of `tables.build`."""
+    fine, coarse = levels.fine, levels.coarse
+    fill_fine(table, width, ratio, fine)
+    fill_means(ratio, fine, levels.constants)
+    count = coarse.shape[0]
+    for n in range(count):
+        here = ratio * (n + 1)
+        coarse[n, P] = fine[here, F_P]
+        coarse[n, V] = fine[here, F_V]
+        coarse[n, WORK] = fine[here + ratio, F_IP] - fine[here, F_IP]
+        coarse[n, SQUARES] = fine[here + ratio, F_IV] - fine[here, F_IV]
+        for quantity in range(2):
+            above = below = 0.0
+            for begin in (here - ratio, here):
+                left = fine[begin, F_P + quantity]
+                # The interval's end: one row further lies in the margin for the last node too.
+                step = (fine[begin + ratio, F_P + quantity] - left) / ratio
+                for i in range(1, ratio):
+                    off = fine[begin + i, F_P + quantity] - (left + step * i)
+                    above = max(above, off)
+                    below = max(below, -off)
+            coarse[n, P_ABOVE + 2 * quantity] = above
+            coarse[n, P_BELOW + 2 * quantity] = below
+    for group in range(count // CHUNK):
+        for field in range(P_ABOVE, NODE_FIELDS):
+            largest = 0.0
+            for i in range(CHUNK):
+                largest = max(largest, coarse[CHUNK * group + i, field])
+            levels.chunk[group, field] = largest
+    slope = slope_v = 0.0
+    for j in range(fine.shape[0]):
+        slope = max(slope, abs(fine[j, F_DP]))
+        slope_v = max(slope_v, abs(fine[j, F_DV]))
+    levels.constants[HIGHEST_SLOPE] = slope
+    levels.constants[HIGHEST_SLOPE_V] = slope_v
