@@ -405,7 +405,7 @@ def _axis_text(dataset: xr.Dataset, dimension: str) -> str:
     if dimension not in dataset.coords:
         return ""
     coordinate = dataset[dimension]
-    values = coordinate.to_numpy()
+    values = coordinate.values
     unit = coordinate.attrs.get("units", "1")
     if len(values) <= 8:
         listed = ", ".join(f"{value:g}" for value in values)

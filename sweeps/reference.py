@@ -120,7 +120,7 @@ def _spread(
 ) -> np.ndarray:
     """Values over all the dimensions of a table, repeated along those that they lack."""
     missing = {d: sizes[d] for d in dimensions if d not in values.dims}
-    return values.expand_dims(missing).transpose(*dimensions).to_numpy()
+    return values.expand_dims(missing).transpose(*dimensions).values
 
 
 def _label(dataset: xr.Dataset, dimensions: tuple[Hashable, ...], place: tuple[int, ...]) -> str:

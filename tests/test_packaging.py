@@ -135,11 +135,14 @@ def test_sweeps_knows_nothing_of_numba() -> None:
 def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
+    # What an extra installs is imported where it is used, and nowhere else.
+    extras = {"pyarrow"}
+    assert any(r.startswith("pyarrow>") for r in PROJECT["optional-dependencies"]["parquet"])
     found = {
         f"{path.relative_to(ROOT)} imports {name}"
         for package in PACKAGES
         for path in (ROOT / package).rglob("*.py")
-        for name in set(imports(path)) - allowed
+        for name in (set(imports(path)) - extras | set(imports(path, module_level=True))) - allowed
     }
     assert found == set()
 
