@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sweeps.plan import Plan, Stage
 
-__all__ = ["LIMIT", "along", "blocks", "cut", "passing_bytes"]
+__all__ = ["LIMIT", "along", "blocks", "bytes_beside", "cut", "passing_bytes"]
 
 LIMIT = 64e6
 """Bytes of the arrays that exist beside the outputs, about."""
@@ -30,14 +30,8 @@ _OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure")
 
 def cut(plan: Plan) -> dict[str, int]:
     """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
-    lengths = {d: plan.sizes[d] for d in plan.scene.dimensions}
-    outputs = set(plan.outputs)
-    whole = sum(
-        _bytes(plan, stage, lengths)
-        for stage in plan.stages
-        if not (stage.node.make is None and stage.node.name in outputs)
-    )
-    if whole <= LIMIT:
+    lengths = _whole(plan)
+    if _beside(plan, lengths) <= LIMIT:
         return {}
     for dimension in _in_order(plan):
         if passing_bytes(plan, lengths) <= LIMIT:
@@ -74,6 +68,28 @@ def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...
 def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
     """Bytes of the arrays of one block, those that become part of an output included."""
     return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
+
+
+def bytes_beside(plan: Plan) -> float:
+    """Bytes of the arrays that exist beside the outputs, at most."""
+    lengths = cut(plan)
+    if lengths:
+        return passing_bytes(plan, {**_whole(plan), **lengths})
+    return _beside(plan, _whole(plan))
+
+
+def _whole(plan: Plan) -> dict[str, int]:
+    return {d: plan.sizes[d] for d in plan.scene.dimensions}
+
+
+def _beside(plan: Plan, lengths: Mapping[str, int]) -> float:
+    """Bytes of what is made in one piece, without the outputs that a kernel writes itself."""
+    outputs = set(plan.outputs)
+    return sum(
+        _bytes(plan, stage, lengths)
+        for stage in plan.stages
+        if not (stage.node.make is None and stage.node.name in outputs)
+    )
 
 
 def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:

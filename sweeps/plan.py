@@ -19,7 +19,7 @@ import psutil
 from engine_dyn.arrangement import MOST_CYLINDERS, customary_order
 from engine_dyn.indicator import family_from_diagrams
 from engine_dyn.quantities import CONSTANTS, PARAMETERS, SOLVER_COLUMNS, Node, select
-from sweeps.blocks import cut, passing_bytes
+from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
 from sweeps.scene import DESIGN, Scene
 
@@ -106,8 +106,7 @@ class Plan:
     @property
     def memory_bytes(self) -> int:
         """Arrays that exist at the same time at most: outputs, and what a block is made from."""
-        lengths = {d: self.sizes[d] for d in self.scene.dimensions} | cut(self)
-        return self.output_bytes + round(passing_bytes(self, lengths))
+        return self.output_bytes + round(bytes_beside(self))
 
     def check_memory(self) -> None:
         """Refuse a scene larger than memory.

@@ -1,0 +1,145 @@
+"""What `plan` tells: work counted against designs, shared tables, iteration, what is skipped."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import sweeps
+from sweeps.engine_file import load_engine
+from sweeps.forecast import seconds, table_count, text
+from sweeps.plan import Plan, make_plan
+from sweeps.scene import read_scene
+
+AXES = {"crank_ratio": [0.2, 0.25, 0.3], "inertia": [1.0, 2.0], "speed": [1000, 1100, 1200, 1300]}
+
+
+def plan_of(*quantities: str, engine: str = "ntua", **tables: Any) -> Plan:
+    return make_plan(
+        read_scene({"engine": engine, "output": {"quantities": list(quantities)}, **tables})
+    )
+
+
+def row(told: str, stage: str) -> list[str]:
+    """Words of the line of one stage."""
+    return next(line.split() for line in told.splitlines() if line.startswith(f"{stage} "))
+
+
+def test_stages_are_counted_against_designs() -> None:
+    told = text(plan_of("delta", "velocity", axes=AXES))
+    assert "24 designs" in told
+    assert row(told, "velocity")[1:4] == ["crank_ratio", "3", "8"]
+    assert "720 crank angles" in told
+    assert row(told, "mean_piston_speed")[1:4] == ["speed", "4", "6"]
+    assert row(told, "rod")[1:5] == ["crank_ratio", "3", "8"]
+    assert (
+        "speed_solution        crank_ratio, inertia, speed                24             1" in told
+    )
+
+
+@pytest.mark.parametrize(
+    ("axes", "engine", "tables"),
+    [
+        ({"inertia": [1, 2], "speed": [1000, 1100], "bore": [0.1, 0.2]}, "ntua", 1),
+        ({"inertia": [1, 2], "crank_ratio": [0.2, 0.3]}, "ntua", 2),
+        ({"load": [0, 50, 90], "crank_ratio": [0.2, 0.3], "inertia": [1, 2]}, "ntua", 6),
+        ({"cylinders": [1, 2], "crankcase_pressure": [0, 1]}, "ntua", 4),
+        ({"speed": [1000, 1100]}, "diesel_105x137", 2),  # its pressure follows the speed
+    ],
+)
+def test_tables_of_work(axes: dict[str, list[float]], engine: str, tables: int) -> None:
+    plan = plan_of("delta", engine=engine, axes=axes)
+    (stage,) = (s for s in plan.stages if s.node.kind == "stage")
+    assert table_count(plan, stage) == tables
+    assert f"{tables} table" in text(plan)
+
+
+def test_shared_tables_and_the_part_of_the_cycle() -> None:
+    told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
+    assert "9 tables of work for 72 designs, each shared by 8" in told
+    assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
+    told = text(plan_of("delta", designs={"crank_ratio": [0.2, 0.2], "inertia": [1.0, 2.0]}))
+    assert "up to 2 tables of work for 2 designs" in told
+
+
+@pytest.mark.parametrize(
+    ("tables", "expected"),
+    [
+        ({"set": {"load_exponent": 2}}, "auto: load exponent 2 in closed form, never iterates"),
+        ({"axes": {"load_exponent": [1, 2]}}, "auto: load exponent 1 iterates"),
+        ({"solver": {"method": "newton"}}, "newton: iterates"),
+        ({"solver": {"closure": "cycle_time"}}, "iterates: closure cycle_time"),
+        ({"solver": {"inertia_model": "variable"}}, "iterates: variable inertia"),
+        ({"solver": {"method": ["thesis", "picard"]}}, "thesis, picard: whole cycles, repeated"),
+    ],
+)
+def test_iteration(tables: dict[str, Any], expected: str) -> None:
+    assert expected in text(plan_of("delta", **tables))
+
+
+def test_traces_are_told() -> None:
+    assert "traces over crank angle kept: none" in text(plan_of("delta"))
+    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
+    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
+
+
+def test_what_is_skipped_and_why() -> None:
+    told = text(plan_of("velocity", axes=AXES))
+    for expected in (
+        "skipped: cylinder pressure and gas work",
+        "skipped: the periodic speed",
+        "skipped: extremes of torque",
+        "axis inertia: nothing that is asked for depends on it",
+        "axis speed: nothing",
+    ):
+        assert expected in told
+    assert "speed_solution" not in told
+    told = text(plan_of("delta", "torque_max"))
+    assert "skipped: " not in told
+    assert "skipped, because nothing asked for it: acceleration" in told
+
+
+def test_blocks_and_memory_are_told() -> None:
+    """Blocks are for what nobody asked for: friction here depends on every axis, there on one."""
+    long = {"start": 1000, "stop": 2000, "num": 3000}
+    inertia = {**long, "start": 1.0, "stop": 2.0}
+    plan = plan_of("delta", axes={"inertia": inertia, "speed": long})
+    assert "blocks" not in text(plan)
+    assert plan.memory_bytes < 1.01 * plan.output_bytes
+    stroke = {**long, "start": 0.15, "stop": 0.2}
+    plan = plan_of("delta", axes={"stroke": stroke, "speed": long})
+    assert " blocks, time about" in text(plan)
+    assert plan.memory_bytes < plan.output_bytes + 150e6
+
+
+def test_time_grows_with_work() -> None:
+    axis = {"start": 1.0, "stop": 2.0, "num": 100_000}
+    few, many = plan_of("delta"), plan_of("delta", axes={"inertia": axis})
+    assert 0.0 < seconds(few) < seconds(many)
+    assert seconds(many) < seconds(
+        plan_of("delta", axes={"inertia": axis}, solver={"method": "thesis"})
+    )
+    assert seconds(many) < seconds(plan_of("delta", "omega", axes={"inertia": axis}))
+
+
+def test_a_second_run_reads_nothing_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the engine's file nor the versions of what is installed."""
+    scene = {"engine": "ntua", "output": {"quantities": ["imep"]}}
+    first = sweeps.run(scene)
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("read again")
+
+    monkeypatch.setattr(importlib.metadata, "version", never)
+    monkeypatch.setattr(tomllib, "loads", never)
+    again = sweeps.run(scene)
+    assert again["imep"] == first["imep"]
+    assert again.attrs["software"] == first.attrs["software"]
+
+
+def test_an_engine_of_the_catalogue_is_read_once() -> None:
+    assert load_engine("b112", Path()) is load_engine("b112", Path())
