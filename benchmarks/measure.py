@@ -335,6 +335,12 @@ def peak_writing(threads: int, size: int = 1 << 25) -> float:
     return 8.0 * (size // threads) * threads / best
 
 
+def limits(threads: int) -> tuple[float, float, float]:
+    """Flops with all threads and with one, bytes per second written."""
+    one = peak_flops(1)
+    return max(one, peak_flops(threads)), one, peak_writing(threads)
+
+
 # From outside -------------------------------------------------------------------------------------
 
 

@@ -45,7 +45,9 @@ Solver = Callable[[Designs], Floats]
 
 FAST = {"reassoc", "contract", "nsz", "arcp", "afn"}
 compiled: Any = numba.njit(nogil=True, fastmath=FAST, error_model="numpy")
-CLOSED_TO = 1e-10  # relative change of the start below which shooting ends
+# Shooting ends at steps of the start this small, relative: the last one is applied all along the
+# cycle by the tangent, which leaves its square, times a factor that is small here.
+SMALL_STEP = 1e-5
 MOST_SWEEPS = 8
 
 
@@ -254,7 +256,7 @@ def loop(
     h = period / nodes
     gas, shape, square = np.empty(2 * nodes + 1), np.empty(2 * nodes + 1), np.empty(2 * nodes + 1)
     drive, theta, bend = np.empty(2 * nodes + 1), np.ones(2 * nodes + 1), np.zeros(2 * nodes + 1)
-    q, slope = np.empty(nodes + 1), np.empty(nodes)
+    q, slope, along = np.empty(nodes + 1), np.empty(nodes), np.empty(nodes)
     last = -1.0
     mean_gas = mean_square = 0.0
     for i in range(begin, end):
@@ -321,7 +323,7 @@ def loop(
             for _ in range(MOST_SWEEPS):
                 value, tangent = start, 1.0
                 for j in range(nodes):
-                    q[j] = value
+                    q[j], along[j] = value, tangent
                     t0, tm, t1 = theta[2 * j], theta[2 * j + 1], theta[2 * j + 2]
                     u = value / t0
                     p = _power(u, half)
@@ -346,8 +348,10 @@ def loop(
                     tangent *= 1.0 + h / 6.0 * (g1 + 2.0 * (g2 + g3) + g4)
                 step = (value - start) / (1.0 - tangent)
                 start += step
-                if abs(step) < CLOSED_TO * start:
+                if abs(step) < SMALL_STEP * start:
                     break
+            for j in range(nodes):
+                q[j] += step * along[j]
         for j in range(nodes):
             u = q[j] / theta[2 * j]
             slope[j] = (drive[2 * j] - kappa * _power(u, half) - u * bend[2 * j]) / theta[2 * j]
@@ -422,17 +426,18 @@ def numpy_steps(nodes: int, threads: int, block: int = 1000) -> Solver:
                 q[j] = value
                 value = whole * value + work[j]
         else:
-            start = np.ones(len(designs))
+            start, along = np.ones(len(designs)), np.empty_like(q)
             for _ in range(MOST_SWEEPS):
                 value, tangent = start.copy(), np.ones(len(designs))
                 for j in range(nodes):
-                    q[j] = value
+                    q[j], along[j] = value, tangent
                     d0, dm, d1 = drive[2 * j], drive[2 * j + 1], drive[(2 * j + 2) % (2 * nodes)]
                     value, tangent = _step(np, value, tangent, d0, dm, d1, kappa, half, h)
                 step = (value - start) / (1.0 - tangent)
                 start += step
-                if np.abs(step / start).max() < CLOSED_TO:
+                if np.abs(step / start).max() < SMALL_STEP:
                     break
+            q += step * along
         slope = drive[::2] - kappa * q**half
         return _numpy_delta(q, slope, h)
 
@@ -537,17 +542,16 @@ def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
         else:
 
             def march(carry: Any, row: Any) -> Any:
-                return _step(
-                    jnp, carry[0], carry[1], row[0], row[1], row[2], kappa, half, h
-                ), carry[0]
+                return _step(jnp, carry[0], carry[1], row[0], row[1], row[2], kappa, half, h), carry
 
             start = jnp.ones_like(kappa)
-            for _ in range(3):  # Newton is quadratic and the start is near: 3 steps always do here
-                (end, tangent), q = jax.lax.scan(
+            for _ in range(3):  # from a start this near three steps are always enough
+                (end, tangent), (q, along) = jax.lax.scan(
                     march, (start, jnp.ones_like(kappa)), inputs, unroll=8
                 )
-                start = start + (end - start) / (1.0 - tangent)
-            _, q = jax.lax.scan(march, (start, jnp.ones_like(kappa)), inputs, unroll=8)
+                step = (end - start) / (1.0 - tangent)
+                start = start + step
+            q = q + step * along
         return q, inputs[0] - kappa * q**half
 
     by_xla = jax.jit(some, static_argnums=0)
