@@ -674,7 +674,7 @@ def march_lanes(
             choice.variable, step, ranges.least_square, width_of_lanes, levels, s, tops, lows
         )
         lanes.extremes(
-            choice.variable, not linear, step, ratio, width_of_lanes, levels.fine, s, us, rs, tops,
+            choice.variable, not linear, step, ratio, width_of_lanes, levels, s, us, rs, tops,
             lows,
         )  # fmt: skip
         for k in range(count):

@@ -9,8 +9,8 @@ The problem is that of `segments` (same symbols), with the power mean as closure
 Here y is what the load takes, less the constant c of the closure. Split into its linear part and a
 rest of second order, y' + beta y = beta X + kappa r with beta = a kappa and r = F - 1 - a u tau: a
 recurrence with constant coefficients over the coarse nodes of `levels`. The work of X between nodes
-is exact, the rest is integrated by the trapezoidal rule with its first Euler-Maclaurin term, which
-over a periodic curve leaves the fourth order. Starting the recurrence at y_N/(1 - d^N) closes the
+is exact, the rest is integrated by the trapezoidal rule with its first two Euler-Maclaurin
+terms, which along a periodic curve add up to corrections at the nodes and leave the sixth order. Starting the recurrence at y_N/(1 - d^N) closes the
 period and the power mean at once: both sides vanish together with the load, so a weak load is as
 well conditioned as any other. alpha = 0 is the limit a -> 0: with F = 1 + log q, a = 1 and no load
 term the same recurrence closes the geometric mean. alpha = 2 with constant inertia has r = 0 and
@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.extremes import interpolate, refine, slope_between
+from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.levels import (
     CHUNK,
     HIGHEST_SLOPE,
@@ -39,10 +39,12 @@ from engine_dyn.speed.levels import (
     P_ABOVE,
     P_BELOW,
     PP,
+    P_MOMENT,
     PV,
     SQUARES,
     V_ABOVE,
     V_BELOW,
+    V_MOMENT,
     VV,
     WORK,
     Levels,
@@ -64,18 +66,21 @@ Floats = npt.NDArray[np.float64]
 
 LANES = 16
 
+PAD = 2
+"""Rows beside the first and the last node: the period again."""
+
 # Numbers of a design, one row of lanes each.
 TAKEN_A_NODE = 8
-FIELDS = 58 + 3 * TAKEN_A_NODE
+FIELDS = 60 + 3 * TAKEN_A_NODE
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
-    GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
+    GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER, EULER_FAR,
     CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END, REST_END,
     RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP, BOTTOM,
-    LEFT_W, RIGHT_W, LEFT_DW, RIGHT_DW, OFF, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
-) = (row * LANES for row in range(58))  # fmt: skip
+    C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
+) = (row * LANES for row in range(60))  # fmt: skip
 
-TAKEN = 58 * LANES
+TAKEN = 60 * LANES
 """What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
 
 LEFT = -1.0
@@ -101,11 +106,11 @@ LARGEST_HALF = 8.0
 
 @inlined
 def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Memory of one block: numbers, u and r at the nodes and one beside each end, their bounds."""
+    """Memory of one block: numbers, u and r at the nodes and beside both ends, their bounds."""
     return (
         np.zeros(FIELDS * LANES),
-        np.zeros((nodes + 2) * LANES),
-        np.zeros((nodes + 2) * LANES),
+        np.zeros((nodes + 2 * PAD) * LANES),
+        np.zeros((nodes + 2 * PAD) * LANES),
         np.zeros(nodes // CHUNK * LANES),
         np.zeros(nodes // CHUNK * LANES),
     )
@@ -123,8 +128,8 @@ def log_of(u: float) -> float:
     """log(1 + u) for u from -0.5 to 1, to rounding: the series of the inverse tangent."""
     s = u / (2.0 + u)
     t = s * s
-    return 2.0 * s * (1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0 + t * (
-        1.0 / 11.0 + t * (1.0 / 13.0 + t * (1.0 / 15.0 + t * (1.0 / 17.0 + t * (
+    return 2.0 * s * (1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0
+        + t * (1.0 / 11.0 + t * (1.0 / 13.0 + t * (1.0 / 15.0 + t * (1.0 / 17.0 + t * (
             1.0 / 19.0 + t * (1.0 / 21.0 + t / 23.0)))))))))))  # fmt: skip
 
 
@@ -234,7 +239,8 @@ def prepare(
         s[ETA_HERE + k] = bent * eta
         s[RHO + k] = rho + kappa * step * x / 6.0
         s[SIGMA + k] = rho * (1.0 + decay)
-        s[EULER + k] = kappa * step / 24.0
+        s[EULER + k] = kappa * step * (82.0 / 1440.0)
+        s[EULER_FAR + k] = kappa * step * (11.0 / 1440.0)
         s[CLOSED + k] = -1.0 / whole
         s[SHIFT + k] = 0.0
         s[RUNNING + k] = 0.0
@@ -275,10 +281,11 @@ def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
 
 @inlined
 def wrap(nodes: int, lanes: int, rows: Floats) -> None:
-    """Repeat the last row before the first and the first behind the last."""
-    for k in range(lanes):
-        rows[k] = rows[nodes * LANES + k]
-        rows[(nodes + 1) * LANES + k] = rows[LANES + k]
+    """Repeat the last rows before the first and the first behind the last."""
+    for i in range(PAD):
+        for k in range(lanes):
+            rows[i * LANES + k] = rows[(nodes + i) * LANES + k]
+            rows[(nodes + PAD + i) * LANES + k] = rows[(PAD + i) * LANES + k]
 
 
 @inlined
@@ -304,7 +311,7 @@ def solve_linear(
         b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
         p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
         v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
-        row, bound = (n + 1) * LANES, group * LANES
+        row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
@@ -352,21 +359,24 @@ def march_constant(
         b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
         p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
         v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
-        row, bound = (n + 1) * LANES, group * LANES
+        row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
-            rho, sigma, euler, shift = s[RHO + k], s[SIGMA + k], s[EULER + k], s[SHIFT + k]
-            before, r0, r1 = rs[row - LANES + k], rs[row + k], rs[row + LANES + k]
-            r2, r3, r4 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k], rs[row + 4 * LANES + k]
+            rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
+            near, far = s[EULER + k], s[EULER_FAR + k]
+            ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
+            r0, r1 = rs[row + k], rs[row + LANES + k]
+            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
+            r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            u0 = gas * p0 - eta * v0 - (y + rho * r0) + euler * (r1 - before) - shift
+            u0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
             y = d * y + (g * a0 - e * b0) + sigma * r0
-            u1 = gas * p1 - eta * v1 - (y + rho * r1) + euler * (r2 - r0) - shift
+            u1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
             y = d * y + (g * a1 - e * b1) + sigma * r1
-            u2 = gas * p2 - eta * v2 - (y + rho * r2) + euler * (r3 - r1) - shift
+            u2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
             y = d * y + (g * a2 - e * b2) + sigma * r2
-            u3 = gas * p3 - eta * v3 - (y + rho * r3) + euler * (r4 - r2) - shift
+            u3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
             s[RUNNING + k] = d * y + (g * a3 - e * b3) + sigma * r3
             change = abs(u0 - us[row + k] - s[MOVED + k])
             running = s[FROZEN + k] == 0.0
@@ -404,24 +414,27 @@ def march_variable(
         b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
         p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
         v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
-        row, bound = (n + 1) * LANES, group * LANES
+        row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta, turn = s[GAS_HERE + k], s[ETA_HERE + k], s[ETA + k]
-            rho, sigma, euler, shift = s[RHO + k], s[SIGMA + k], s[EULER + k], s[SHIFT + k]
-            before, r0, r1 = rs[row - LANES + k], rs[row + k], rs[row + LANES + k]
-            r2, r3, r4 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k], rs[row + 4 * LANES + k]
+            rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
+            near, far = s[EULER + k], s[EULER_FAR + k]
+            ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
+            r0, r1 = rs[row + k], rs[row + LANES + k]
+            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
+            r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            x = gas * p0 - eta * v0 + euler * (r1 - before) - (y + rho * r0) - shift
+            x = gas * p0 - eta * v0 + near * (r1 - rb) - far * (r2 - ra) - (y + rho * r0) - shift
             u0 = x / (1.0 + turn * v0)
             y = d * y + (g * a0 - e * b0) + sigma * r0
-            x = gas * p1 - eta * v1 + euler * (r2 - r0) - (y + rho * r1) - shift
+            x = gas * p1 - eta * v1 + near * (r2 - r0) - far * (r3 - rb) - (y + rho * r1) - shift
             u1 = x / (1.0 + turn * v1)
             y = d * y + (g * a1 - e * b1) + sigma * r1
-            x = gas * p2 - eta * v2 + euler * (r3 - r1) - (y + rho * r2) - shift
+            x = gas * p2 - eta * v2 + near * (r3 - r1) - far * (r4 - r0) - (y + rho * r2) - shift
             u2 = x / (1.0 + turn * v2)
             y = d * y + (g * a2 - e * b2) + sigma * r2
-            x = gas * p3 - eta * v3 + euler * (r4 - r2) - (y + rho * r3) - shift
+            x = gas * p3 - eta * v3 + near * (r4 - r2) - far * (r5 - r1) - (y + rho * r3) - shift
             u3 = x / (1.0 + turn * v3)
             y = d * y + (g * a3 - e * b3) + sigma * r3
             s[RUNNING + k] = y
@@ -466,7 +479,7 @@ def rest_of(
     """
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
-        row = (n + 1) * LANES
+        row = (n + PAD) * LANES
         v0 = v1 = v2 = v3 = 0.0
         if variable:
             v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
@@ -522,7 +535,7 @@ def iterate(
 ) -> int:  # fmt: skip
     """Iterate r until every lane is frozen or given up; return the number of passes."""
     nodes = coarse.shape[0]
-    for i in range((nodes + 2) * LANES):
+    for i in range((nodes + 2 * PAD) * LANES):
         rs[i] = 0.0
     for k in range(lanes):
         s[START + k] = s[WORK_END + k] * s[CLOSED + k]
@@ -591,7 +604,7 @@ def mean_speed(kind: int, lanes: int, nodes: int, s: Floats, us: Floats) -> None
     if kind == 1:
         return
     for group in range(nodes // CHUNK):
-        row = (CHUNK * group + 1) * LANES
+        row = (CHUNK * group + PAD) * LANES
         for k in range(lanes):
             base = 1.0 + s[MOVED + k]
             s[MEAN + k] += (
@@ -652,23 +665,26 @@ def candidates(
 @inlined
 def curve_at(
     p: float, v: float, ip: float, iv: float, dp: float, dv: float, t: float, variable: bool,
-    g: float, eta: float, beta: float, width: float, left: float, right: float, d_left: float,
-    d_right: float,
+    turns: float, k: int, s: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return u and its slope at a fine node, a share t into a coarse interval of `width`.
+    """Return u and its slope at a fine node, t coarse intervals from the chosen coarse node.
 
-    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and the cubic
-    through w and its slopes at both ends the rest.
+    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and the
+    polynomial of fifth degree through w and its slopes at three coarse nodes the rest. `turns` is
+    the number of coarse intervals in a radian.
     """
+    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+    c1, c2, c3, c4, c5 = s[C1 + k], s[C2 + k], s[C3 + k], s[C4 + k], s[C5 + k]
     x = g * p - eta * v
-    y = beta * (g * ip - eta * iv) + interpolate(t, left, right, d_left, d_right)
-    dy = beta * x + slope_between(t, left, right, d_left, d_right) * (1.0 / width)
-    dx = g * dp - eta * dv
+    y = beta * (g * ip - eta * iv)
+    y += s[C0 + k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+    dy = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
+    slope = g * dp - eta * dv - beta * x - dy * turns
     if variable:
         tau = 1.0 + eta * v
         u = (x - y) / tau
-        return u, (dx - dy - u * eta * dv) / tau
-    return x - y, dx - dy
+        return u, (slope - u * eta * dv) / tau
+    return x - y, slope
 
 
 @inlined
@@ -720,14 +736,28 @@ def take_fine(place: int, target: int, fields: int, fine: Floats, s: Floats) -> 
 
 @inlined
 def take_node(
-    node: int, rest: bool, ratio: int, fine: Floats, k: int, s: Floats, us: Floats, rs: Floats
-) -> None:
-    """What is known at a coarse node and its two neighbours, into a lane of TAKEN."""
+    node: int, variable: bool, rest: bool, ratio: int, levels: Levels, k: int, s: Floats,
+    us: Floats, rs: Floats,
+) -> None:  # fmt: skip
+    """What is known at a coarse node and its two neighbours, into a lane of TAKEN.
+
+    The recurrence takes X for a line between two coarse nodes; what its first moments differ from
+    that is too little to matter but here.
+    """
+    fine, coarse = levels.fine, levels.coarse
+    nodes = coarse.shape[0]
     for i in range(3):
         target = TAKEN + i * TAKEN_A_NODE * LANES + k
         take_fine(ratio * (node + i), target, 6, fine, s)
-        row = (node + i) * LANES + k
-        s[target + 6 * LANES] = us[row] + s[MOVED + k]
+        row = (node + i + PAD - 1) * LANES + k
+        u = us[row] + s[MOVED + k]
+        here = node + i - 1
+        here = here + nodes if here < 0 else (here - nodes if here >= nodes else here)
+        bent = s[GAS + k] * coarse[here, P_MOMENT] - s[ETA + k] * coarse[here, V_MOMENT]
+        bent *= s[BETA + k] * s[BETA + k]
+        if variable:
+            bent /= 1.0 + s[ETA + k] * s[target + LANES]
+        s[target + 6 * LANES] = u - bent
         s[target + 7 * LANES] = rs[row] if rest else 0.0
 
 
@@ -737,7 +767,7 @@ def chosen_node(upward: float, bound: int, k: int, s: Floats, us: Floats, bounds
     group = int(s[bound + k])
     if group < 0:
         return -1
-    row = (CHUNK * group + 1) * LANES + k
+    row = (CHUNK * group + PAD) * LANES + k
     best, node = -1e300, 0
     for i in range(CHUNK):
         u = upward * us[row + i * LANES]
@@ -759,41 +789,50 @@ def chosen_node(upward: float, bound: int, k: int, s: Floats, us: Floats, bounds
 
 
 @inlined
-def bracket(upward: float, variable: bool, step: float, lanes: int, s: Floats) -> None:
-    """From TAKEN to the two fine nodes between which the slope of u changes its sign.
+def bracket(upward: float, variable: bool, step: float, ratio: int, lanes: int, s: Floats) -> None:
+    """From what TAKEN holds of three coarse nodes to the interval that holds the extreme.
 
-    AT gets the first of them, counted from the node before the chosen one; -1 where the chosen node
-    itself is the extreme. The rest of TAKEN is theirs afterwards.
+    C0 to C5 get the polynomial of w, AT the interval's first fine node, counted from the chosen
+    coarse one; ENDED says that this node itself is the extreme.
     """
-    second, third = TAKEN_A_NODE * LANES, 2 * TAKEN_A_NODE * LANES
     for k in range(lanes):
         g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
+        here = TAKEN + k
         w0, d0, s0 = end_at(
-            s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k], s[TAKEN + 3 * LANES + k],
-            s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k], s[TAKEN + 6 * LANES + k],
-            s[TAKEN + 7 * LANES + k], variable, g, eta, beta, a, kappa,
+            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
+            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
+            variable, g, eta, beta, a, kappa,
         )  # fmt: skip
-        here = TAKEN + second + k
+        here = TAKEN + TAKEN_A_NODE * LANES + k
         w1, d1, s1 = end_at(
             s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
             s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
             variable, g, eta, beta, a, kappa,
         )  # fmt: skip
-        here = TAKEN + third + k
+        here = TAKEN + 2 * TAKEN_A_NODE * LANES + k
         w2, d2, s2 = end_at(
             s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
             s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
             variable, g, eta, beta, a, kappa,
         )  # fmt: skip
+        d0 *= step
+        d1 *= step
+        d2 *= step
+        even, odd = 0.5 * (w2 + w0) - w1, 0.5 * (w2 - w0) - d1
+        even_slope, odd_slope = 0.5 * (d2 - d0), 0.5 * (d2 + d0) - d1
+        fourth, fifth = 0.5 * even_slope - even, 0.5 * odd_slope - 1.5 * odd
+        s[C0 + k] = w1
+        s[C1 + k] = d1
+        s[C2 + k] = even - fourth
+        s[C3 + k] = odd - fifth
+        s[C4 + k] = fourth
+        s[C5 + k] = fifth
         ahead = s1 * upward > 0.0
-        s[LEFT_W + k] = w1 if ahead else w0
-        s[RIGHT_W + k] = w2 if ahead else w1
-        s[LEFT_DW + k] = step * (d1 if ahead else d0)
-        s[RIGHT_DW + k] = step * (d2 if ahead else d1)
         begins = (s1 if ahead else s0) * upward > 0.0
         ends = (s2 if ahead else s1) * upward < 0.0
-        s[OFF + k] = 1.0 if ahead else 0.0
-        s[AT + k] = 0.0 if begins and ends else -1.0
+        s[AT + k] = 0.0 if ahead else -1.0 * ratio
+        s[BASE + k] = ratio * (s[NODE + k] + 1.0)
+        s[ENDED + k] = 0.0 if begins and ends else 1.0
 
 
 @inlined
@@ -801,7 +840,7 @@ def search(
     upward: float, variable: bool, step: float, ratio: int, lanes: int, fine: Floats, s: Floats
 ) -> None:
     """Bisect the interval of every lane down to two neighbouring fine nodes."""
-    share = 1.0 / ratio
+    share, turns = 1.0 / ratio, 1.0 / step
     half = ratio // 2
     while half > 0:
         for k in range(LANES):
@@ -811,8 +850,7 @@ def search(
             _, slope = curve_at(
                 s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
                 s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
-                (s[AT + k] + half) * share, variable, s[GAS + k], s[ETA + k], s[BETA + k], step,
-                s[LEFT_W + k], s[RIGHT_W + k], s[LEFT_DW + k], s[RIGHT_DW + k],
+                (s[AT + k] + half) * share, variable, turns, k, s,
             )  # fmt: skip
             s[AT + k] += half if slope * upward > 0.0 else 0.0
         half //= 2
@@ -825,7 +863,7 @@ def next_hill(
     """Next coarse node of a lane, behind `after`, whose hill may hold the extreme; -1: no more."""
     best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
     for node in range(after + 1, nodes):
-        row = (node + 1) * LANES + k
+        row = (node + PAD) * LANES + k
         u = upward * us[row]
         # One node a hill: the first of equals.
         if (
@@ -839,38 +877,34 @@ def next_hill(
 
 @inlined
 def peaks_near(
-    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats,
+    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats,
 ) -> None:  # fmt: skip
     """PEAK and MISS of every lane get the extreme beside NODE where it is more than they hold."""
+    fine = levels.fine
     for k in range(LANES):
-        take_node(int(s[NODE + k]), rest, ratio, fine, k, s, us, rs)
+        take_node(int(s[NODE + k]), variable, rest, ratio, levels, k, s, us, rs)
     second = TAKEN + TAKEN_A_NODE * LANES
     for k in range(lanes):
         s[AT_NODE + k] = s[second + 6 * LANES + k]
-    bracket(upward, variable, step, lanes, s)
-    for k in range(lanes):
-        s[BASE + k] = ratio * (s[NODE + k] + s[OFF + k])
-        s[ENDED + k] = 1.0 if s[AT + k] < 0.0 else 0.0
-        s[AT + k] = max(s[AT + k], 0.0)
+    bracket(upward, variable, step, ratio, lanes, s)
     search(upward, variable, step, ratio, lanes, fine, s)
     for k in range(LANES):
         place = int(s[BASE + k] + s[AT + k])
         take_fine(place, TAKEN + k, 8, fine, s)
         take_fine(place + 1, second + k, 8, fine, s)
-    share = 1.0 / ratio
+    share, turns = 1.0 / ratio, 1.0 / step
     for k in range(lanes):
-        g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-        w0, w1, d0, d1 = s[LEFT_W + k], s[RIGHT_W + k], s[LEFT_DW + k], s[RIGHT_DW + k]
+        g, eta = s[GAS + k], s[ETA + k]
         left, d_left = curve_at(
             s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
             s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
-            s[AT + k] * share, variable, g, eta, beta, step, w0, w1, d0, d1,
+            s[AT + k] * share, variable, turns, k, s,
         )  # fmt: skip
         right, d_right = curve_at(
             s[second + k], s[second + LANES + k], s[second + 2 * LANES + k],
             s[second + 3 * LANES + k], s[second + 4 * LANES + k], s[second + 5 * LANES + k],
-            (s[AT + k] + 1.0) * share, variable, g, eta, beta, step, w0, w1, d0, d1,
+            (s[AT + k] + 1.0) * share, variable, turns, k, s,
         )  # fmt: skip
         value, bump = extreme_between(
             left, right, d_left, d_right, step * share, variable, g, eta,
@@ -892,14 +926,14 @@ def peaks_near(
 
 @inlined
 def peaks(
-    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats,
+    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, bounds: Floats,
 ) -> None:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and the middle's share.
 
     Lanes with several hills take one after the other; the rest repeat what they have.
     """
-    nodes = us.size // LANES - 2
+    nodes = us.size // LANES - 2 * PAD
     bound = TOP if upward > 0.0 else BOTTOM
     several = False
     for k in range(LANES):
@@ -915,7 +949,7 @@ def peaks(
             node = 0
         s[NODE + k] = node
     while True:
-        peaks_near(upward, variable, rest, step, ratio, lanes, fine, s, us, rs)
+        peaks_near(upward, variable, rest, step, ratio, lanes, levels, s, us, rs)
         if not several:
             break
         several = False
@@ -931,15 +965,15 @@ def peaks(
 
 @inlined
 def extremes(
-    variable: bool, rest: bool, step: float, ratio: int, lanes: int, fine: Floats, s: Floats,
+    variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
     us: Floats, rs: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
-    peaks(1.0, variable, rest, step, ratio, lanes, fine, s, us, rs, tops)
+    peaks(1.0, variable, rest, step, ratio, lanes, levels, s, us, rs, tops)
     for k in range(lanes):
         s[TOP + k] = math.sqrt(1.0 + s[PEAK + k])
         s[ERROR + k] = 0.5 * s[MISS + k] / s[TOP + k]
-    peaks(-1.0, variable, rest, step, ratio, lanes, fine, s, us, rs, lows)
+    peaks(-1.0, variable, rest, step, ratio, lanes, levels, s, us, rs, lows)
     for k in range(lanes):
         high, low = s[TOP + k], math.sqrt(1.0 + s[PEAK + k])
         s[BOTTOM + k] = low

@@ -38,10 +38,11 @@ Floats = npt.NDArray[np.float64]
 CHUNK = 4
 """Coarse nodes that one pass over the lanes takes at once; their number is a multiple of it."""
 
-NODE_FIELDS = 8
-P, V, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW = range(NODE_FIELDS)
+NODE_FIELDS = 10
+P, V, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW, P_MOMENT, V_MOMENT = range(NODE_FIELDS)
 """Of a coarse node: P and V; their integrals over the interval behind it; how far P and V rise
-above and fall below their chords in the two intervals beside it."""
+above and fall below their chords in the two intervals beside it; the sum of their first moments
+about the middles of all intervals before it, less what that is for a line, h^2/12 of P and V."""
 
 FINE_FIELDS = 8
 F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
@@ -149,6 +150,28 @@ def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
 
 
 @inlined
+def fill_moments(width: float, ratio: int, levels: Levels) -> None:
+    """P_MOMENT and V_MOMENT: the first moment is h/2 (I_0 + I_1) less the integral of I."""
+    fine, coarse = levels.fine, levels.coarse
+    count = coarse.shape[0]
+    step = width * ratio
+    for quantity in range(2):
+        running = mean = 0.0
+        for n in range(count):
+            begin = ratio * (n + 1)
+            area = 0.0
+            for i in range(begin, begin + ratio):
+                area += 0.5 * (fine[i, F_IP + quantity] + fine[i + 1, F_IP + quantity])
+                area += width / 12.0 * (fine[i, F_P + quantity] - fine[i + 1, F_P + quantity])
+            coarse[n, P_MOMENT + quantity] = running - step * step / 12.0 * coarse[n, quantity]
+            mean += coarse[n, P_MOMENT + quantity]
+            ends = fine[begin, F_IP + quantity] + fine[begin + ratio, F_IP + quantity]
+            running += 0.5 * step * ends - width * area
+        for n in range(count):
+            coarse[n, P_MOMENT + quantity] -= mean / count
+
+
+@inlined
 def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
     """Both levels of a table of `tables.build`."""
     fine, coarse = levels.fine, levels.coarse
@@ -173,8 +196,9 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
                     below = max(below, -off)
             coarse[n, P_ABOVE + 2 * quantity] = above
             coarse[n, P_BELOW + 2 * quantity] = below
+    fill_moments(width, ratio, levels)
     for group in range(count // CHUNK):
-        for field in range(P_ABOVE, NODE_FIELDS):
+        for field in range(P_ABOVE, V_BELOW + 1):
             largest = 0.0
             for i in range(CHUNK):
                 largest = max(largest, coarse[CHUNK * group + i, field])

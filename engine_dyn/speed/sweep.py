@@ -75,10 +75,11 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-RATIO = 8
-"""Nodes of a table for each coarse node of `lanes`."""
+FEW_CYLINDERS, RATIOS = 2, (8, 4)
+"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and beyond: a load
+that acts over one coarse interval counts by its share of the period."""
 
-PIECES = math.lcm(SEGMENTS, RATIO * CHUNK)
+PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 """What the nodes of a period are a multiple of."""
 
 LANES_TOLERANCE = 1e-7
@@ -177,6 +178,7 @@ def solve(
         count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
         steps = steps_per_cycle(count, fewest, PIECES)
         nodes, width = steps // count, period / steps
+        ratio = RATIOS[count > FEW_CYLINDERS]
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
         samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
@@ -197,7 +199,7 @@ def solve(
             _march,
             product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results, in_lanes=_fits_lanes(choice, angles),
-            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], RATIO),
+            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio), ratio=ratio,
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
 
@@ -310,13 +312,13 @@ def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     samples: Samples, choice: designs.Choice, curves: designs.Curves, results: designs.Results,
-    in_lanes: bool, scratch: Callable[[], designs.Scratch],
+    in_lanes: bool, ratio: int, scratch: Callable[[], designs.Scratch],
 ) -> None:  # fmt: skip
     memory = scratch()
     if in_lanes:
         chosen = np.empty(end - begin, dtype=np.int64)
         left = designs.march_lanes(
-            begin, end, lanes.LANES, RATIO, product, row_of, width, grid, choice, results, memory,
+            begin, end, lanes.LANES, ratio, product, row_of, width, grid, choice, results, memory,
             chosen,
         )  # fmt: skip
         chosen = chosen[:left]
