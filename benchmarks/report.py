@@ -212,8 +212,8 @@ def text(m: Measured) -> str:
     lines += [
         "How it was done. Times are wall-clock medians of warm runs (at least 5; 3 of peers that "
         "take long and of all peers in scenes, 1 of Euler in Python), solvers taking turns, all "
-        "threads in use; compiling is stated apart. Every solver gets as many designs as keep it busy for a while, always the "
-        "first of one list. Tabulating the torque and its mean is part of each design's work, "
+        "threads in use; compiling is stated apart. Every solver gets as many designs as keep it "
+        "busy for a while, always the first of one list. Tabulating the torque and its mean is part of each design's work, "
         "here and there. Errors are relative errors of delta = (omega_max - omega_min)/omega_mean "
         "against a Fourier method that shares no line with the kernels "
         f"(`benchmarks/problem.py`); it differs by {small(m.agreement)} at most from the adaptive "
