@@ -215,11 +215,12 @@ def text(m: Measured) -> str:
         "threads in use; compiling is stated apart. Every solver gets as many designs as keep it "
         "busy for a while, always the first of one list. Tabulating the torque and its "
         "mean is part of each design's work, here and there. Errors are relative errors of "
-        "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no line with the kernels "
-        f"(`benchmarks/problem.py`); it differs by {small(m.agreement)} at most from the adaptive "
-        f"integration of `tests/oracle` on {m.agreed} designs. The pressure diagram is one closed "
-        "form; this project gets it as points every half degree, which leaves an error of some "
-        "1e-10 to 1e-9 that finer nodes cannot remove.",
+        "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no line "
+        "with the kernels (`benchmarks/problem.py`); it differs by "
+        f"{small(m.agreement)} at most from the adaptive integration of `tests/oracle` on "
+        f"{m.agreed} designs. The pressure diagram is one closed form; this project gets it as "
+        "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
+        "cannot remove.",
         "",
         *ratios_section(m), *targets_section(m), *table_section(m), *scenes_section(m),
         *scaling_section(m), *rest_section(m),
