@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.speed import lanes, tables
+from engine_dyn.speed import lanes, panels, tables
 from engine_dyn.speed.cycles import (
     RATES,
     SAMPLE_ROWS,
@@ -101,6 +101,8 @@ __all__ = [
     "extremes_of_torque",
     "make_scratch",
     "march",
+    "march_lanes",
+    "march_panels",
     "mean_gas_torque",
 ]
 
@@ -609,6 +611,49 @@ def take_designs(
         k += run
 
 
+@inlined
+def solve_block(
+    count: int, width_of_lanes: int, ratio: int, width: float, shape: float, least_square: float,
+    invalid: float, choice: Choice, results: Results, places: Integers, levels: Levels, s: Floats,
+    us: Floats, rs: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
+
+    `shape` is the range of the inertia torque of the table, `least_square` the least of its V.
+    Those that are left to `march` have CODE LEFT afterwards.
+    """
+    coarse = levels.coarse.shape[0]
+    step = width * ratio
+    linear = choice.kind == 2 and not choice.variable
+    lanes.prepare(
+        choice.kind, choice.variable, step, coarse, shape, least_square, IDLE,
+        float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
+    )  # fmt: skip
+    lanes.end_of_work(width_of_lanes, levels.coarse, s)
+    passes = 1
+    if linear:
+        lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
+    else:
+        passes = lanes.iterate(
+            choice.kind, choice.variable, choice.tolerance, coarse * step, width_of_lanes,
+            levels.coarse, s, us, rs, tops, lows,
+        )  # fmt: skip
+        lanes.mean_speed(choice.kind, width_of_lanes, coarse, s, us)
+    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
+    lanes.extremes(
+        choice.variable, not linear, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows
+    )
+    for k in range(count):
+        code = int(s[lanes.CODE + k])
+        nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
+        high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
+        mean = nominal * s[lanes.MEAN + k]
+        if code == CONVERGED and not (low > 0.0 and error <= choice.tolerance):
+            s[lanes.CODE + k] = lanes.LEFT
+        elif code >= 0:
+            store(places[k], code, code == CONVERGED, high, low, mean, 1.0, error, passes, results)
+
+
 @kernel
 def march_lanes(
     begin: int,
@@ -631,14 +676,11 @@ def march_lanes(
     """
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
-    s, us, rs, tops, lows = lanes.make_rows(scratch.table.shape[1] // ratio)
+    s, us, rs, tops, lows = lanes.make_rows(table.shape[1] // ratio)
     levels, places = scratch.levels, scratch.places
     nodes = table.shape[1]
-    coarse = levels.coarse.shape[0]
-    step = width * ratio
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
-    linear = choice.kind == 2 and not choice.variable
     current = -1
     leaving = 0
     index = begin
@@ -655,44 +697,100 @@ def march_lanes(
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         take_designs(index, count, designs, product, scratch, places, s)
-        lanes.prepare(
-            choice.kind, choice.variable, step, coarse, ranges.gas, ranges.shape,
-            ranges.least_square, IDLE, float(NO_STEADY_STATE), float(INVALID_INPUT),
-            levels.constants, width_of_lanes, s,
-        )  # fmt: skip
-        lanes.end_of_work(width_of_lanes, levels.coarse, s)
-        passes = 1
-        if linear:
-            lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
-        else:
-            passes = lanes.iterate(
-                choice.kind, choice.variable, choice.tolerance, nodes * width, width_of_lanes,
-                levels.coarse, s, us, rs, tops, lows,
-            )  # fmt: skip
-            lanes.mean_speed(choice.kind, width_of_lanes, coarse, s, us)
-        lanes.candidates(
-            choice.variable, step, ranges.least_square, width_of_lanes, levels, s, tops, lows
-        )
-        lanes.extremes(
-            choice.variable, not linear, step, ratio, width_of_lanes, levels, s, us, rs, tops,
-            lows,
+        for k in range(lanes.LANES):
+            s[lanes.SWING + k] = ranges.gas
+        solve_block(
+            count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
+            float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
         )  # fmt: skip
         for k in range(count):
-            code = int(s[lanes.CODE + k])
-            nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
-            high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
-            mean = nominal * s[lanes.MEAN + k]
-            if code == CONVERGED:
-                if not (low > 0.0 and error <= choice.tolerance):
-                    code = int(lanes.LEFT)
-            if code == int(lanes.LEFT):
+            if s[lanes.CODE + k] == lanes.LEFT:
                 left[leaving] = index + k
                 leaving += 1
-            else:
-                store(
-                    places[k], code, code == CONVERGED, high, low, mean, 1.0, error, passes, results
-                )
         index += count
+    return leaving
+
+
+@kernel
+def keys_of(
+    begin: int, end: int, rows: int, product: Product, scratch: Scratch, keys: Integers
+) -> None:
+    """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row."""
+    designs = count_of(product.other_axes, product)
+    for index in range(begin, end):
+        offsets_at(
+            index // designs, product.table_axes, product, product.value_start, scratch.shared
+        )
+        ratio = product.values[scratch.shared[RATIO]]
+        row = int(math.floor(product.values[scratch.shared[ROW]]))
+        keys[index - begin] = panels.panel_at(ratio) * rows + row
+
+
+@kernel
+def march_panels(
+    begin: int,
+    order: Integers,
+    keys: Integers,
+    rows: int,
+    table_of: Integers,
+    unit_of: Integers,
+    points: Floats,
+    width_of_lanes: int,
+    ratio: int,
+    width: float,
+    product: Product,
+    bases: panels.Panels,
+    choice: Choice,
+    results: Results,
+    scratch: Scratch,
+    left: Integers,
+) -> int:
+    """Solve designs that share no table by `lanes`; return how many are left to `march`.
+
+    `order` are places behind `begin` sorted by their `keys` (see `keys_of`), so that the designs of
+    a block share the tables that their own are interpolated from: `table_of` a key, `unit_of` a
+    panel, with `points` (panel, POINTS). Other arguments as `march_lanes`.
+    """
+    values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
+    nodes = bases.coarse.shape[1] * ratio
+    s, us, rs, tops, lows = lanes.make_rows(nodes // ratio)
+    levels = panels.make_own(nodes, ratio, bases.fine)
+    designs = count_of(product.other_axes, product)
+    leaving = 0
+    place = 0
+    while place < order.size:
+        key = keys[order[place]]
+        panel = key // rows
+        first, unit = table_of[key], unit_of[panel]
+        second = table_of[key + 1] if table_of[key + 1] >= 0 else first
+        count = 1
+        while (
+            count < lanes.LANES and place + count < order.size and keys[order[place + count]] == key
+        ):
+            count += 1
+        for k in range(lanes.LANES):
+            index = begin + order[place + min(k, count - 1)]
+            offsets_at(index // designs, product.table_axes, product, product.value_start, shared)
+            offsets_at(index % designs, product.other_axes, product, shared, at)
+            for field in range(BORE, MEAN_TORQUE + 1):
+                s[(field - BORE) * lanes.LANES + k] = values[at[field]]
+            places[k] = at[OUTPUT]
+            row = values[at[ROW]]
+            panels.take_table(
+                k, values[at[RATIO]], row - math.floor(row), values[at[SCALE]],
+                values[at[CRANKCASE]], first, second, unit, points[panel], bases, s,
+            )  # fmt: skip
+        panels.fill_block(width_of_lanes, first, second, unit, bases, levels, s)
+        solve_block(
+            count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
+            bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
+            us, rs, tops, lows,
+        )  # fmt: skip
+        for k in range(count):
+            if s[lanes.CODE + k] == lanes.LEFT:
+                left[leaving] = begin + order[place + k]
+                leaving += 1
+        place += count
     return leaving
 
 
@@ -875,3 +973,33 @@ def mean_gas_torque(
         for place in range(0, rates.size, 3):
             total += tables.work_of_half(rates, place)
         result[i] = total / (rates.size // 3)
+
+
+@kernel
+def panels_of(ratio: Floats, number: Integers) -> None:
+    """Panel of every crank ratio."""
+    for i in range(ratio.size):
+        number[i] = panels.panel_at(ratio[i])
+
+
+@kernel
+def mean_gas_between(
+    ratio: Floats, row: Floats, number: Integers, row_of: Integers, points: Floats, means: Floats,
+    result: Floats,
+) -> None:  # fmt: skip
+    """As `mean_gas_torque`, from `means` (panel, point, diagram) at the points of each panel."""
+    for i in range(ratio.size):
+        whole = int(math.floor(row[i]))
+        weight = row[i] - whole
+        first = row_of[whole]
+        second = row_of[whole + 1] if weight > 0.0 else first
+        here = points[number[i]]
+        total = 0.0
+        for j in range(here.size):
+            share = 1.0
+            for other in range(here.size):
+                if other != j:
+                    share *= (ratio[i] - here[other]) / (here[j] - here[other])
+            mean = means[number[i], j]
+            total += share * ((1.0 - weight) * mean[first] + weight * mean[second])
+        result[i] = total

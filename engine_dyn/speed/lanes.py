@@ -10,11 +10,12 @@ Here y is what the load takes, less the constant c of the closure. Split into it
 rest of second order, y' + beta y = beta X + kappa r with beta = a kappa and r = F - 1 - a u tau: a
 recurrence with constant coefficients over the coarse nodes of `levels`. The work of X between nodes
 is exact, the rest is integrated by the trapezoidal rule with its first two Euler-Maclaurin
-terms, which along a periodic curve add up to corrections at the nodes and leave the sixth order. Starting the recurrence at y_N/(1 - d^N) closes the
-period and the power mean at once: both sides vanish together with the load, so a weak load is as
-well conditioned as any other. alpha = 0 is the limit a -> 0: with F = 1 + log q, a = 1 and no load
-term the same recurrence closes the geometric mean. alpha = 2 with constant inertia has r = 0 and
-needs no iteration; else r is iterated, and converges by a factor of about kappa u a pass.
+terms, which along a periodic curve add up to corrections at the nodes and leave the sixth order.
+Starting the recurrence at y_N/(1 - d^N) closes the period and the power mean at once: both sides
+vanish together with the load, so a weak load is as well conditioned as any other. alpha = 0 is the
+limit a -> 0: with F = 1 + log q, a = 1 and no load term the same recurrence closes the geometric
+mean. alpha = 2 with constant inertia has r = 0 and needs no iteration; else r is iterated, and
+converges by a factor of about kappa u a pass.
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
@@ -38,8 +39,8 @@ from engine_dyn.speed.levels import (
     HIGHEST_SLOPE_V,
     P_ABOVE,
     P_BELOW,
-    PP,
     P_MOMENT,
+    PP,
     PV,
     SQUARES,
     V_ABOVE,
@@ -71,17 +72,22 @@ PAD = 2
 
 # Numbers of a design, one row of lanes each.
 TAKEN_A_NODE = 8
-FIELDS = 60 + 3 * TAKEN_A_NODE
+POINTS = 6
+FIELDS = 67 + 3 * TAKEN_A_NODE + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
-    GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER, EULER_FAR,
-    CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END, REST_END,
-    RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP, BOTTOM,
-    C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
-) = (row * LANES for row in range(60))  # fmt: skip
+    GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
+    EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
+    REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
+    BOTTOM, C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
+    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING,
+) = (row * LANES for row in range(67))  # fmt: skip
 
-TAKEN = 60 * LANES
+TAKEN = 67 * LANES
 """What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
+
+POINT = (67 + 3 * TAKEN_A_NODE) * LANES
+"""Weights of the crank ratios between which a lane's own table is interpolated."""
 
 LEFT = -1.0
 """Code of a design that is left to the general method."""
@@ -114,6 +120,33 @@ def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         np.zeros(nodes // CHUNK * LANES),
         np.zeros(nodes // CHUNK * LANES),
     )
+
+
+@inlined
+def shared(table: Floats, node: int, field: int) -> float:
+    """Value of a table that the lanes share, to be read before the loop over them."""
+    if table.ndim == 2:
+        return table[node, field]
+    return 0.0
+
+
+@inlined
+def own(table: Floats, common: float, node: int, field: int, k: int) -> float:
+    """Value of a lane: what `shared` read, or that of its own table (node, field, lane).
+
+    Which of both is known when this is compiled: Numba prunes the branch by the dimensions.
+    """
+    if table.ndim == 2:
+        return common
+    return table[node, field, k]
+
+
+@inlined
+def constant(constants: Floats, index: int, k: int) -> float:
+    """Return a constant of the lanes' table, or of a lane's own (constant, lane)."""
+    if constants.ndim == 1:
+        return constants[index]
+    return constants[index, k]
 
 
 @inlined
@@ -189,7 +222,7 @@ def alias(
 
 @inlined
 def prepare(
-    kind: int, variable: bool, step: float, nodes: int, swing_gas: float, swing_shape: float,
+    kind: int, variable: bool, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
@@ -201,7 +234,7 @@ def prepare(
         square = s[NOMINAL + k] * s[NOMINAL + k]
         energy = 0.5 * s[INERTIA + k] * square
         surplus = s[MEAN_TORQUE + k] - s[OFFSET + k]
-        swing = idle * (lever * swing_gas + throw * square * swing_shape)
+        swing = idle * (lever * s[SWING + k] + throw * square * swing_shape)
         g = lever / energy
         eta = throw / s[INERTIA + k]
         half = 0.5 * s[EXPONENT + k] if kind != 0 else 0.0
@@ -244,12 +277,17 @@ def prepare(
         s[CLOSED + k] = -1.0 / whole
         s[SHIFT + k] = 0.0
         s[RUNNING + k] = 0.0
-        pp, pv, vv = g * g * constants[PP], g * eta * constants[PV], eta * eta * constants[VV]
+        pp = g * g * constant(constants, PP, k)
+        pv = g * eta * constant(constants, PV, k)
+        vv = eta * eta * constant(constants, VV, k)
         s[SQUARE_MEAN + k] = pp - 2.0 * pv + vv
         cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
         s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
-        s[ALIAS + k] = alias(half, kind == 0, variable, False, g, eta, constants) / a
-        s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
+        s[ALIAS + k] = 0.0
+        s[ALIAS_SPEED + k] = 0.0
+        if constants.ndim == 1:
+            s[ALIAS + k] = alias(half, kind == 0, variable, False, g, eta, constants) / a
+            s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
         s[BENT + k] = kappa * step * x / 6.0
         s[FROZEN + k] = 0.0
         s[MOVED + k] = 0.0
@@ -261,15 +299,19 @@ def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
     """End of the linear recurrence over one period from zero: only the work of X drives it."""
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
-        p0, p1, p2, p3 = (
-            coarse[n, WORK],
-            coarse[n + 1, WORK],
-            coarse[n + 2, WORK],
-            coarse[n + 3, WORK],
-        )
-        v0, v1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
-        v2, v3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
+        pw0, pw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
+        pw2, pw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
+        vw0, vw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
+        vw2, vw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
         for k in range(lanes):
+            p0 = own(coarse, pw0, n, WORK, k)
+            p1 = own(coarse, pw1, n + 1, WORK, k)
+            p2 = own(coarse, pw2, n + 2, WORK, k)
+            p3 = own(coarse, pw3, n + 3, WORK, k)
+            v0 = own(coarse, vw0, n, SQUARES, k)
+            v1 = own(coarse, vw1, n + 1, SQUARES, k)
+            v2 = own(coarse, vw2, n + 2, SQUARES, k)
+            v3 = own(coarse, vw3, n + 3, SQUARES, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             y = d * s[RUNNING + k] + (g * p0 - e * v0)
             y = d * y + (g * p1 - e * v1)
@@ -301,18 +343,32 @@ def solve_linear(
         s[LOW + k] = 1e300
     for group in range(nodes // CHUNK):
         n = CHUNK * group
-        a0, a1, a2, a3 = (
-            coarse[n, WORK],
-            coarse[n + 1, WORK],
-            coarse[n + 2, WORK],
-            coarse[n + 3, WORK],
-        )
-        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
-        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
-        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
-        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
+        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
+        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
+        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
+        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
+        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
+            a0 = own(coarse, aw0, n, WORK, k)
+            a1 = own(coarse, aw1, n + 1, WORK, k)
+            a2 = own(coarse, aw2, n + 2, WORK, k)
+            a3 = own(coarse, aw3, n + 3, WORK, k)
+            b0 = own(coarse, bw0, n, SQUARES, k)
+            b1 = own(coarse, bw1, n + 1, SQUARES, k)
+            b2 = own(coarse, bw2, n + 2, SQUARES, k)
+            b3 = own(coarse, bw3, n + 3, SQUARES, k)
+            p0 = own(coarse, pw0, n, P, k)
+            p1 = own(coarse, pw1, n + 1, P, k)
+            p2 = own(coarse, pw2, n + 2, P, k)
+            p3 = own(coarse, pw3, n + 3, P, k)
+            v0 = own(coarse, vw0, n, V, k)
+            v1 = own(coarse, vw1, n + 1, V, k)
+            v2 = own(coarse, vw2, n + 2, V, k)
+            v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
             y = s[RUNNING + k]
@@ -349,18 +405,32 @@ def march_constant(
     """One pass of the recurrence: u at the coarse nodes from r there. Constant inertia."""
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
-        a0, a1, a2, a3 = (
-            coarse[n, WORK],
-            coarse[n + 1, WORK],
-            coarse[n + 2, WORK],
-            coarse[n + 3, WORK],
-        )
-        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
-        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
-        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
-        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
+        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
+        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
+        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
+        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
+        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
+            a0 = own(coarse, aw0, n, WORK, k)
+            a1 = own(coarse, aw1, n + 1, WORK, k)
+            a2 = own(coarse, aw2, n + 2, WORK, k)
+            a3 = own(coarse, aw3, n + 3, WORK, k)
+            b0 = own(coarse, bw0, n, SQUARES, k)
+            b1 = own(coarse, bw1, n + 1, SQUARES, k)
+            b2 = own(coarse, bw2, n + 2, SQUARES, k)
+            b3 = own(coarse, bw3, n + 3, SQUARES, k)
+            p0 = own(coarse, pw0, n, P, k)
+            p1 = own(coarse, pw1, n + 1, P, k)
+            p2 = own(coarse, pw2, n + 2, P, k)
+            p3 = own(coarse, pw3, n + 3, P, k)
+            v0 = own(coarse, vw0, n, V, k)
+            v1 = own(coarse, vw1, n + 1, V, k)
+            v2 = own(coarse, vw2, n + 2, V, k)
+            v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
             rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
@@ -404,18 +474,32 @@ def march_variable(
     """One pass of the recurrence with variable inertia: u = (X - y)/tau."""
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
-        a0, a1, a2, a3 = (
-            coarse[n, WORK],
-            coarse[n + 1, WORK],
-            coarse[n + 2, WORK],
-            coarse[n + 3, WORK],
-        )
-        b0, b1 = coarse[n, SQUARES], coarse[n + 1, SQUARES]
-        b2, b3 = coarse[n + 2, SQUARES], coarse[n + 3, SQUARES]
-        p0, p1, p2, p3 = coarse[n, P], coarse[n + 1, P], coarse[n + 2, P], coarse[n + 3, P]
-        v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
+        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
+        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
+        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
+        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
+        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
+            a0 = own(coarse, aw0, n, WORK, k)
+            a1 = own(coarse, aw1, n + 1, WORK, k)
+            a2 = own(coarse, aw2, n + 2, WORK, k)
+            a3 = own(coarse, aw3, n + 3, WORK, k)
+            b0 = own(coarse, bw0, n, SQUARES, k)
+            b1 = own(coarse, bw1, n + 1, SQUARES, k)
+            b2 = own(coarse, bw2, n + 2, SQUARES, k)
+            b3 = own(coarse, bw3, n + 3, SQUARES, k)
+            p0 = own(coarse, pw0, n, P, k)
+            p1 = own(coarse, pw1, n + 1, P, k)
+            p2 = own(coarse, pw2, n + 2, P, k)
+            p3 = own(coarse, pw3, n + 3, P, k)
+            v0 = own(coarse, vw0, n, V, k)
+            v1 = own(coarse, vw1, n + 1, V, k)
+            v2 = own(coarse, vw2, n + 2, V, k)
+            v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta, turn = s[GAS_HERE + k], s[ETA_HERE + k], s[ETA + k]
             rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
@@ -480,26 +564,37 @@ def rest_of(
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row = (n + PAD) * LANES
-        v0 = v1 = v2 = v3 = 0.0
-        if variable:
-            v0, v1, v2, v3 = coarse[n, V], coarse[n + 1, V], coarse[n + 2, V], coarse[n + 3, V]
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         if kind == 1:
             for k in range(lanes):
-                e = s[ETA + k]
+                e = s[ETA + k] if variable else 0.0
+                v0 = own(coarse, vw0, n, V, k)
+                v1 = own(coarse, vw1, n + 1, V, k)
+                v2 = own(coarse, vw2, n + 2, V, k)
+                v3 = own(coarse, vw3, n + 3, V, k)
                 rs[row + k] = rest_root(us[row + k], 1.0 + e * v0)
                 rs[row + LANES + k] = rest_root(us[row + LANES + k], 1.0 + e * v1)
                 rs[row + 2 * LANES + k] = rest_root(us[row + 2 * LANES + k], 1.0 + e * v2)
                 rs[row + 3 * LANES + k] = rest_root(us[row + 3 * LANES + k], 1.0 + e * v3)
         elif kind == 2:
             for k in range(lanes):
-                e = s[ETA + k]
+                e = s[ETA + k] if variable else 0.0
+                v0 = own(coarse, vw0, n, V, k)
+                v1 = own(coarse, vw1, n + 1, V, k)
+                v2 = own(coarse, vw2, n + 2, V, k)
+                v3 = own(coarse, vw3, n + 3, V, k)
                 rs[row + k] = -us[row + k] * e * v0
                 rs[row + LANES + k] = -us[row + LANES + k] * e * v1
                 rs[row + 2 * LANES + k] = -us[row + 2 * LANES + k] * e * v2
                 rs[row + 3 * LANES + k] = -us[row + 3 * LANES + k] * e * v3
         elif kind == 0:
             for k in range(lanes):
-                e = s[ETA + k]
+                e = s[ETA + k] if variable else 0.0
+                v0 = own(coarse, vw0, n, V, k)
+                v1 = own(coarse, vw1, n + 1, V, k)
+                v2 = own(coarse, vw2, n + 2, V, k)
+                v3 = own(coarse, vw3, n + 3, V, k)
                 rs[row + k] = log_of(us[row + k]) - us[row + k] * (1.0 + e * v0)
                 rs[row + LANES + k] = log_of(us[row + LANES + k]) - us[row + LANES + k] * (
                     1.0 + e * v1
@@ -512,7 +607,11 @@ def rest_of(
                 ] * (1.0 + e * v3)
         else:
             for k in range(lanes):
-                e = s[ETA + k]
+                e = s[ETA + k] if variable else 0.0
+                v0 = own(coarse, vw0, n, V, k)
+                v1 = own(coarse, vw1, n + 1, V, k)
+                v2 = own(coarse, vw2, n + 2, V, k)
+                v3 = own(coarse, vw3, n + 3, V, k)
                 a = s[HALF + k]
                 rs[row + k] = rest_power(us[row + k], 1.0 + e * v0, a)
                 rs[row + LANES + k] = rest_power(us[row + LANES + k], 1.0 + e * v1, a)
@@ -632,18 +731,23 @@ def candidates(
         s[TOP + k] = -2.0
         s[BOTTOM + k] = -2.0
     for group in range(chunk.shape[0]):
-        p_above, p_below = chunk[group, P_ABOVE], chunk[group, P_BELOW]
-        v_above, v_below = chunk[group, V_ABOVE], chunk[group, V_BELOW]
+        pa, pb = shared(chunk, group, P_ABOVE), shared(chunk, group, P_BELOW)
+        va, vb = shared(chunk, group, V_ABOVE), shared(chunk, group, V_BELOW)
         row = group * LANES
         number = float(group)
         for k in range(lanes):
+            p_above, p_below = own(chunk, pa, group, P_ABOVE, k), own(chunk, pb, group, P_BELOW, k)
+            v_above, v_below = own(chunk, va, group, V_ABOVE, k), own(chunk, vb, group, V_BELOW, k)
             g, eta = s[GAS + k], s[ETA + k]
             slack = (
                 0.125
                 * step
                 * step
                 * s[BETA + k]
-                * (g * constants[HIGHEST_SLOPE] + eta * constants[HIGHEST_SLOPE_V])
+                * (
+                    g * constant(constants, HIGHEST_SLOPE, k)
+                    + eta * constant(constants, HIGHEST_SLOPE_V, k)
+                )
             )
             thin = 1.0
             if variable:
@@ -728,10 +832,27 @@ def extreme_between(
 
 
 @inlined
-def take_fine(place: int, target: int, fields: int, fine: Floats, s: Floats) -> None:
-    """Fields of a fine node into a lane of the rows from `target` on."""
-    for field in range(fields):
-        s[target + field * LANES] = fine[place, field]
+def take_fine(place: int, target: int, fields: int, k: int, fine: Floats, s: Floats) -> None:
+    """Fields of a fine node into lane k of the rows from `target` on.
+
+    A lane with a table of its own has it by interpolation in the crank ratio: the tables of the
+    panel's ratios, weighted (`panels`).
+    """
+    if fine.ndim == 2:
+        for field in range(fields):
+            s[target + field * LANES + k] = fine[place, field]
+    else:
+        first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
+        a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
+        for pair in range(fields // 2):
+            work = square = 0.0
+            for i in range(POINTS):
+                w = s[POINT + i * LANES + k]
+                gas = a * fine[first, place, pair, i] + b * fine[second, place, pair, i]
+                work += w * (gas - c * fine[unit, place, pair, i])
+                square += w * fine[unit + 1, place, pair, i]
+            s[target + 2 * pair * LANES + k] = work
+            s[target + (2 * pair + 1) * LANES + k] = square
 
 
 @inlined
@@ -748,12 +869,14 @@ def take_node(
     nodes = coarse.shape[0]
     for i in range(3):
         target = TAKEN + i * TAKEN_A_NODE * LANES + k
-        take_fine(ratio * (node + i), target, 6, fine, s)
+        take_fine(ratio * (node + i), target - k, 6, k, fine, s)
         row = (node + i + PAD - 1) * LANES + k
         u = us[row] + s[MOVED + k]
         here = node + i - 1
         here = here + nodes if here < 0 else (here - nodes if here >= nodes else here)
-        bent = s[GAS + k] * coarse[here, P_MOMENT] - s[ETA + k] * coarse[here, V_MOMENT]
+        moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
+        turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
+        bent = s[GAS + k] * moment - s[ETA + k] * turning
         bent *= s[BETA + k] * s[BETA + k]
         if variable:
             bent /= 1.0 + s[ETA + k] * s[target + LANES]
@@ -845,7 +968,7 @@ def search(
     while half > 0:
         for k in range(LANES):
             place = int(s[BASE + k] + s[AT + k]) + half
-            take_fine(place, TAKEN + k, 6, fine, s)
+            take_fine(place, TAKEN, 6, k, fine, s)
         for k in range(lanes):
             _, slope = curve_at(
                 s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
@@ -891,8 +1014,8 @@ def peaks_near(
     search(upward, variable, step, ratio, lanes, fine, s)
     for k in range(LANES):
         place = int(s[BASE + k] + s[AT + k])
-        take_fine(place, TAKEN + k, 8, fine, s)
-        take_fine(place + 1, second + k, 8, fine, s)
+        take_fine(place, TAKEN, 8, k, fine, s)
+        take_fine(place + 1, second, 8, k, fine, s)
     share, turns = 1.0 / ratio, 1.0 / step
     for k in range(lanes):
         g, eta = s[GAS + k], s[ETA + k]

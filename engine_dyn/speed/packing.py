@@ -149,12 +149,13 @@ def _strides(shape: tuple[int, ...]) -> list[int]:
 
 
 def run_pieces(
-    designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None
-) -> None:
+    designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
+    largest: int = PIECE,
+) -> None:  # fmt: skip
     """Call `work(begin, end)` over all designs, on threads when there is enough to share."""
-    threads = max(1, min(threads, designs // FEWEST))
+    threads = max(1, min(threads, designs // min(FEWEST, largest)))
     # Several pieces a thread even out the load.
-    size = max(1, min(PIECE, designs if threads == 1 else -(-designs // (threads * 8))))
+    size = max(1, min(largest, designs if threads == 1 else -(-designs // (threads * 8))))
     pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
     if threads == 1:
         for begin, end in pieces:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import is_cached
 from engine_dyn.indicator import Family
-from engine_dyn.speed import designs, lanes
+from engine_dyn.speed import designs, lanes, panels
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
@@ -81,6 +81,25 @@ that acts over one coarse interval counts by its share of the period."""
 
 PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 """What the nodes of a period are a multiple of."""
+
+PANEL_RATIO = 4
+"""As RATIOS, for designs that share no table."""
+
+MANY_TABLES, FEW_DESIGNS = 64, 64
+"""From that many tables on, each for fewer designs than that, none is built: see `panels`."""
+
+MOST_PANELS = 128
+"""More than there are panels for crank ratios up to 0.9999."""
+
+PANEL_BYTES = 64_000_000
+"""Shared tables that are kept at a time."""
+
+PANEL_PIECE = 65536
+"""Designs of one call with shared tables: they are sorted by table."""
+
+MANY_MEANS, POINTS_OF_MEANS = 32, 10
+"""From that many designs a panel and row on, mean torques are interpolated between that many crank
+ratios; the rest is rounding."""
 
 LANES_TOLERANCE = 1e-7
 """Smaller tolerances go to the general method at once, whose error is smaller."""
@@ -195,13 +214,25 @@ def solve(
         )  # fmt: skip
         product = packed.product(part)
 
-        job = partial(
-            _march,
-            product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, curves=at, results=results, in_lanes=_fits_lanes(choice, angles),
-            scratch=partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio), ratio=ratio,
+        in_lanes = _fits_lanes(choice, angles)
+        rest = partial(
+            _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
+            choice=choice, curves=at, results=results,
         )  # fmt: skip
-        run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
+        scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
+        cores = threads or os.cpu_count() or 1
+        if in_lanes and _shares_no_table(product):
+            _march_panels(
+                part.size, family=family, product=product, nodes=nodes, width=width, grid=grid,
+                row_of=row_of, choice=choice, results=results, scratch=scratch, rest=rest,
+                threads=cores, progress=progress,
+            )  # fmt: skip
+            continue
+        job = partial(
+            _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
+            results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
+        )  # fmt: skip
+        run_pieces(part.size, job, cores, progress)
 
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
@@ -289,13 +320,30 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     crank_ratio, row = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float)
     )
-    rows = _rows_needed(row)
-    result = np.empty(row.size)
-    designs.mean_gas_torque(
-        np.ascontiguousarray(crank_ratio).reshape(-1), np.ascontiguousarray(row).reshape(-1),
-        _row_map(family, rows), make_grid(family, rows, FEWEST_NODES),
-        np.empty(6 * FEWEST_NODES), result,
-    )  # fmt: skip
+    ratios = np.ascontiguousarray(crank_ratio).reshape(-1)
+    places = np.ascontiguousarray(row).reshape(-1)
+    result = np.empty(ratios.size)
+    rows = _rows_needed(places)
+    row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES)
+    rates = np.empty(6 * FEWEST_NODES)
+    # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
+    number = np.empty(ratios.size, dtype=np.int64)
+    designs.panels_of(ratios, number)
+    used = np.unique(number)
+    if ratios.size < MANY_MEANS * used.size * rows.size:
+        designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
+    else:
+        points = np.zeros((MOST_PANELS, POINTS_OF_MEANS))
+        for panel in used:
+            points[panel] = panels.points_of(int(panel), POINTS_OF_MEANS)
+        means = np.zeros((MOST_PANELS, POINTS_OF_MEANS, rows.size))
+        at = np.tile(points[used].reshape(-1), rows.size)
+        of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
+        found = np.empty(at.size)
+        designs.mean_gas_torque(at, of_rows, row_of, grid, rates, found)
+        shape = (rows.size, used.size, POINTS_OF_MEANS)
+        means[used] = np.moveaxis(found.reshape(shape), 0, -1)
+        designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
     return result.reshape(row.shape)
 
 
@@ -311,24 +359,116 @@ def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
 
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
-    samples: Samples, choice: designs.Choice, curves: designs.Curves, results: designs.Results,
-    in_lanes: bool, ratio: int, scratch: Callable[[], designs.Scratch],
+    choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
+    scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
 ) -> None:  # fmt: skip
     memory = scratch()
-    if in_lanes:
-        chosen = np.empty(end - begin, dtype=np.int64)
-        left = designs.march_lanes(
-            begin, end, lanes.LANES, ratio, product, row_of, width, grid, choice, results, memory,
-            chosen,
-        )  # fmt: skip
-        chosen = chosen[:left]
-    else:
-        chosen = np.arange(begin, end)
+    if not in_lanes:
+        rest(np.arange(begin, end), memory)
+        return
+    left = np.empty(end - begin, dtype=np.int64)
+    count = designs.march_lanes(
+        begin, end, lanes.LANES, ratio, product, row_of, width, grid, choice, results, memory, left
+    )
+    rest(left[:count], memory)
+
+
+def _march_rest(
+    chosen: Integers, memory: designs.Scratch, *, product: Product, row_of: Integers, width: float,
+    grid: Grid, samples: Samples, choice: designs.Choice, curves: designs.Curves,
+    results: designs.Results,
+) -> None:  # fmt: skip
+    """Solve designs by the general methods."""
     if chosen.size:
         designs.march(
             chosen, SEGMENTS, product, row_of, width, grid, samples, choice, curves, results,
             memory,
         )  # fmt: skip
+
+
+def _shares_no_table(product: Product) -> bool:
+    """Whether there are so many tables, and so few designs for each, that building them is dear."""
+    sizes = product.shape
+    own = int(np.prod(sizes[product.table_axes], dtype=np.int64))
+    each = int(np.prod(sizes[product.other_axes], dtype=np.int64))
+    return own >= MANY_TABLES and each < FEW_DESIGNS
+
+
+def _march_panels(
+    size: int, *, family: Family, product: Product, nodes: int, width: float, grid: Grid,
+    row_of: Integers, choice: designs.Choice, results: designs.Results,
+    scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
+    threads: int, progress: Progress | None,
+) -> None:  # fmt: skip
+    """Solve designs with tables of their own, by interpolation between shared ones.
+
+    These are built for as many panels and rows at a time as PANEL_BYTES hold.
+    """
+    rows = family.row_count + 1
+    steps = grid.node_sine.size
+    seen = np.zeros(MOST_PANELS * rows, dtype=np.bool_)
+
+    def look(begin: int, end: int) -> None:
+        keys = np.empty(end - begin, dtype=np.int64)
+        designs.keys_of(begin, end, rows, product, scratch(), keys)
+        seen[keys] = True
+
+    run_pieces(size, look, threads, None)
+    wanted = np.flatnonzero(seen)
+    most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, PANEL_RATIO) // 3)
+    for group in np.array_split(wanted, -(-wanted.size // most)):
+        low, high = int(group[0]), int(group[-1])
+        of_key, of_panel, points, bases = _shared_tables(
+            group, rows, nodes, steps, width, grid, row_of, threads
+        )
+
+        def job(
+            begin: int, end: int, low: int = low, high: int = high, of_key: Integers = of_key,
+            of_panel: Integers = of_panel, points: Floats = points,
+            bases: panels.Panels = bases,
+        ) -> None:  # fmt: skip
+            memory = scratch()
+            keys = np.empty(end - begin, dtype=np.int64)
+            designs.keys_of(begin, end, rows, product, memory, keys)
+            order = np.argsort(keys, kind="stable")
+            first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
+            left = np.empty(last - first, dtype=np.int64)
+            count = designs.march_panels(
+                begin, order[first:last], keys, rows, of_key, of_panel, points, lanes.LANES,
+                PANEL_RATIO, width, product, bases, choice, results, memory, left,
+            )  # fmt: skip
+            rest(np.sort(left[:count]), memory)
+
+        share = progress if high == wanted[-1] else None
+        run_pieces(size, job, threads, share, PANEL_PIECE)
+
+
+def _shared_tables(
+    keys: Integers, rows: int, nodes: int, steps: int, width: float, grid: Grid, row_of: Integers,
+    threads: int,
+) -> tuple[Integers, Integers, Floats, panels.Panels]:  # fmt: skip
+    """Shared tables of some keys: number of each key's and of each panel's, points, tables."""
+    # The row behind a key's is the other end of what designs blend; the last one has none.
+    both = np.union1d(keys, keys[row_of[keys % rows + 1] >= 0] + 1)
+    used = np.unique(keys // rows)
+    of_key = np.full(MOST_PANELS * rows + 1, -1, dtype=np.int64)
+    of_key[both] = np.arange(both.size)
+    of_panel = np.full(MOST_PANELS, -1, dtype=np.int64)
+    of_panel[used] = both.size + 2 * np.arange(used.size)
+    points = np.zeros((MOST_PANELS, lanes.POINTS))
+    for panel in used:
+        points[panel] = panels.points_of(int(panel))
+    bases = panels.make_panels(both.size + 2 * used.size, nodes, PANEL_RATIO)
+    work = [(int(of_key[k]), int(row_of[k % rows]), int(k // rows)) for k in both]
+    work += [(int(of_panel[p]), -1, int(p)) for p in used]
+
+    def build(begin: int, end: int) -> None:
+        memory = panels.make_build(nodes, steps, PANEL_RATIO)
+        for number, row, panel in work[begin:end]:
+            panels.build_panel(number, row, points[panel], width, PANEL_RATIO, grid, bases, *memory)
+
+    run_pieces(len(work), build, threads, None, 8)
+    return of_key, of_panel, points, bases
 
 
 def _extremes(
@@ -355,8 +495,8 @@ def _rows_needed(row: Floats) -> Integers:
 
 
 def _row_map(family: Family, rows: Integers) -> Integers:
-    """Place of each row of the family among `rows`."""
-    table = np.zeros(family.row_count + 1, dtype=np.int64)
+    """Place of each row of the family among `rows`, -1 for those that are not there."""
+    table = np.full(family.row_count + 1, -1, dtype=np.int64)
     table[rows] = np.arange(len(rows))
     return table
 
