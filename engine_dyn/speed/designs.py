@@ -121,9 +121,6 @@ IDLE = 1e-9
 
 NEWTON_STEPS = 60
 
-ITERATED = 1e-2
-"""Share of the tolerance that the iteration of the load term may leave of the range of q."""
-
 STRONG_LOAD = 5e-3
 """Below this kappa times the width of an interval, what the two-point formula misses is negligible;
 above it, it counts in the error."""
@@ -136,7 +133,8 @@ above it the means over all nodes are exact to rounding."""
 class Choice(NamedTuple):
     """What all designs of a part have in common.
 
-    `kind` is the class of the load exponent: 0, 1 or 2 for these, 3 for any other.
+    `kind` is the class of the load exponent: 0, 1 or 2 for these, 3 for any other. `iterated` is
+    the error that iterations may leave, relative to the range of q.
     """
 
     method: int
@@ -144,6 +142,7 @@ class Choice(NamedTuple):
     variable: bool
     closure: int
     tolerance: float
+    iterated: float
 
 
 class Curves(NamedTuple):
@@ -326,7 +325,7 @@ def solve_one(
             return CONVERGED, 1, 1.0
         sweeps, mu = iterate(
             width, design.gas, design.eta, design.kappa, design.half, choice.kind,
-            choice.variable, choice.closure, ITERATED * choice.tolerance, segments,
+            choice.variable, choice.closure, choice.iterated, segments,
             scratch.records, scratch.running,
         )  # fmt: skip
         if sweeps > 0:
@@ -635,7 +634,7 @@ def solve_block(
         lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         passes = lanes.iterate(
-            choice.kind, choice.variable, choice.tolerance, coarse * step, width_of_lanes,
+            choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
         lanes.mean_speed(choice.kind, width_of_lanes, coarse, s, us)

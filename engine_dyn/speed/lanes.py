@@ -73,20 +73,20 @@ PAD = 2
 # Numbers of a design, one row of lanes each.
 TAKEN_A_NODE = 8
 POINTS = 6
-FIELDS = 67 + 3 * TAKEN_A_NODE + POINTS
+FIELDS = 69 + 3 * TAKEN_A_NODE + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
-    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING,
-) = (row * LANES for row in range(67))  # fmt: skip
+    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, ROUGH,
+) = (row * LANES for row in range(69))  # fmt: skip
 
-TAKEN = 67 * LANES
+TAKEN = 69 * LANES
 """What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
 
-POINT = (67 + 3 * TAKEN_A_NODE) * LANES
+POINT = (69 + 3 * TAKEN_A_NODE) * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
 
 LEFT = -1.0
@@ -100,9 +100,6 @@ LARGEST_STEP = 0.05
 
 DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
-
-ITERATED = 1e-2
-"""Share of the tolerance that the iteration of r may leave of the range of u."""
 
 MOST_PASSES = 10
 
@@ -281,6 +278,8 @@ def prepare(
         pv = g * eta * constant(constants, PV, k)
         vv = eta * eta * constant(constants, VV, k)
         s[SQUARE_MEAN + k] = pp - 2.0 * pv + vv
+        loose = s[SQUARE_MEAN + k] + (vv if variable else 0.0)
+        s[LOOSE + k] = 4.0 * (1.0 + half * half) * loose
         cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
         s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
         s[ALIAS + k] = 0.0
@@ -632,7 +631,10 @@ def iterate(
     kind: int, variable: bool, tolerance: float, period: float, lanes: int, coarse: Floats,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
 ) -> int:  # fmt: skip
-    """Iterate r until every lane is frozen or given up; return the number of passes."""
+    """Iterate r until every lane is frozen or given up; return the number of passes.
+
+    `tolerance` is for u, relative to its range.
+    """
     nodes = coarse.shape[0]
     for i in range((nodes + 2 * PAD) * LANES):
         rs[i] = 0.0
@@ -670,8 +672,9 @@ def iterate(
             if turn > 0:
                 rate = max(rate, s[CHANGE + k] / s[LAST + k])
                 left = s[CHANGE + k] * rate / (1.0 - rate)
-            left += 0.2 * most * abs(moved)
-            bound = ITERATED * tolerance * (s[HIGH + k] - s[LOW + k]) + 1e-15
+            # The closure's step is Newton's with a slope that is known up to the next moments.
+            left += abs(moved) * (s[LOOSE + k] * (1.0 if variable else most) + reach * most)
+            bound = tolerance * (s[HIGH + k] - s[LOW + k]) + 1e-15
             within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
             done = left <= bound and rate < 0.5
             # A frozen lane keeps its u; what it knows of itself stays too.
@@ -844,15 +847,24 @@ def take_fine(place: int, target: int, fields: int, k: int, fine: Floats, s: Flo
     else:
         first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
         a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
+        here, after = fine[first, place], fine[second, place]
+        under, squares = fine[unit, place], fine[unit + 1, place]
+        w0, w1, w2 = s[POINT + k], s[POINT + LANES + k], s[POINT + 2 * LANES + k]
+        w3, w4 = s[POINT + 3 * LANES + k], s[POINT + 4 * LANES + k]
+        w5 = s[POINT + 5 * LANES + k]
         for pair in range(fields // 2):
-            work = square = 0.0
-            for i in range(POINTS):
-                w = s[POINT + i * LANES + k]
-                gas = a * fine[first, place, pair, i] + b * fine[second, place, pair, i]
-                work += w * (gas - c * fine[unit, place, pair, i])
-                square += w * fine[unit + 1, place, pair, i]
-            s[target + 2 * pair * LANES + k] = work
-            s[target + (2 * pair + 1) * LANES + k] = square
+            s[target + 2 * pair * LANES + k] = (
+                w0 * (a * here[pair, 0] + b * after[pair, 0] - c * under[pair, 0])
+                + w1 * (a * here[pair, 1] + b * after[pair, 1] - c * under[pair, 1])
+                + w2 * (a * here[pair, 2] + b * after[pair, 2] - c * under[pair, 2])
+                + w3 * (a * here[pair, 3] + b * after[pair, 3] - c * under[pair, 3])
+                + w4 * (a * here[pair, 4] + b * after[pair, 4] - c * under[pair, 4])
+                + w5 * (a * here[pair, 5] + b * after[pair, 5] - c * under[pair, 5])
+            )
+            s[target + (2 * pair + 1) * LANES + k] = (
+                w0 * squares[pair, 0] + w1 * squares[pair, 1] + w2 * squares[pair, 2]
+                + w3 * squares[pair, 3] + w4 * squares[pair, 4] + w5 * squares[pair, 5]
+            )  # fmt: skip
 
 
 @inlined
@@ -871,17 +883,22 @@ def take_node(
         target = TAKEN + i * TAKEN_A_NODE * LANES + k
         take_fine(ratio * (node + i), target - k, 6, k, fine, s)
         row = (node + i + PAD - 1) * LANES + k
-        u = us[row] + s[MOVED + k]
         here = node + i - 1
         here = here + nodes if here < 0 else (here - nodes if here >= nodes else here)
         moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
         turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
         bent = s[GAS + k] * moment - s[ETA + k] * turning
-        bent *= s[BETA + k] * s[BETA + k]
+        moved = s[MOVED + k] - s[BETA + k] * s[BETA + k] * bent
         if variable:
-            bent /= 1.0 + s[ETA + k] * s[target + LANES]
-        s[target + 6 * LANES] = u - bent
+            moved /= 1.0 + s[ETA + k] * s[target + LANES]
+        s[target + 6 * LANES] = us[row] + moved
         s[target + 7 * LANES] = rs[row] if rest else 0.0
+    # What the last Euler-Maclaurin term adds tells what the next one would.
+    s[ROUGH + k] = 0.0
+    if rest:
+        row = (node + PAD) * LANES + k
+        near, far = rs[row + LANES] - rs[row - LANES], rs[row + 2 * LANES] - rs[row - 2 * LANES]
+        s[ROUGH + k] = abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
 
 
 @inlined
@@ -1041,7 +1058,7 @@ def peaks_near(
         bump = bump if between else 0.0
         ended = s[ENDED + k] != 0.0
         value = s[AT_NODE + k] if ended else value
-        bump = 0.0 if ended else bump
+        bump = s[ROUGH + k] + (0.0 if ended else bump)
         more = upward * value > upward * s[PEAK + k]
         s[PEAK + k] = value if more else s[PEAK + k]
         s[MISS + k] = bump if more else s[MISS + k]

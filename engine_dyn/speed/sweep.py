@@ -101,6 +101,20 @@ MANY_MEANS, POINTS_OF_MEANS = 32, 10
 """From that many designs a panel and row on, mean torques are interpolated between that many crank
 ratios; the rest is rounding."""
 
+MARCHING = (designs.THESIS, designs.PICARD)
+
+ITERATED = 1e-2
+"""Share of the tolerance that the iteration of the load term may leave of the range of q."""
+
+SAFETY, LEAST_ERROR = 2.0, 5e-11
+"""Factor on the difference to a solution with twice the nodes, and what is added to it: both
+solutions still see the knots of a tabulated diagram."""
+
+ROUNDING = 2e-15
+"""Absolute error of delta that rounding leaves."""
+
+CHUNK_OF_ARRAYS = 1 << 18
+
 LANES_TOLERANCE = 1e-7
 """Smaller tolerances go to the general method at once, whose error is smaller."""
 
@@ -121,11 +135,14 @@ def solve(
     threads: int | None = None,
     progress: Progress | None = None,
     finer: int = 1,
+    iterated: float | None = None,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
 
-    Designs that miss the tolerance are solved again with four, then sixteen times the nodes.
+    Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
+    "delta_error" is wanted, all are solved a second time with twice the nodes: the difference is
+    the error.
 
     Parameters
     ----------
@@ -150,6 +167,9 @@ def solve(
         Called with the number of designs done since the last call.
     finer : int
         Factor on the number of nodes.
+    iterated : float, optional
+        Error that iterations may leave, relative to the range of the speed; a hundredth of the
+        tolerance unless given.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
         crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
@@ -179,6 +199,14 @@ def solve(
         finer * _fewest_nodes(family, row, tolerance),
     ]
     size = int(np.prod(shape, dtype=np.int64))
+    if "delta_error" in wanted and "delta" not in wanted:
+        found = solve(
+            family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
+            closure=closure, tolerance=tolerance, cylinders=cylinders, crank_angle=crank_angle,
+            threads=threads, progress=progress, finer=finer, iterated=iterated, **inputs,
+        )  # fmt: skip
+        found.pop("delta")
+        return found
     names = [name for name in SPEED_RESULTS if name in wanted]
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float)
     curves = {name: name in wanted and angles.size > 0 for name in CURVE_RESULTS}
@@ -211,6 +239,7 @@ def solve(
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
+            ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
         product = packed.product(part)
 
@@ -256,11 +285,37 @@ def solve(
             family=family, wanted=wanted, method=chosen(method),
             inertia_model=chosen(inertia_model), closure=closure, tolerance=tolerance,
             cylinders=chosen(cylinders), crank_angle=crank_angle, threads=threads,
-            finer=4 * finer, **{name: chosen(value) for name, value in inputs.items()},
+            finer=4 * finer, iterated=iterated,
+            **{name: chosen(value) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
             array[missed] = again[name]
+    if "delta_error" in found and iterated is None:
+        # Only the numbers of a method that repeats cycles are compared within the kernel.
+        marched = np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if not marched.all():
+            refined = solve(
+                family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
+                closure=closure, tolerance=tolerance, cylinders=cylinders, threads=threads,
+                finer=2 * finer, iterated=0.01 * ITERATED * tolerance, **inputs,
+            )["delta"].reshape(-1)  # fmt: skip
+            _compare(found["delta_error"], found.get("delta"), refined, marched)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+
+
+def _compare(error: Floats, delta: Floats, refined: Floats, marched: npt.NDArray[np.bool_]) -> None:
+    """Relative error of delta from its difference to a solution with twice the nodes, in place.
+
+    That one's own error is a sixteenth and less, so the difference is nearly all of the error; what
+    rounding leaves of a small delta comes on top. Piece by piece: no array of the sweep's size.
+    """
+    for begin in range(0, error.size, CHUNK_OF_ARRAYS):
+        here = slice(begin, begin + CHUNK_OF_ARRAYS)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = SAFETY * np.abs(delta[here] / refined[here] - 1.0) + LEAST_ERROR
+            found += ROUNDING / delta[here]
+        known = np.isfinite(found) & ~marched[here]
+        np.copyto(error[here], found, where=known)
 
 
 def is_compiled() -> bool:
@@ -415,6 +470,7 @@ def _march_panels(
 
     run_pieces(size, look, threads, None)
     wanted = np.flatnonzero(seen)
+    small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
     most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, PANEL_RATIO) // 3)
     for group in np.array_split(wanted, -(-wanted.size // most)):
         low, high = int(group[0]), int(group[-1])
@@ -430,7 +486,7 @@ def _march_panels(
             memory = scratch()
             keys = np.empty(end - begin, dtype=np.int64)
             designs.keys_of(begin, end, rows, product, memory, keys)
-            order = np.argsort(keys, kind="stable")
+            order = np.argsort(keys.astype(small), kind="stable")
             first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
             left = np.empty(last - first, dtype=np.int64)
             count = designs.march_panels(
@@ -504,10 +560,10 @@ def _row_map(family: Family, rows: Integers) -> Integers:
 def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for."""
     needed = _rows_needed(row)
-    counts = {int(i): _nodes_of_diagram(family, int(i), tolerance) for i in needed}
-    values, inverse = np.unique(row, return_inverse=True)
-    each = [max(counts[int(np.floor(v))], counts[int(np.ceil(v))]) for v in values]
-    return np.array(each, dtype=np.int64)[inverse].reshape(row.shape)
+    counts = np.zeros(family.row_count + 1, dtype=np.int64)
+    counts[needed] = [_nodes_of_diagram(family, int(i), tolerance) for i in needed]
+    below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
+    return np.maximum(counts[below], counts[above])
 
 
 def _nodes_of_diagram(family: Family, row: int, tolerance: float) -> int:

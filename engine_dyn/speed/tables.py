@@ -148,11 +148,12 @@ def take_cubic(
 @inlined
 def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None:
     """Rate of one cylinder's work, (p - p_c) c/(r omega), at every quadrature point."""
+    first, second = grid.at_quadrature[blend.first], grid.at_quadrature[blend.second]
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    sine, cosine = grid.quadrature_sine, grid.quadrature_cosine
     for place in range(rates.size):
-        pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
-        rates[place] = pressure * velocity_at(
-            grid.quadrature_sine[place], grid.quadrature_cosine[place], ratio
-        )
+        pressure = before * first[place] + behind * second[place] - blend.crankcase
+        rates[place] = pressure * velocity_at(sine[place], cosine[place], ratio)
 
 
 @inlined
