@@ -1,0 +1,425 @@
+"""Methods of the periodic speed: one answer, orders observed, closures, outcomes at the edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn.speed import sweep
+from engine_dyn.speed.euler import march_cycles
+from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN, newton
+from engine_dyn.speed.picard import repeat_cycles
+from engine_dyn.status import (
+    CONVERGED,
+    INVALID_INPUT,
+    NO_STEADY_STATE,
+    PASSES_DONE,
+    STALLED,
+)
+from tests.oracle import golden
+from tests.oracle.thesis import euler
+from tests.support import design_of, family_of, inputs_of, items, solved
+
+compiled = pytest.mark.compiled
+
+CYCLE = 4.0 * np.pi
+SINGLE = "alpha 2, constant, 1 cyl, power_mean"
+
+
+# --- a problem with smooth data, solved by the kernels themselves -------------------------------
+
+
+def smooth(nodes: int, variable: bool = False) -> tuple[Any, ...]:
+    """Return w, w', tau, tau' at the nodes of a period of 2 pi."""
+    phi = np.arange(nodes) * (2.0 * np.pi / nodes)
+    w = 0.5 * np.sin(phi) + 0.1 * np.cos(2.0 * phi)
+    dw = 0.5 * np.cos(phi) - 0.2 * np.sin(2.0 * phi)
+    tau = 1.0 + variable * 0.2 * np.cos(phi)
+    return w, dw, tau, -variable * 0.2 * np.sin(phi)
+
+
+def by_newton(
+    nodes: int, half: float, closure: int = POWER_MEAN, kappa: float = 2.0, variable: bool = False
+) -> tuple[int, float, Any]:
+    """Return steps, mu and q at the nodes."""
+    w, dw, tau, dtau = smooth(nodes, variable)
+    s = np.zeros(nodes)
+    steps, mu, _, _ = newton(
+        kappa, half, closure, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s,
+        np.empty((6, nodes)), 1e-7, 60,
+    )  # fmt: skip
+    return steps, mu, (1.0 + w + s) / tau
+
+
+@pytest.mark.parametrize("variable", [False, True])
+@pytest.mark.parametrize("closure", [POWER_MEAN, CYCLE_TIME])
+@pytest.mark.parametrize("half", [0.25, 1.0, 1.5])
+def test_two_point_formula_is_of_fourth_order(half: float, closure: int, variable: bool) -> None:
+    steps, mu, exact = by_newton(192, half, closure, variable=variable)
+    assert steps > 0
+    misses = []
+    for nodes in (12, 24, 48):
+        _, coarse_mu, coarse = by_newton(nodes, half, closure, variable=variable)
+        misses.append(np.abs(coarse - exact[:: 192 // nodes]).max() + abs(coarse_mu - mu))
+    # Halving the step divides the miss by 16, at least once the shape is resolved.
+    assert misses[0] / misses[1] > 8.0
+    assert misses[1] / misses[2] > 13.0
+
+
+@pytest.mark.parametrize("variable", [False, True])
+@pytest.mark.parametrize("half", [0.0, 0.25, 1.0])
+def test_solution_of_the_kernel_obeys_equation_and_closure(half: float, variable: bool) -> None:
+    for closure in (POWER_MEAN, CYCLE_TIME):
+        steps, mu, q = by_newton(96, half, closure, variable=variable)
+        assert steps > 0
+        closed = np.mean(q**-0.5) if closure == CYCLE_TIME else np.mean(q**half)
+        if closure == POWER_MEAN and half == 0.0:
+            closed = np.exp(np.mean(np.log(q)))
+        assert closed == pytest.approx(1.0, abs=1e-12)
+        assert mu == pytest.approx(np.mean(q**half), abs=1e-12)
+        # e' = w' - kappa (F/mu - 1), by the derivative of the trigonometric interpolant.
+        _, dw, tau, _ = smooth(96, variable)
+        order = np.fft.rfftfreq(96, 1.0 / 96)
+        slope = np.fft.irfft(1j * order * np.fft.rfft(q * tau), 96)
+        np.testing.assert_allclose(slope, dw - 2.0 * (q**half / mu - 1.0), atol=3e-5)
+
+
+@compiled
+@pytest.mark.parametrize("kappa", [1e-6, 0.01, 1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("half", [0.15, 0.5, 1.0, 2.0, 6.0])
+def test_newton_finds_it_from_weak_to_overwhelming_loads(half: float, kappa: float) -> None:
+    for closure in (POWER_MEAN, CYCLE_TIME):
+        steps, _, q = by_newton(512, half, closure, kappa)
+        assert steps > 0
+        assert q.min() > 0.0
+        closed = np.mean(q**half) if closure == POWER_MEAN else np.mean(q**-0.5)
+        assert closed == pytest.approx(1.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("kappa", [0.3, 3.0])
+def test_repeated_cycles_are_of_fourth_order_and_end_where_newton_does(kappa: float) -> None:
+    misses = []
+    exact = by_newton(192, 0.75, kappa=kappa)[2]
+    for nodes in (12, 24, 48):
+        w, dw, tau, dtau = smooth(nodes)
+        s = np.zeros(nodes)
+        cycles, closed, stalled = repeat_cycles(
+            kappa, 0.75, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s, 1.2, 0, 1, 0, 1e-12
+        )
+        assert closed and not stalled and cycles > 1
+        misses.append(np.abs(1.0 + w + s - exact[:: 192 // nodes]).max())
+        # The same formula, so the same numbers as Newton's at the same nodes.
+        np.testing.assert_allclose(1.0 + w + s, by_newton(nodes, 0.75, kappa=kappa)[2], atol=1e-10)
+    assert misses[0] / misses[1] > 8.0
+    assert misses[1] / misses[2] > 13.0
+
+
+@pytest.mark.parametrize("alpha", [0.0, 1.0, 1.6, 2.0])
+def test_euler_is_of_first_order(alpha: float) -> None:
+    """One pass of the thesis's method against a step 64 times as fine."""
+
+    def end_of_pass(samples: int) -> float:
+        phi = np.arange(samples) * (CYCLE / samples)
+        torque = 60.0 + 500.0 * np.sin(phi) + 300.0 * np.cos(2.5 * phi)
+        trace = np.empty(samples)
+        done, closed, stalled, top, bottom, mean = march_cycles(
+            torque, np.full(samples, 2.0), np.zeros(samples), samples, CYCLE / samples, 20.0,
+            40.0 / 125.0**alpha, alpha, 125.0, 0, 1, 1, trace, np.empty(samples),
+        )  # fmt: skip
+        assert (done, closed, stalled) == (1, True, False)
+        assert bottom == trace.min() and top == trace.max()
+        return mean
+
+    exact = end_of_pass(720 * 64)
+    misses = [abs(end_of_pass(n) - exact) for n in (360, 720, 1440)]
+    assert misses[0] / misses[1] == pytest.approx(2.0, abs=0.1)
+    assert misses[1] / misses[2] == pytest.approx(2.0, abs=0.1)
+
+
+# --- methods on designs -------------------------------------------------------------------------
+
+
+@compiled
+@pytest.mark.parametrize("model", ["constant", "variable"])
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.6, 2.0, 3.0])
+def test_all_methods_are_one_solution(exponent: float, model: str) -> None:
+    design = replace(
+        design_of("alpha 1, constant, 3 cyl, power_mean"),
+        load_exponent=exponent, inertia_model=model,
+    )  # fmt: skip
+    auto = solved(design)
+    methods = ["newton", "picard"] + (["closed"] if exponent in (0.0, 2.0) else [])
+    for method in methods:
+        found = solved(design, method=method)
+        assert found.status == CONVERGED, method
+        for name in ("delta", "omega_max", "omega_min", "omega_mean", "load_coefficient"):
+            assert getattr(found, name) == pytest.approx(getattr(auto, name), rel=1e-7), name
+
+
+@compiled
+@pytest.mark.parametrize("degrees", [-180.0, 0.0, 37.0, 360.0, -360.0])
+@pytest.mark.parametrize(
+    ("exponent", "offset", "count"), [(2.0, 0.0, 1), (1.0, -20.0, 3), (0.0, 5.0, 2), (1.6, 0.0, 4)]
+)
+def test_thesis_method_from_any_start(
+    exponent: float, offset: float, count: int, degrees: float
+) -> None:
+    """Sample by sample the Euler in plain Python; firing angles fall on the points."""
+    design = replace(design_of(SINGLE), load_exponent=exponent, load_offset=offset, cylinders=count)
+    plain = euler(design, passes=2, start_speed=1.01 * design.omega_n, start_degrees=degrees)
+    found = solved(
+        design, method="thesis", passes=2, start_speed=1.01 * design.omega_n,
+        start_angle=np.radians(degrees), crank_angle=np.radians(plain.degrees),
+    )  # fmt: skip
+    assert found.status == PASSES_DONE
+    np.testing.assert_allclose(found.omega, plain.omega, rtol=1e-11)
+    for name in ("omega_max", "omega_min", "omega_mean", "delta"):
+        assert getattr(found, name) == pytest.approx(getattr(plain, name), rel=1e-9)
+
+
+@compiled
+def test_thesis_method_between_its_samples_follows_its_steps() -> None:
+    """Also over the end of the pass, where the next sample is the start and not the end."""
+    design = design_of(SINGLE)
+    plain = euler(design, passes=1)
+    after = [*plain.omega[1:], plain.omega_end]
+    for shift in (0.0, 0.5):
+        found = solved(
+            design, method="thesis", passes=1,
+            crank_angle=np.radians(np.array(plain.degrees) + shift),
+        )  # fmt: skip
+        expected = (1.0 - shift) * np.array(plain.omega) + shift * np.array(after)
+        np.testing.assert_allclose(found.omega, expected, rtol=1e-10)
+
+
+@compiled
+def test_thesis_method_starts_at_nominal_speed_and_bottom_dead_centre() -> None:
+    design = design_of(SINGLE)
+    plain = euler(design, passes=1)
+    found = solved(design, method="thesis", passes=1)
+    assert found.omega_mean == pytest.approx(plain.omega_mean, rel=1e-11)
+    again = solved(
+        design, method="thesis", passes=1, start_speed=design.omega_n, start_angle=3.0 * np.pi
+    )
+    assert again.omega_mean == found.omega_mean
+
+
+@compiled
+def test_error_of_the_thesis_method_is_reported() -> None:
+    design = design_of(SINGLE)
+    exact = solved(design).delta
+    found = solved(design, method="thesis", passes=1)
+    assert found.delta_error == pytest.approx(abs(found.delta / exact - 1.0), abs=1e-6)
+    assert found.delta_error > 1e-4
+
+
+@compiled
+def test_passes_of_cycle_repetition_are_counted_and_kept() -> None:
+    design = design_of(SINGLE)
+    start = 1.05 * design.omega_n
+    found = [solved(design, method="picard", passes=n, start_speed=start) for n in (1, 5, 80)]
+    assert [one.iterations for one in found] == [1, 5, 80]
+    assert all(one.status == PASSES_DONE for one in found)
+    exact = solved(design).omega_mean
+    misses = [abs(one.omega_mean - exact) for one in found]
+    # The deviation dies out by the same factor in every cycle.
+    rho = (misses[1] / misses[0]) ** 0.25
+    assert 0.0 < rho < 1.0
+    assert misses[2] <= 1.5 * misses[0] * rho**79 + 1e-7 * exact
+
+
+@compiled
+@pytest.mark.parametrize("count", [1, 4])
+def test_energy_form_does_not_drift(count: int) -> None:
+    """Exponent 0: Euler climbs for ever, the energy form stays where it starts."""
+    design = replace(design_of(SINGLE), load_exponent=0.0, cylinders=count)
+    euler_means, picard_means = (
+        [solved(design, method=method, passes=n).omega_mean for n in (1, 100, 300)]
+        for method in ("thesis", "picard")
+    )
+    assert euler_means[1] - euler_means[0] > 1e-6 * design.omega_n
+    # Twice as many further cycles, about twice the climb.
+    climb = (euler_means[2] - euler_means[0]) / (euler_means[1] - euler_means[0])
+    assert climb == pytest.approx(299.0 / 99.0, rel=0.2)
+    assert np.ptp(picard_means) <= 1e-9 * design.omega_n
+
+
+# --- what the nominal speed is ------------------------------------------------------------------
+
+
+@compiled
+@pytest.mark.parametrize("method", ["auto", "newton"])
+@pytest.mark.parametrize("model", ["constant", "variable"])
+@pytest.mark.parametrize("exponent", [0.0, 0.3, 1.0, 2.0, 5.0])
+def test_closures(exponent: float, model: str, method: str) -> None:
+    design = replace(
+        design_of("strong, alpha 1, constant, power_mean"),
+        load_exponent=exponent, inertia_model=model,
+    )  # fmt: skip
+    angles = np.arange(2880) * (CYCLE / 2880)
+    for closure in ("power_mean", "cycle_time"):
+        found = solved(design, method=method, closure=closure, crank_angle=angles)
+        assert found.status == CONVERGED
+        if closure == "cycle_time":
+            mean = 1.0 / np.mean(1.0 / found.omega)
+        elif exponent == 0.0:
+            mean = np.exp(np.mean(np.log(found.omega)))
+        else:
+            mean = np.mean(found.omega**exponent) ** (1.0 / exponent)
+        assert mean == pytest.approx(design.omega_n, rel=1e-8)
+        assert np.mean(found.omega) == pytest.approx(found.omega_mean, rel=1e-8)
+        # The load takes up what the engine gives.
+        load = found.load_coefficient * np.mean(found.omega**exponent)
+        assert load + design.load_offset == pytest.approx(found.torque_mean, rel=1e-7)
+        assert found.omega.max() <= found.omega_max * (1.0 + 1e-9)
+        assert found.omega.min() >= found.omega_min * (1.0 - 1e-9)
+
+
+@compiled
+@pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
+@pytest.mark.parametrize("model", ["constant", "variable"])
+def test_small_exponents_tend_to_the_constant_load(model: str, closure: str) -> None:
+    """The power mean of order alpha is above the geometric one by alpha/2 var(log omega)."""
+    design = replace(design_of(SINGLE), inertia_model=model, closure=closure)
+    limit = solved(design, load_exponent=0.0)
+    for exponent in (1e-15, 1e-12, 1e-10, 1e-9, 1e-8, 1.1e-8, 1e-7, 1e-5, 1e-3):
+        found = solved(design, load_exponent=exponent)
+        assert found.status == CONVERGED
+        assert found.omega_mean == pytest.approx(limit.omega_mean, rel=0.1 * exponent + 1e-7)
+        assert found.delta == pytest.approx(limit.delta, rel=exponent + 1e-7)
+
+
+@compiled
+@pytest.mark.parametrize("exponent", [20.0, 100.0, 300.0])
+def test_large_exponents(exponent: float) -> None:
+    design = design_of(SINGLE)
+    found = solved(design, load_exponent=exponent)
+    assert found.status == CONVERGED
+    # The stiffer the load, the less the speed may vary; the largest speed tends to the nominal.
+    assert found.delta < solved(design, load_exponent=2.0).delta
+    assert found.omega_max == pytest.approx(design.omega_n, rel=0.1)
+
+
+# --- outcomes -----------------------------------------------------------------------------------
+
+
+@compiled
+@pytest.mark.parametrize("name", [n for n, item in items().items() if item.exact])
+def test_no_load(name: str) -> None:
+    """The offset takes all: k is zero, and the closure fixes the speed."""
+    design, known = design_of(name), golden.read()[name]
+    offset = solved(design).torque_mean
+    found = solved(design, load_offset=offset)
+    assert found.status == CONVERGED
+    assert found.load_coefficient == 0.0
+    for quantity in ("delta", "omega_max", "omega_min", "omega_mean"):
+        assert getattr(found, quantity) == pytest.approx(known[quantity], rel=1e-6)
+
+
+@compiled
+@pytest.mark.parametrize("method", ["auto", "newton", "picard", "thesis"])
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
+def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
+    design = replace(design_of(SINGLE), load_exponent=exponent)
+    inputs = inputs_of(design, family_of(design))
+    inputs.pop("closure")
+    extremes = {k: v for k, v in inputs.items() if k not in (
+        "inertia", "exponent", "offset", "mean_torque", "inertia_model")}  # fmt: skip
+    span = sweep.torque_extremes(wanted=("torque_max", "torque_min"), **extremes)
+    span = float(span["torque_max"] - span["torque_min"])
+    for excess, status in ((2e-9, NO_STEADY_STATE), (0.1, NO_STEADY_STATE), (0.5e-9, None)):
+        inputs["offset"] = inputs["mean_torque"] + excess * span
+        passes = {"passes": 3.0} if method in ("thesis", "picard") else {}
+        found = sweep.solve(wanted=("delta",), method=method, **inputs, **passes)
+        if status is None:
+            assert int(found["status"]) in (CONVERGED, PASSES_DONE)
+            assert np.isfinite(found["delta"])
+        else:
+            assert int(found["status"]) == status
+            assert np.isnan(found["delta"])
+
+
+@compiled
+@pytest.mark.parametrize("method", ["auto", "newton", "closed", "picard", "thesis"])
+def test_stall(method: str) -> None:
+    found = solved(design_of("stalled, alpha 2, constant"), method=method)
+    assert found.status == STALLED
+    for quantity in ("delta", "omega_max", "omega_min", "omega_mean", "delta_error"):
+        assert math.isnan(getattr(found, quantity))
+
+
+@compiled
+@pytest.mark.parametrize("method", ["auto", "newton", "picard", "thesis"])
+def test_vanishing_inertia_is_invalid(method: str) -> None:
+    design = design_of("inertia vanishes, 1 cyl")
+    assert solved(design, method=method, closure="power_mean").status == INVALID_INPUT
+    constant = replace(design, inertia_model="constant")
+    assert solved(constant, method=method).status != INVALID_INPUT
+
+
+@compiled
+@pytest.mark.parametrize("exponent", [1e-12, 0.5, 1.0, 1.9999, 3.0])
+def test_closed_at_other_exponents_is_invalid(exponent: float) -> None:
+    assert solved(design_of(SINGLE), method="closed", load_exponent=exponent).status == (
+        INVALID_INPUT
+    )
+
+
+@compiled
+def test_cycle_repetition_closes_nowhere_but_at_the_solution() -> None:
+    """Light flywheels: what it calls converged has the asked mean speed and Newton's delta."""
+    design = design_of("alpha 1, variable, 3 cyl, power_mean")
+    family = family_of(design)
+    for count, model in ((12, "variable"), (12, "constant"), (1, "variable")):
+        inputs = inputs_of(replace(design, cylinders=count, inertia_model=model), family)
+        inputs["inertia"] = design.inertia * np.geomspace(1e-4, 1.0, 60)
+        found = sweep.solve(wanted=sweep.SPEED_RESULTS, method="picard", **inputs)
+        exact = sweep.solve(wanted=sweep.SPEED_RESULTS, method="newton", **inputs)
+        good = found["status"] == CONVERGED
+        assert good.any()
+        assert (exact["status"][good] == CONVERGED).all()
+        np.testing.assert_allclose(found["delta"][good], exact["delta"][good], rtol=1e-6)
+        # Exponent 1: the mean of omega is the nominal speed.
+        np.testing.assert_allclose(found["omega_mean"][good], design.omega_n, rtol=1e-6)
+
+
+@compiled
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_tolerance_is_met_or_said_not_to_be(tolerance: float) -> None:
+    for name in ("alpha 1.6, variable, 6 cyl, power_mean", "strong, alpha 3, constant, cycle_time"):
+        design = design_of(name)
+        exact = solved(design, tolerance=1e-11)
+        found = solved(design, tolerance=tolerance)
+        assert found.status == CONVERGED
+        assert abs(found.delta / exact.delta - 1.0) <= tolerance
+
+
+@compiled
+@pytest.mark.parametrize("name", [n for n in items() if n.startswith("weak")])
+def test_weak_loads_need_no_patience(name: str) -> None:
+    found = solved(design_of(name), tolerance=1e-9)
+    assert found.iterations < 30
+    other = solved(design_of(name), tolerance=1e-9, method="newton")
+    assert found.delta == pytest.approx(other.delta, rel=1e-9)
+
+
+@compiled
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"stroke": math.inf}, {"tolerance": 0.0}, {"load_exponent": -1.0}, {"speed": 0.0},
+        {"crankcase_pressure": -1.0}, {"cylinders": 1.5}, {"friction_torque": math.nan},
+        {"closure": "cycle_time", "method": "thesis"}, {"method": "Auto"}, {"crank_ratio": 0.0},
+        {"passes": 0}, {"passes": -1}, {"passes": 1.5}, {"start_speed": -1.0},
+        {"start_speed": math.nan}, {"start_angle": math.inf},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_bad_values_are_refused(bad: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=next(iter(bad))) as caught:
+        solved(design_of(SINGLE), **bad)
+    assert "\n" not in str(caught.value)
