@@ -15,7 +15,7 @@ typed := $(wildcard engine_dyn sweeps tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels wheel \
+.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels stress wheel \
 	clean distclean
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engine ntua again"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
+	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 
@@ -61,6 +62,10 @@ bench: $(VENV)/.installed-bench
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py
+
+# Settings: STRESS='--designs 100000 --sample 500 -o out/stress' (a minute or two), and others.
+stress: $(VENV)/.installed-test
+	$(python) -m benchmarks.stress $(STRESS)
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed

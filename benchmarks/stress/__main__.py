@@ -1,0 +1,99 @@
+"""Stress the solver and write docs/stability.md.
+
+python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N] [--seed N]
+                            [--processes N] [-o FOLDER]
+
+Ends with status 1 if anything is not as it should be; out/stress.json then has the designs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import platform
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmarks.stress import calibration, chunks, draw, report, sample, spikes, weak
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def log(words: str) -> None:
+    """Say what goes on."""
+    print(f"{time.strftime('%H:%M:%S')}  {words}", file=sys.stderr, flush=True)
+
+
+def machine() -> str:
+    """Processor, its number, and system."""
+    name = platform.processor() or platform.machine()
+    cpus = Path("/proc/cpuinfo")
+    if cpus.is_file():
+        for line in cpus.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                name = line.partition(":")[2].strip()
+                break
+    return f"{name}, {os.cpu_count()} processors, {platform.system()}"
+
+
+def versions() -> str:
+    """What numbers depend on."""
+    names = ("numpy", "numba", "engine-dyn")
+    return f"Python {platform.python_version()}, " + ", ".join(f"{n} {version(n)}" for n in names)
+
+
+def main() -> int:
+    """Run everything and write the document."""
+    if sys.argv[1:2] == ["--worker"]:
+        seed, begin, end, size, picks = (int(word) for word in sys.argv[2:])
+        chunks.work(seed, range(begin, end), size, picks)
+        return 0
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.stress", description=__doc__)
+    parser.add_argument("--designs", type=int, default=10_000_000)
+    parser.add_argument("--sample", type=int, default=4000)
+    parser.add_argument("--calibrate", type=int, default=4000)
+    parser.add_argument("--diagrams", type=int, default=100, help="of each kind")
+    parser.add_argument("--seed", type=int, default=20261121)
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--limit", type=float, default=chunks.LIMIT, help="seconds for a chunk")
+    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
+    chosen = parser.parse_args()
+    began = time.perf_counter()
+
+    outcome = chunks.run(chosen.seed, chosen.designs, chosen.sample, log, chosen.limit)
+    size = min(draw.CHUNK, chosen.designs)
+    agreement = sample.run(chosen.seed, outcome.picked, size, chosen.processes, log)
+    spiky = spikes.run(chosen.seed, chosen.diagrams, log)
+    reading = calibration.run(chosen.seed, chosen.calibrate, chosen.processes, log)
+    means, cure = weak.drift()
+    measured = report.Measured(
+        when=datetime.date.today().isoformat(),
+        machine=machine(),
+        versions=versions(),
+        seed=chosen.seed,
+        outcome=outcome,
+        agreement=agreement,
+        spiky=spiky,
+        reading=reading,
+        own_error=calibration.own_error(chosen.seed),
+        weak=weak.study(),
+        drift=means,
+        cure=cure,
+        took=time.perf_counter() - began,
+    )
+    report.write(measured, chosen.folder)
+    examples = ROOT / "out" / "stress.json"
+    examples.parent.mkdir(exist_ok=True)
+    examples.write_text(
+        json.dumps([*outcome.examples, *agreement.examples, *spiky.examples], indent=1), "utf-8"
+    )
+    log(f"written: stability.md, out/stress.json; {measured.defects} defects")
+    return 1 if measured.defects else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,165 @@
+"""Weak loads: how long cycles must be repeated, what Euler adds, and which closure loses digits.
+
+The engine is the catalogue's `ntua` at 50 % load and 1200 rpm with a flywheel of 1.5 kg m2; the
+load's offset takes more and more of the mean torque, so that less and less of it depends on speed.
+With load exponent 2 a deviation of omega^2 shrinks by rho = exp(-kappa 4 pi) in a cycle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.stress import draw
+from engine_dyn import PeriodicSpeed, periodic_speed
+from engine_dyn.status import CONVERGED, NOT_CONVERGED
+from tests.oracle import spline
+from tests.oracle.solution import CYCLE
+
+Floats = npt.NDArray[np.float64]
+
+BORE, STROKE, RATIO, MASS, INERTIA, FRICTION, CRANKCASE = (
+    0.14, 0.18, 0.2571, 6.67, 1.5, 32.776, 101325.0,
+)  # fmt: skip
+SPEED = 1200.0 * math.pi / 30.0
+ROW = 100
+
+WEAKNESS = tuple(float(10.0 ** (-k / 4.0)) for k in range(4, 17))
+"""1 - rho: from 0.1 to 1e-4."""
+
+STOP = 1e-6
+"""rad/s: repetition ends where the speeds at begin and end of a cycle differ by less."""
+
+DRIFT = (1, 10, 100, 1000, 3000, 10000)
+"""Cycles of explicit Euler with a constant load torque."""
+
+
+@dataclass(frozen=True)
+class Weak:
+    """One weakness: cycles until repetition ends, and relative errors of the mean speed.
+
+    `euler` and `repetition` are explicit Euler at one degree and the energy form (method picard);
+    NaN where they do not end. `iterations` are those of the closed or periodic solution.
+    """
+
+    weakness: float
+    euler: float
+    repetition: float
+    iterations: int
+    error_euler: float
+    error_stop: float
+    error_start: float
+    error_mean: float
+
+
+def solved(offset: float, exponent: float = 2.0, **options: Any) -> PeriodicSpeed:
+    """The engine with an offset of the load torque [N m]."""
+    return periodic_speed(
+        draw.family().row(ROW), bore=BORE, stroke=STROKE, crank_ratio=RATIO,
+        reciprocating_mass=MASS, inertia=INERTIA, speed=SPEED, load_exponent=exponent,
+        load_offset=offset, friction_torque=FRICTION, crankcase_pressure=CRANKCASE, **options,
+    )  # fmt: skip
+
+
+def exact(offset: float, mean: float) -> spline.Solutions:
+    """The same by the independent solver."""
+    designs = spline.Designs.of(
+        row=float(ROW), scale=1.0, crankcase=CRANKCASE, crank_ratio=RATIO, bore=BORE,
+        stroke=STROKE, mass=MASS, inertia=INERTIA, speed=SPEED, exponent=2.0,
+        surplus=mean - offset, cylinders=1, variable=False, cycle_time=False,
+    )  # fmt: skip
+    return spline.solve(designs, draw.pressure, draw.family().row(ROW).angle)
+
+
+def march(offset: float, mean: float) -> tuple[Floats, float, float]:
+    """One cycle of u = (omega/omega_n)^2 by Runge and Kutta's formula at one degree.
+
+    u' = D(phi) - kappa u is linear. Returns what a cycle adds from u = 0, at every degree, the
+    share of u that is left after one, and kappa.
+    """
+    scale = 2.0 / (INERTIA * SPEED**2)
+    kappa = scale * (mean - offset)
+    phi = np.arange(1441) * (CYCLE / 1440)
+    lever = 0.25 * math.pi * BORE**2 * 0.5 * STROKE
+    v, b = spline.velocity(phi, RATIO), spline.acceleration(phi, RATIO)
+    torque = lever * (draw.pressure(ROW, phi) - CRANKCASE) * v - FRICTION
+    torque -= MASS * (0.5 * STROKE * SPEED) ** 2 * b * v
+    drive = scale * (torque - offset)
+    h = CYCLE / 720
+    u = np.zeros(721)
+    for i in range(720):
+        d0, d1, d2 = drive[2 * i : 2 * i + 3]
+        k1 = d0 - kappa * u[i]
+        k2 = d1 - kappa * (u[i] + 0.5 * h * k1)
+        k3 = d1 - kappa * (u[i] + 0.5 * h * k2)
+        k4 = d2 - kappa * (u[i] + h * k3)
+        u[i + 1] = u[i] + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    z = kappa * h
+    kept = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** 720
+    return u, kept, kappa
+
+
+def _mean_of(start: float, u: Floats, kappa: float) -> float:
+    """Mean speed over nominal of the cycle that starts with `start`."""
+    h = CYCLE / 720
+    z = kappa * h
+    kept = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** np.arange(720)
+    return float(np.sqrt(u[:720] + start * kept).mean())
+
+
+def closures(offset: float, mean: float) -> tuple[float, float, float]:
+    """Relative errors of the mean speed: stopped repetition, end = start, and power mean."""
+    true = float(exact(offset, mean).omega_mean[0]) / SPEED
+    u, kept, kappa = march(offset, mean)
+    returning = u[720] / (1.0 - kept)
+    z = kappa * CYCLE / 720
+    shrinks = (1.0 - z + z**2 / 2.0 - z**3 / 6.0 + z**4 / 24.0) ** np.arange(720)
+    powered = (1.0 - u[:720].mean()) / shrinks.mean()
+    # Repetition from 1 % above, until it closes; its own solution is the periodic one of the march.
+    start = returning * 1.02
+    while abs(math.sqrt(kept * start + u[720]) - math.sqrt(start)) * SPEED >= STOP:
+        start = kept * start + u[720]
+    settled = _mean_of(returning, u, kappa)
+    return (
+        abs(_mean_of(start, u, kappa) / settled - 1.0),
+        abs(settled / true - 1.0),
+        abs(_mean_of(powered, u, kappa) / true - 1.0),
+    )
+
+
+def study() -> list[Weak]:
+    """All weaknesses."""
+    mean = solved(0.0).torque_mean
+    found = []
+    for weakness in WEAKNESS:
+        kappa = -math.log1p(-weakness) / CYCLE
+        offset = mean - 0.5 * INERTIA * SPEED**2 * kappa
+        ours, euler, picard = (
+            solved(offset, method=method) for method in ("auto", "thesis", "picard")
+        )
+        if ours.status != CONVERGED:
+            raise RuntimeError(f"1 - rho = {weakness:g}: status {ours.status}")
+        stop, start, power = closures(offset, mean)
+        found.append(
+            Weak(
+                weakness=weakness,
+                euler=math.nan if euler.status == NOT_CONVERGED else float(euler.iterations),
+                repetition=math.nan if picard.status == NOT_CONVERGED else float(picard.iterations),
+                iterations=ours.iterations,
+                error_euler=abs(euler.omega_mean / ours.omega_mean - 1.0),
+                error_stop=stop,
+                error_start=start,
+                error_mean=power,
+            )
+        )
+    return found
+
+
+def drift() -> tuple[list[float], float]:
+    """Mean speed after cycles of Euler with a constant load torque, and of the cure [rad/s]."""
+    means = [solved(0.0, 0.0, method="thesis", passes=n).omega_mean for n in DRIFT]
+    return means, solved(0.0, 0.0).omega_mean
