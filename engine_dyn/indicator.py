@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -458,14 +459,14 @@ class Family:
     @property
     def row_count(self) -> int:
         """Number of rows of the table."""
-        return int(self._first_rows()[-1]) + 1
+        return int(self._first_rows[-1]) + 1
 
     @property
     def row_loads(self) -> FloatArray:
         """Load [percent] of every row, ascending."""
         pieces = [
             np.linspace(self.loads[i], self.loads[i + 1], count, endpoint=False)
-            for i, count in enumerate(self._row_steps())
+            for i, count in enumerate(self._row_steps)
         ]
         return np.concatenate([*pieces, self.loads[-1:]])
 
@@ -499,8 +500,8 @@ class Family:
             else:
                 allowed = f"the engine's diagrams cover {self.low:g}..{self.high:g} percent"
             raise ValueError(f"load {value:g} percent is not allowed: {allowed}")
-        first = self._first_rows()
-        steps = np.append(self._row_steps(), 1)
+        first = self._first_rows
+        steps = np.append(self._row_steps, 1)
         segment = np.searchsorted(self.loads, wanted, side="right") - 1
         width = np.diff(self.loads, append=self.loads[-1] + 1.0)
         place = (wanted - self.loads[segment]) / width[segment] * steps[segment]
@@ -523,13 +524,13 @@ class Family:
             raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
         known = self._rows.get(index)
         if known is None:
-            first = self._first_rows()
+            first = self._first_rows
             segment = int(np.searchsorted(first, index, side="right")) - 1
             inside = index - int(first[segment])
             if inside == 0:
                 known = self.diagrams[segment]
             else:
-                share = inside / int(self._row_steps()[segment])
+                share = inside / int(self._row_steps[segment])
                 known = _morph(self.diagrams[segment], self.diagrams[segment + 1], share)
             self._rows[index] = known
         return known
@@ -569,14 +570,16 @@ class Family:
         peaks = np.array([self.at(float(value)).peak for value in values])
         return peaks[places].reshape(wanted.shape)
 
+    @cached_property
     def _row_steps(self) -> IntArray:
         """Count the table steps between each two given loads."""
         steps: IntArray = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
         return steps
 
+    @cached_property
     def _first_rows(self) -> IntArray:
         """Find the row of each given load."""
-        rows: IntArray = np.concatenate(([0], np.cumsum(self._row_steps()))).astype(np.int64)
+        rows: IntArray = np.concatenate(([0], np.cumsum(self._row_steps))).astype(np.int64)
         return rows
 
 

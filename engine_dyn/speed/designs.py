@@ -125,6 +125,13 @@ STRONG_LOAD = 5e-3
 """Below this kappa times the width of an interval, what the two-point formula misses is negligible;
 above it, it counts in the error."""
 
+SLACK = 1.0 + 1e-9
+"""The mean lies between the extremes up to rounding."""
+
+ROUNDING = 5e-16
+"""Error of a speed over nominal that rounding leaves: a relative error of delta, the smaller it
+is."""
+
 NEARLY_STALLED = 0.25
 """Below this (omega/omega_n)^2 the powers of the closure are sharp enough to ask for more nodes;
 above it the means over all nodes are exact to rounding."""
@@ -452,7 +459,7 @@ def speeds_of(
     high, low = math.sqrt(high), math.sqrt(low)
     error = 0.0
     if high > low:
-        error = 0.5 * (high_miss / high + low_miss / low) / (high - low)
+        error = (0.5 * (high_miss / high + low_miss / low) + ROUNDING) / (high - low)
     if low * low < NEARLY_STALLED:
         error += unresolved(design.half, choice.closure, records)
     if design.kappa * width > STRONG_LOAD and span > 0.0:
@@ -540,6 +547,9 @@ def march(
                 high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
                 if not (low > 0.0):
                     code = STALLED
+                elif not (low <= mean * SLACK and mean <= high * SLACK):
+                    # A load so strong that the nodes do not see the curve at all.
+                    code = NOT_CONVERGED
                 elif error > choice.tolerance:
                     code = TOLERANCE_NOT_MET
         if answerable and (choice.method == THESIS or choice.method == PICARD):
@@ -637,7 +647,7 @@ def solve_block(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
-        lanes.mean_speed(choice.kind, width_of_lanes, coarse, s, us)
+        lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
         choice.variable, not linear, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows

@@ -34,6 +34,9 @@ import numpy.typing as npt
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.levels import (
+    ALIAS_P,
+    ALIAS_V,
+    ALIASED,
     CHUNK,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
@@ -103,8 +106,14 @@ DEEPEST, HIGHEST = -0.5, 1.0
 
 MOST_PASSES = 10
 
-LARGEST_HALF = 8.0
-"""Largest a for which `exp_of` holds over that range."""
+ROUNDING = 5e-16
+"""Error of a speed over nominal that rounding leaves."""
+
+LARGEST_ALIAS = 1e-3
+"""Largest share of a table that the coarse level may see wrongly; of usual ones it is 1e-4."""
+
+SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
+"""Range of a: below it the closure -mean(r)/a loses its digits, above it `exp_of` does not hold."""
 
 
 @inlined
@@ -245,7 +254,8 @@ def prepare(
         # Not `x > ...`: what is no number is left as well.
         code = code if x <= LARGEST_STEP or code != 0.0 else LEFT
         code = invalid if variable and 1.0 + eta * least_square <= 0.0 else code
-        code = code if a <= LARGEST_HALF or code != 0.0 else LEFT
+        code = code if SMALLEST_HALF <= a <= LARGEST_HALF or code != 0.0 else LEFT
+        code = code if constant(constants, ALIASED, k) <= LARGEST_ALIAS or code != 0.0 else LEFT
         kappa = kappa if x <= LARGEST_STEP else LARGEST_STEP / (a * step)
         x = x if x <= LARGEST_STEP else LARGEST_STEP
         loss = loss_of(x)
@@ -284,6 +294,9 @@ def prepare(
         s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
         s[ALIAS + k] = 0.0
         s[ALIAS_SPEED + k] = 0.0
+        if constants.ndim == 2:
+            linear = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
+            s[ALIAS_SPEED + k] = 0.5 * linear
         if constants.ndim == 1:
             s[ALIAS + k] = alias(half, kind == 0, variable, False, g, eta, constants) / a
             s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
@@ -699,22 +712,36 @@ def iterate(
 
 
 @inlined
-def mean_speed(kind: int, lanes: int, nodes: int, s: Floats, us: Floats) -> None:
+def mean_speed(
+    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
+) -> None:
     """Mean of sqrt(q), once u is known at the coarse nodes; exponent 1 has it from its closure."""
+    nodes = coarse.shape[0]
     for k in range(lanes):
         s[MEAN + k] = 1.0 if kind == 1 else 0.0
     if kind == 1:
         return
     for group in range(nodes // CHUNK):
-        row = (CHUNK * group + PAD) * LANES
+        n = CHUNK * group
+        row = (n + PAD) * LANES
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
-            base = 1.0 + s[MOVED + k]
-            s[MEAN + k] += (
-                math.sqrt(base + us[row + k]) + math.sqrt(base + us[row + LANES + k])
-            ) + (
-                math.sqrt(base + us[row + 2 * LANES + k])
-                + math.sqrt(base + us[row + 3 * LANES + k])
-            )
+            moved = s[MOVED + k]
+            u0, u1 = 1.0 + us[row + k], 1.0 + us[row + LANES + k]
+            u2, u3 = 1.0 + us[row + 2 * LANES + k], 1.0 + us[row + 3 * LANES + k]
+            if variable:
+                eta = s[ETA + k]
+                u0 += moved * (1.0 - eta * own(coarse, vw0, n, V, k))
+                u1 += moved * (1.0 - eta * own(coarse, vw1, n + 1, V, k))
+                u2 += moved * (1.0 - eta * own(coarse, vw2, n + 2, V, k))
+                u3 += moved * (1.0 - eta * own(coarse, vw3, n + 3, V, k))
+            else:
+                u0 += moved
+                u1 += moved
+                u2 += moved
+                u3 += moved
+            s[MEAN + k] += (math.sqrt(u0) + math.sqrt(u1)) + (math.sqrt(u2) + math.sqrt(u3))
     for k in range(lanes):
         s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
@@ -1117,5 +1144,5 @@ def extremes(
     for k in range(lanes):
         high, low = s[TOP + k], math.sqrt(1.0 + s[PEAK + k])
         s[BOTTOM + k] = low
-        error = (s[ERROR + k] + 0.5 * s[MISS + k] / low) / (high - low)
+        error = (s[ERROR + k] + 0.5 * s[MISS + k] / low + ROUNDING) / (high - low)
         s[ERROR + k] = error if high > low else 0.0

@@ -8,6 +8,7 @@ fine level, whose nodes are those of `tables`.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -50,13 +51,14 @@ F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
 misses in the middle of the interval behind it."""
 
 DEGREES = 4
-CONSTANTS = 19
+CONSTANTS = 20
 PP, PV, VV = 0, 1, 2
-FIRST_ALIAS = 3
-HIGHEST_SLOPE, HIGHEST_SLOPE_V = 17, 18
+ALIAS_P, ALIAS_V = 3, 4
+HIGHEST_SLOPE, HIGHEST_SLOPE_V, ALIASED = 17, 18, 19
 """Of a table: the means of P^2, P V, V^2; then, for P^i V^k with i + k from 1 to 4, its mean over
 the fine less that over the coarse nodes, in the order 10, 01, 20, 11, 02, 30 ...: what the coarse
-level makes wrong in the mean of a function of the speed."""
+level makes wrong in the mean of a function of the speed; the largest slopes; ALIASED, the largest
+of the first four of those differences over the values themselves."""
 
 
 class Levels(NamedTuple):
@@ -147,6 +149,11 @@ def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
         constants[14] += p2 * v2
         constants[15] += weight * p * v2 * v
         constants[16] += weight * v2 * v2
+    c = constants
+    root_p, root_v = math.sqrt(c[PP]), math.sqrt(c[VV])
+    of_p = max(abs(c[3]) / root_p, abs(c[5]) / c[PP]) if c[PP] > 0.0 else 0.0
+    of_v = max(abs(c[4]) / root_v, abs(c[7]) / c[VV]) if c[VV] > 0.0 else 0.0
+    constants[ALIASED] = max(of_p, of_v)
 
 
 @inlined

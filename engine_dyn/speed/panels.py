@@ -32,6 +32,9 @@ from engine_dyn.speed.lanes import (
     UNIT_TABLE,
 )
 from engine_dyn.speed.levels import (
+    ALIAS_P,
+    ALIAS_V,
+    ALIASED,
     CHUNK,
     CONSTANTS,
     F_DP,
@@ -82,8 +85,8 @@ SHRINK = 0.92
 BOUND = 1.05
 """Factor on bounds that were taken at the points of a panel only."""
 
-NUMBERS = 3
-TORQUE_RANGE, STEEPEST, LEAST = range(NUMBERS)
+NUMBERS = 4
+TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
 
 
 class Panels(NamedTuple):
@@ -91,7 +94,8 @@ class Panels(NamedTuple):
 
     `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle;
     `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, above or below);
-    `numbers` (table, NUMBERS). A table is of the work of one diagram; of a unit pressure; or, the
+    `numbers` (table, NUMBERS); `alias` (table, point) what the coarse level sees wrongly of the
+    mean. A table is of the work of one diagram; of a unit pressure; or, the
     one after that, of the square velocity V.
     """
 
@@ -99,6 +103,7 @@ class Panels(NamedTuple):
     coarse: Floats
     chunk: Floats
     numbers: Floats
+    alias: Floats
 
 
 @inlined
@@ -127,6 +132,7 @@ def make_panels(count: int, nodes: int, ratio: int) -> Panels:
         coarse=np.empty((count, coarse, 2, POINTS)),
         chunk=np.zeros((count, coarse // CHUNK, 2)),
         numbers=np.zeros((count, NUMBERS)),
+        alias=np.zeros((count, POINTS)),
     )
 
 
@@ -200,6 +206,8 @@ def build_panel(
             numbers = panels.numbers
             numbers[here, TORQUE_RANGE] = max(numbers[here, TORQUE_RANGE], span)
             numbers[here, STEEPEST] = max(numbers[here, STEEPEST], slope)
+            panels.alias[here, i] = levels.constants[ALIAS_P + quantity]
+            numbers[here, WORST] = max(numbers[here, WORST], levels.constants[ALIASED])
             numbers[here, LEAST] = min(numbers[here, LEAST], BOUND * table[SQUARE].min())
 
 
@@ -279,6 +287,22 @@ def fill_block(
             + s[CRANKCASE + k] * numbers[unit, STEEPEST]
         )
         constants[HIGHEST_SLOPE_V, k] = numbers[unit + 1, STEEPEST]
+        constants[ALIASED, k] = max(
+            max(numbers[first, WORST], numbers[second, WORST]),
+            max(numbers[unit, WORST], numbers[unit + 1, WORST]),
+        )
+        constants[ALIAS_P, k] = 0.0
+        constants[ALIAS_V, k] = 0.0
+    alias = panels.alias
+    for i in range(POINTS):
+        a, b, c = alias[first, i], alias[second, i], alias[unit, i]
+        v = alias[unit + 1, i]
+        for k in range(lanes):
+            weight = s[POINT + i * LANES + k]
+            constants[ALIAS_P, k] += weight * (
+                s[ROW_SHARE + k] * a + s[NEXT_SHARE + k] * b - s[CRANKCASE + k] * c
+            )
+            constants[ALIAS_V, k] += weight * v
     share = 1.0 / nodes
     for n in range(nodes):
         works, squares = coarse[n, P], coarse[n, V]

@@ -10,14 +10,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import is_cached
-from engine_dyn.indicator import Family
+from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.speed import designs, lanes, panels
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
@@ -37,7 +37,7 @@ from engine_dyn.speed.tables import (
     make_grid,
     steps_per_cycle,
 )
-from engine_dyn.status import TOLERANCE_NOT_MET
+from engine_dyn.status import NOT_CONVERGED, TOLERANCE_NOT_MET
 
 __all__ = [
     "CLOSURES",
@@ -110,7 +110,7 @@ SAFETY, LEAST_ERROR = 2.0, 5e-11
 """Factor on the difference to a solution with twice the nodes, and what is added to it: both
 solutions still see the knots of a tabulated diagram."""
 
-ROUNDING = 2e-15
+ROUNDING = 1e-15
 """Absolute error of delta that rounding leaves."""
 
 CHUNK_OF_ARRAYS = 1 << 18
@@ -223,9 +223,15 @@ def solve(
     period = family.row(0).period
     for part in split(shape, keys):
         count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest, PIECES)
+        choice = designs.Choice(
+            method_code, kind, bool(variable),
+            CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
+            ITERATED * tolerance if iterated is None else iterated,
+        )  # fmt: skip
+        in_lanes = _fits_lanes(choice, angles)
+        steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // count, period / steps
-        ratio = RATIOS[count > FEW_CYLINDERS]
+        ratio = RATIOS[count > FEW_CYLINDERS or kind == 3] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
         samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
@@ -236,14 +242,8 @@ def solve(
             share=np.maximum(place - node, 0.0),
             sample=np.mod(angles + 0.5 * period, period) / SAMPLE_WIDTH,
         )
-        choice = designs.Choice(
-            method_code, kind, bool(variable),
-            CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
-            ITERATED * tolerance if iterated is None else iterated,
-        )  # fmt: skip
         product = packed.product(part)
 
-        in_lanes = _fits_lanes(choice, angles)
         rest = partial(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results,
@@ -268,7 +268,7 @@ def solve(
     for name, array in zip(CURVE_RESULTS, (results.omega, results.acceleration), strict=True):
         if curves[name]:
             found[name] = array
-    missed = np.flatnonzero(results.status == TOLERANCE_NOT_MET)
+    missed = np.flatnonzero(np.isin(results.status, (TOLERANCE_NOT_MET, NOT_CONVERGED)))
     if missed.size and finer < FINEST:
         index = np.unravel_index(missed, shape) if shape else ()
         # Repeating cycles from a start has an error of its own, which more nodes do not mend.
@@ -561,24 +561,25 @@ def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for."""
     needed = _rows_needed(row)
     counts = np.zeros(family.row_count + 1, dtype=np.int64)
-    counts[needed] = [_nodes_of_diagram(family, int(i), tolerance) for i in needed]
+    counts[needed] = [_nodes_of_diagram(family.row(int(i)), tolerance) for i in needed]
     below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
     return np.maximum(counts[below], counts[above])
 
 
-def _nodes_of_diagram(family: Family, row: int, tolerance: float) -> int:
+@lru_cache(maxsize=4096)
+def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     """Nodes of a cycle for one diagram: doubled until a cubic through them misses little.
 
     Judged on the work of one cylinder at a crank ratio of 0.3, at the middle of the worst interval.
     The extremes use the middles too and seldom lie in the worst interval, so the threshold is above
     the tolerance; each design's own error decides about its status.
     """
-    period = family.row(row).period
+    family = family_from_diagrams([0.0], [diagram])
     steps = FEWEST_NODES
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
-        grid = make_grid(family, np.array([row]), steps)
-        build(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, period / steps, grid, table,
+        grid = make_grid(family, np.array([0]), steps)
+        build(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
               np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:

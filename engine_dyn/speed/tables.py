@@ -14,13 +14,15 @@ fire evenly, so the curve of one cylinder, folded at the firing interval, is the
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.indicator import Family
+from engine_dyn.indicator import Diagram, Family
 from engine_dyn.slider_crank import acceleration_at, jerk_at, velocity_at
 
 __all__ = ["FEWEST_NODES", "MOST_NODES", "Blend", "Grid", "build", "make_grid", "steps_per_cycle"]
@@ -88,24 +90,50 @@ def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
 
 def make_grid(family: Family, rows: npt.NDArray[np.int64], steps: int) -> Grid:
     """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on."""
-    width = family.row(int(rows[0])).period / steps
-    node = np.arange(steps) * width
-    middle = node + 0.5 * width
-    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
-    quadrature = (node[:, None] + offsets * width).ravel()
     diagrams = [family.row(int(row)) for row in rows]
+    sampled = [_sampled(diagram, steps) for diagram in diagrams]
     return Grid(
-        at_node=np.array([d(node) for d in diagrams]),
-        slope_at_node=np.array([d.derivative(node) for d in diagrams]),
-        at_middle=np.array([d(middle) for d in diagrams]),
-        at_quadrature=np.array([d(quadrature) for d in diagrams]),
-        node_sine=np.sin(node),
-        node_cosine=np.cos(node),
-        middle_sine=np.sin(middle),
-        middle_cosine=np.cos(middle),
-        quadrature_sine=np.sin(quadrature),
-        quadrature_cosine=np.cos(quadrature),
+        *(np.array([one[i] for one in sampled]) for i in range(4)),
+        *_turns(diagrams[0].period, steps),
     )
+
+
+def _angles(period: float, steps: int) -> tuple[Floats, Floats, Floats]:
+    """Nodes, middles and quadrature points of a cycle."""
+    width = period / steps
+    node = np.arange(steps) * width
+    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
+    return node, node + 0.5 * width, (node[:, None] + offsets * width).ravel()
+
+
+@lru_cache(maxsize=8)
+def _turns(period: float, steps: int) -> tuple[Floats, ...]:
+    """Sine and cosine of the nodes, the middles and the quadrature points."""
+    return tuple(f(angle) for angle in _angles(period, steps) for f in (np.sin, np.cos))
+
+
+_kept: WeakKeyDictionary[Diagram, dict[int, tuple[Floats, Floats, Floats, Floats]]] = (
+    WeakKeyDictionary()
+)
+KEPT, LARGEST_KEPT = 3, 3000
+"""Grids that are kept of a diagram, and their nodes: a design alone would else spend its time on
+evaluating splines."""
+
+
+def _sampled(diagram: Diagram, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Pressure at the nodes, its slope there, pressure at middles and quadrature points."""
+    known = _kept.get(diagram)
+    if known is None:
+        known = _kept.setdefault(diagram, {})
+    if steps not in known:
+        node, middle, quadrature = _angles(diagram.period, steps)
+        found = diagram(node), diagram.derivative(node), diagram(middle), diagram(quadrature)
+        if steps <= LARGEST_KEPT:
+            while len(known) >= KEPT:
+                known.pop(next(iter(known)))
+            known[steps] = found
+        return found
+    return known[steps]
 
 
 TABLE_ROWS = 12
