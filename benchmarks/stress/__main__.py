@@ -65,7 +65,7 @@ def main() -> int:
     began = time.perf_counter()
 
     outcome = chunks.run(chosen.seed, chosen.designs, chosen.sample, log, chosen.limit)
-    size = min(draw.CHUNK, chosen.designs)
+    size = draw.size_of(chosen.designs)
     agreement = sample.run(chosen.seed, outcome.picked, size, chosen.processes, log)
     spiky = spikes.run(chosen.seed, chosen.diagrams, log)
     reading = calibration.run(chosen.seed, chosen.calibrate, chosen.processes, log)
@@ -89,7 +89,10 @@ def main() -> int:
     examples = ROOT / "out" / "stress.json"
     examples.parent.mkdir(exist_ok=True)
     examples.write_text(
-        json.dumps([*outcome.examples, *agreement.examples, *spiky.examples], indent=1), "utf-8"
+        json.dumps(
+            [*outcome.examples, *agreement.examples, *spiky.examples, *reading.examples], indent=1
+        ),
+        "utf-8",
     )
     log(f"written: stability.md, out/stress.json; {measured.defects} defects")
     return 1 if measured.defects else 0

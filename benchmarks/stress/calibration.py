@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -62,6 +62,8 @@ class Reading:
     cylinders: Any
     status: Any
     asked: int
+    examples: list[dict[str, Any]] = field(default_factory=list)
+    """Designs whose true error is above the estimate, with all inputs."""
 
     def __len__(self) -> int:
         return self.true.size
@@ -175,9 +177,19 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
     exact = spline.solve(designs, pressure_of(family), knots_of(family))
     good = np.isin(found["status"], (CONVERGED, TOLERANCE_NOT_MET))
     good &= (exact.status == spline.CONVERGED) & (exact.doubt < 1e-10)
+    true = np.abs(found["delta"] / exact.delta - 1.0)
+    examples = [
+        {
+            "uncovered": name, "closure": closure,
+            "inputs": {key: column[i].item() for key, column in c.items()},
+            "results": {key: array[i].item() for key, array in found.items()},
+            "delta": float(exact.delta[i]), "error": float(true[i]),
+        }
+        for i in np.flatnonzero(good & (true > found["delta_error"]))
+    ]  # fmt: skip
     return Reading(
         estimate=found["delta_error"][good],
-        true=np.abs(found["delta"] / exact.delta - 1.0)[good],
+        true=true[good],
         diagram=np.full(good.sum(), name),
         closure=np.full(good.sum(), closure),
         variable=c["variable"][good],
@@ -185,6 +197,7 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
         cylinders=c["cylinders"][good],
         status=found["status"][good],
         asked=size,
+        examples=examples,
     )
 
 
@@ -200,11 +213,15 @@ def knots_of(family: Family) -> Floats:
 
 def join(readings: list[Reading]) -> Reading:
     """One reading of several."""
-    names = [n for n in Reading.__dataclass_fields__ if n != "asked"]
+    names = [n for n in Reading.__dataclass_fields__ if n not in ("asked", "examples")]
     columns: dict[str, Any] = {
         n: np.concatenate([getattr(reading, n) for reading in readings]) for n in names
     }
-    return Reading(asked=sum(reading.asked for reading in readings), **columns)
+    return Reading(
+        asked=sum(reading.asked for reading in readings),
+        examples=[example for reading in readings for example in reading.examples],
+        **columns,
+    )
 
 
 def jobs_of(seed: int, designs: int) -> list[tuple[int, str, str, int]]:

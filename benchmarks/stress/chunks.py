@@ -190,7 +190,7 @@ def run(
 ) -> Outcome:
     """Solve and check `designs` designs; a process that hangs or crashes is replaced."""
     outcome = Outcome()
-    size = min(draw.CHUNK, designs)
+    size = draw.size_of(designs)
     count = -(-designs // size)
     quota = -(-sample // count)
     number = 0

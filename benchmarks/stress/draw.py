@@ -23,6 +23,9 @@ Floats = npt.NDArray[np.float64]
 ENGINE = "ntua"
 CHUNK = 2**17
 
+FEWEST = 8
+"""Chunks of a run, so that each kind occurs."""
+
 RANGES = {
     "inertia": (1e-6, 1e6, "kg m²"),
     "reciprocating mass": (1e-6, 1e4, "kg"),
@@ -256,6 +259,11 @@ def product(seed: int, number: int, size: int = CHUNK) -> Chunk:
     closure = "cycle_time" if number % 16 == 8 else "power_mean"
     arrays = {name: np.asarray(array) for name, array in columns.items()}
     return Chunk(arrays, closure, shape, (seed, number))
+
+
+def size_of(designs: int) -> int:
+    """Designs of a chunk in a run of so many."""
+    return min(CHUNK, -(-designs // FEWEST))
 
 
 def chunk(seed: int, number: int, size: int = CHUNK) -> Chunk:

@@ -332,9 +332,23 @@ def _errors(m: Measured) -> list[str]:
         *rows(["designs", "number", "true error ≤ estimate, %", "median of estimate/error",
                "95th percentile", "median true error", "largest"], body),
         "",
+        _shortfall(r),
+        "",
         "![Estimate against true error](figures/stability_error.png)",
         "",
     ]  # fmt: skip
+
+
+def _shortfall(r: calibration.Reading) -> str:
+    """By how much the estimate falls short where it does."""
+    short = r.true > r.estimate
+    if not short.any():
+        return "No true error is above its estimate."
+    factor = r.true[short] / np.maximum(r.estimate[short], 1e-300)
+    return (
+        f"Where the true error is above the estimate ({count(int(short.sum()))} designs) it is so "
+        f"by a factor of {np.median(factor):.2g} (median) to {factor.max():.2g}."
+    )
 
 
 # Figures ------------------------------------------------------------------------------------------
