@@ -538,10 +538,19 @@ def _part(batch: Batch, mine: Integers) -> Batch:
     return part
 
 
-def _clearly_stalled(batch: Batch, lowest: Array, rise: Array) -> NDArray[np.bool_]:
+def _deepest(w: Array, bent: Array, rise: Array) -> Array:
+    """How low u can be at all: no lower than the work takes it. Below, Newton has gone astray."""
+    swing = np.ptp(w / rise, axis=(1, 2)) + 1.0
+    return np.asarray(-2.0 * swing / (1.0 + bent).min(axis=(1, 2)))
+
+
+def _clearly_stalled(
+    batch: Batch, w: Array, bent: Array, lowest: Array, rise: Array
+) -> NDArray[np.bool_]:
     """Whether implicit Euler on coarse pieces leaves no doubt."""
     step = COARSER * batch.width.max() * (batch.kappa / rise)[:, 0, 0]
-    return np.asarray((lowest < -1.0) & (step < 0.2))
+    clear = (lowest < -1.0) & (step < 0.2) & (lowest > _deepest(w, bent, rise))
+    return np.asarray(clear)
 
 
 def _fine(batch: Batch, w: Array, bent: Array, rise: Array, start: Array) -> tuple[Solved, Array]:
@@ -569,7 +578,9 @@ def _fine(batch: Batch, w: Array, bent: Array, rise: Array, start: Array) -> tup
             array = getattr(found, name)
             array[~found.good] = getattr(again, name)[~found.good]
     d = (w / rise + found.stage - bent) / (1.0 + bent)
-    return found, 1.0 + d.min(axis=(1, 2))
+    lowest = 1.0 + d.min(axis=(1, 2))
+    found.good &= lowest > _deepest(w, bent, rise)
+    return found, lowest
 
 
 def _without_load(batch: Batch, w: Array, bent: Array, kind: str) -> Found:
@@ -590,7 +601,7 @@ def _at_nominal(batch: Batch, w: Array, bent: Array) -> Found:
     rise = np.ones((len(batch.designs), 1, 1))
     start, coarse = start_of(batch, w, bent, rise)
     status = np.full(len(batch.designs), CONVERGED)
-    status[_clearly_stalled(batch, coarse, rise)] = STALLED
+    status[_clearly_stalled(batch, w, bent, coarse, rise)] = STALLED
     lowest = coarse
     begin, stage, load = start.copy(), np.zeros_like(w), np.zeros_like(w)
     left = np.flatnonzero(status == CONVERGED)
@@ -626,7 +637,7 @@ def _with_time(batch: Batch, w: Array, bent: Array) -> Found:
         part, rise = _part(batch, mine), np.exp(x[mine])[:, None, None]
         start, coarse = start_of(part, w[mine], bent[mine], rise)
         y = np.full(mine.size, np.inf)
-        run = np.flatnonzero(~_clearly_stalled(part, coarse, rise))
+        run = np.flatnonzero(~_clearly_stalled(part, w[mine], bent[mine], coarse, rise))
         failed = np.zeros(mine.size, dtype=bool)
         if run.size:
             found, least = _fine(
