@@ -121,9 +121,13 @@ IDLE = 1e-9
 
 NEWTON_STEPS = 60
 
-STRONG_LOAD = 5e-3
+STRONG_LOAD = 1e-3
 """Below this kappa times the width of an interval, what the two-point formula misses is negligible;
 above it, it counts in the error."""
+
+CAREFUL = 0.2
+"""Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
+the coarse level misses is judged by the last term taken, which can be small by chance."""
 
 SLACK = 1.0 + 1e-9
 """The mean lies between the extremes up to rounding."""
@@ -424,7 +428,7 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
 
     Its local error, h^5/720 of a fourth derivative, sums up to h^4/720 of the third, and the cubic
     through the nodes misses h^4/384 of it in the middle of an interval; the rate is
-    kappa (F/mu - 1). Three times that, because near a stall differences are too small.
+    kappa (F/mu - 1). Eight times that, because near a stall differences are too small.
     """
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
@@ -436,7 +440,7 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
         d = records[place_of(j, rows) + POWERS]
         largest = max(largest, abs(d - 3.0 * (c - b) - a))
         a, b, c = b, c, d
-    return 3.0 * (1.0 / 720.0 + 1.0 / 384.0) * width * kappa / mu * largest
+    return 8.0 * (1.0 / 720.0 + 1.0 / 384.0) * width * kappa / mu * largest
 
 
 @inlined
@@ -639,11 +643,10 @@ def solve_block(
         float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
     )  # fmt: skip
     lanes.end_of_work(width_of_lanes, levels.coarse, s)
-    passes = 1
     if linear:
         lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
-        passes = lanes.iterate(
+        lanes.iterate(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
@@ -657,10 +660,13 @@ def solve_block(
         nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
         high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
         mean = nominal * s[lanes.MEAN + k]
-        if code == CONVERGED and not (low > 0.0 and error <= choice.tolerance):
+        if code == CONVERGED and not (low > 0.0 and error <= CAREFUL * choice.tolerance):
             s[lanes.CODE + k] = lanes.LEFT
         elif code >= 0:
-            store(places[k], code, code == CONVERGED, high, low, mean, 1.0, error, passes, results)
+            store(
+                places[k], code, code == CONVERGED, high, low, mean, 1.0, error,
+                int(s[lanes.TURNS + k]), results,
+            )  # fmt: skip
 
 
 @kernel

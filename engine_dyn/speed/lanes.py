@@ -38,6 +38,8 @@ from engine_dyn.speed.levels import (
     ALIAS_V,
     ALIASED,
     CHUNK,
+    CUBES,
+    FOURTHS,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
     P_ABOVE,
@@ -76,20 +78,20 @@ PAD = 2
 # Numbers of a design, one row of lanes each.
 TAKEN_A_NODE = 8
 POINTS = 6
-FIELDS = 69 + 3 * TAKEN_A_NODE + POINTS
+FIELDS = 70 + 3 * TAKEN_A_NODE + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
-    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, ROUGH,
-) = (row * LANES for row in range(69))  # fmt: skip
+    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, ROUGH, TURNS,
+) = (row * LANES for row in range(70))  # fmt: skip
 
-TAKEN = 69 * LANES
+TAKEN = 70 * LANES
 """What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
 
-POINT = (69 + 3 * TAKEN_A_NODE) * LANES
+POINT = (70 + 3 * TAKEN_A_NODE) * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
 
 LEFT = -1.0
@@ -227,6 +229,40 @@ def alias(
 
 
 @inlined
+def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) -> float:
+    """Constant of the closure for exponent 0: the mean of log q vanishes.
+
+    One scalar equation in the moments of the table up to the fourth, by Newton's steps; what the
+    higher ones add is left to the mean over the nodes.
+    """
+    e = 0.0 if variable else -eta
+    g2, e2 = g * g, e * e
+    m2 = g2 * constant(c, PP, k) + 2.0 * g * e * constant(c, PV, k) + e2 * constant(c, VV, k)
+    m3 = g2 * (g * constant(c, CUBES, k) + 3.0 * e * constant(c, CUBES + 1, k))
+    m3 += e2 * (3.0 * g * constant(c, CUBES + 2, k) + e * constant(c, CUBES + 3, k))
+    m4 = g2 * g * (g * constant(c, FOURTHS, k) + 4.0 * e * constant(c, FOURTHS + 1, k))
+    m4 += e2 * e * (4.0 * g * constant(c, FOURTHS + 3, k) + e * constant(c, FOURTHS + 4, k))
+    m4 += 6.0 * g2 * e2 * constant(c, FOURTHS + 2, k)
+    # Mean of log tau, which the energy has to match.
+    wanted = 0.0
+    if variable:
+        wanted = eta * eta * (
+            -0.5 * constant(c, VV, k)
+            + eta * (constant(c, CUBES + 3, k) / 3.0 - 0.25 * eta * constant(c, FOURTHS + 4, k))
+        )  # fmt: skip
+    level = 0.5 * m2 + wanted
+    for _ in range(3):
+        # log(1 + level) + the mean of log(1 + X/(1 + level))
+        inverse = 1.0 / (1.0 + level)
+        s2 = m2 * inverse * inverse
+        s3 = m3 * inverse * inverse * inverse
+        s4 = m4 * inverse * inverse * inverse * inverse
+        value = log_of(level) - 0.5 * s2 + s3 / 3.0 - 0.25 * s4 - wanted
+        level -= value * (1.0 + level) / (1.0 + s2 - s3 + s4)
+    return level
+
+
+@inlined
 def prepare(
     kind: int, variable: bool, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
@@ -292,6 +328,8 @@ def prepare(
         s[LOOSE + k] = 4.0 * (1.0 + half * half) * loose
         cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
         s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
+        if kind == 0:
+            s[LEVEL + k] = level_without_load(variable, g, eta, constants, k)
         s[ALIAS + k] = 0.0
         s[ALIAS_SPEED + k] = 0.0
         if constants.ndim == 2:
@@ -302,6 +340,7 @@ def prepare(
             s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
         s[BENT + k] = kappa * step * x / 6.0
         s[FROZEN + k] = 0.0
+        s[TURNS + k] = 1.0
         s[MOVED + k] = 0.0
         s[LAST + k] = 1e300
 
@@ -643,8 +682,8 @@ def rest_of(
 def iterate(
     kind: int, variable: bool, tolerance: float, period: float, lanes: int, coarse: Floats,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
-) -> int:  # fmt: skip
-    """Iterate r until every lane is frozen or given up; return the number of passes.
+) -> None:  # fmt: skip
+    """Iterate r until every lane is frozen or given up; TURNS counts its passes.
 
     `tolerance` is for u, relative to its range.
     """
@@ -693,6 +732,7 @@ def iterate(
             # A frozen lane keeps its u; what it knows of itself stays too.
             s[MOVED + k] = moved if frozen == 0.0 else s[MOVED + k]
             s[LAST + k] = (s[CHANGE + k] if turn > 0 else 1e300) if frozen == 0.0 else s[LAST + k]
+            s[TURNS + k] = turn + 1.0 if frozen == 0.0 else s[TURNS + k]
             stays = frozen != 0.0 or done or not within
             s[CODE + k] = LEFT if frozen == 0.0 and not within else s[CODE + k]
             s[START + k] = s[START + k] if stays else (
@@ -703,12 +743,10 @@ def iterate(
             s[FROZEN + k] = 1.0 if stays else 0.0
             running += 0.0 if stays else 1.0
         if running == 0.0:
-            wrap(nodes, lanes, us)
-            return turn + 1
+            break
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
     wrap(nodes, lanes, us)
-    return MOST_PASSES
 
 
 @inlined

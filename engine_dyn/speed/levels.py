@@ -51,14 +51,16 @@ F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
 misses in the middle of the interval behind it."""
 
 DEGREES = 4
-CONSTANTS = 20
+CONSTANTS = 29
 PP, PV, VV = 0, 1, 2
 ALIAS_P, ALIAS_V = 3, 4
 HIGHEST_SLOPE, HIGHEST_SLOPE_V, ALIASED = 17, 18, 19
+CUBES, FOURTHS = 20, 24
 """Of a table: the means of P^2, P V, V^2; then, for P^i V^k with i + k from 1 to 4, its mean over
 the fine less that over the coarse nodes, in the order 10, 01, 20, 11, 02, 30 ...: what the coarse
 level makes wrong in the mean of a function of the speed; the largest slopes; ALIASED, the largest
-of the first four of those differences over the values themselves."""
+of the first four of those differences over the values themselves; the means of P^3, P^2 V ... V^3
+and of P^4 ... V^4."""
 
 
 class Levels(NamedTuple):
@@ -134,6 +136,15 @@ def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
         constants[PP] += share * p * p
         constants[PV] += share * p * v
         constants[VV] += share * v * v
+        constants[CUBES] += share * p * p * p
+        constants[CUBES + 1] += share * p * p * v
+        constants[CUBES + 2] += share * p * v * v
+        constants[CUBES + 3] += share * v * v * v
+        constants[FOURTHS] += share * p * p * p * p
+        constants[FOURTHS + 1] += share * p * p * p * v
+        constants[FOURTHS + 2] += share * p * p * v * v
+        constants[FOURTHS + 3] += share * p * v * v * v
+        constants[FOURTHS + 4] += share * v * v * v * v
         p2, v2 = weight * p * p, v * v
         constants[3] += weight * p
         constants[4] += weight * v

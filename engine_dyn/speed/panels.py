@@ -37,10 +37,12 @@ from engine_dyn.speed.levels import (
     ALIASED,
     CHUNK,
     CONSTANTS,
+    CUBES,
     F_DP,
     F_IP,
     F_MP,
     F_P,
+    FOURTHS,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
     NODE_FIELDS,
@@ -281,6 +283,8 @@ def fill_block(
         constants[PP, k] = 0.0
         constants[PV, k] = 0.0
         constants[VV, k] = 0.0
+        for i in range(CUBES, FOURTHS + 5):
+            constants[i, k] = 0.0
         constants[HIGHEST_SLOPE, k] = (
             s[ROW_SHARE + k] * numbers[first, STEEPEST]
             + s[NEXT_SHARE + k] * numbers[second, STEEPEST]
@@ -306,9 +310,18 @@ def fill_block(
     share = 1.0 / nodes
     for n in range(nodes):
         works, squares = coarse[n, P], coarse[n, V]
-        sums, crosses, others = constants[PP], constants[PV], constants[VV]
         for k in range(lanes):
             p, v = works[k], squares[k]
-            sums[k] += share * p * p
-            crosses[k] += share * p * v
-            others[k] += share * v * v
+            p2, v2 = share * p * p, share * v * v
+            constants[PP, k] += p2
+            constants[PV, k] += share * p * v
+            constants[VV, k] += v2
+            constants[CUBES, k] += p2 * p
+            constants[CUBES + 1, k] += p2 * v
+            constants[CUBES + 2, k] += v2 * p
+            constants[CUBES + 3, k] += v2 * v
+            constants[FOURTHS, k] += p2 * p * p
+            constants[FOURTHS + 1, k] += p2 * p * v
+            constants[FOURTHS + 2, k] += p2 * v * v
+            constants[FOURTHS + 3, k] += v2 * v * p
+            constants[FOURTHS + 4, k] += v2 * v * v

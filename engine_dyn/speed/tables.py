@@ -101,9 +101,11 @@ def make_grid(family: Family, rows: npt.NDArray[np.int64], steps: int) -> Grid:
 def _angles(period: float, steps: int) -> tuple[Floats, Floats, Floats]:
     """Nodes, middles and quadrature points of a cycle."""
     width = period / steps
-    node = np.arange(steps) * width
+    node: Floats = np.arange(steps, dtype=np.float64) * width
     offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
-    return node, node + 0.5 * width, (node[:, None] + offsets * width).ravel()
+    quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
+    middle: Floats = np.asarray(node + 0.5 * width)
+    return node, middle, quadrature
 
 
 @lru_cache(maxsize=8)

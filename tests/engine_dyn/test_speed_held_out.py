@@ -82,7 +82,8 @@ def test_coarser_points_cost_what_a_cubic_spline_costs(step: float) -> None:
     coarse = abs(solved(design, step).delta / exact - 1.0)
     half = abs(solved(design, 0.5 * step).delta / exact - 1.0)
     assert coarse < 1e-5 * step**4
-    assert half < coarse / 8.0
+    # Below 1e-9 the difference is the solver's own error, not the spline's.
+    assert half < max(coarse / 8.0, 1e-9)
 
 
 @pytest.mark.parametrize(
