@@ -19,9 +19,10 @@ __all__ = ["RATES", "seconds", "table_count", "text"]
 RATES = {
     "start": 1.0,  # s, to load what a run needs
     "tables": 2e4,  # tables of work
-    "no iteration": 1e6,  # designs, load exponents in DIRECT
-    "iteration": 2e5,  # designs, other exponents, closure cycle_time, method newton
-    "variable": 2e5,  # designs with variable inertia
+    "own tables": 2e5,  # designs of which few share a table: theirs are interpolated
+    "no iteration": 2.5e6,  # designs, load exponents in DIRECT
+    "iteration": 1.5e6,  # designs, other exponents
+    "variable": 1.5e6,  # designs with variable inertia
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
@@ -34,7 +35,10 @@ else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024
 TABLE_INPUTS = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "cylinders")
 """What a table of work depends on; designs that agree in all of it share one."""
 
-DIRECT = {2.0: "in closed form, never iterates"}
+DIRECT = {
+    2.0: "in closed form, never iterates",
+    0.0: "from the moments of the table, one sweep, never iterates",
+}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
 STEPPING = ("thesis", "picard")

@@ -136,10 +136,6 @@ ROUNDING = 5e-16
 """Error of a speed over nominal that rounding leaves: a relative error of delta, the smaller it
 is."""
 
-NEARLY_STALLED = 0.25
-"""Below this (omega/omega_n)^2 the powers of the closure are sharp enough to ask for more nodes;
-above it the means over all nodes are exact to rounding."""
-
 
 class Choice(NamedTuple):
     """What all designs of a part have in common.
@@ -464,8 +460,7 @@ def speeds_of(
     error = 0.0
     if high > low:
         error = (0.5 * (high_miss / high + low_miss / low) + ROUNDING) / (high - low)
-    if low * low < NEARLY_STALLED:
-        error += unresolved(design.half, choice.closure, records)
+    error += unresolved(design.half, choice.closure, records)
     if design.kappa * width > STRONG_LOAD and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span
     return design.nominal * high, design.nominal * low, design.nominal * mean, error
@@ -645,15 +640,28 @@ def solve_block(
     lanes.end_of_work(width_of_lanes, levels.coarse, s)
     if linear:
         lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
+    elif choice.kind == 0:
+        lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
+    if not linear:
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
-        choice.variable, not linear, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows
+        choice.variable,
+        not linear and choice.kind != 0,
+        step,
+        ratio,
+        width_of_lanes,
+        levels,
+        s,
+        us,
+        rs,
+        tops,
+        lows,
     )
     for k in range(count):
         code = int(s[lanes.CODE + k])

@@ -12,10 +12,9 @@ recurrence with constant coefficients over the coarse nodes of `levels`. The wor
 is exact, the rest is integrated by the trapezoidal rule with its first two Euler-Maclaurin
 terms, which along a periodic curve add up to corrections at the nodes and leave the sixth order.
 Starting the recurrence at y_N/(1 - d^N) closes the period and the power mean at once: both sides
-vanish together with the load, so a weak load is as well conditioned as any other. alpha = 0 is the
-limit a -> 0: with F = 1 + log q, a = 1 and no load term the same recurrence closes the geometric
-mean. alpha = 2 with constant inertia has r = 0 and needs no iteration; else r is iterated, and
-converges by a factor of about kappa u a pass.
+vanish together with the load, so a weak load is as well conditioned as any other. alpha = 2 with
+constant inertia has r = 0 and needs no iteration, alpha = 0 has no load term at all, only the
+geometric mean to close; else r is iterated, and converges by a factor of about kappa u a pass.
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
@@ -78,7 +77,7 @@ PAD = 2
 # Numbers of a design, one row of lanes each.
 TAKEN_A_NODE = 8
 POINTS = 6
-FIELDS = 70 + 3 * TAKEN_A_NODE + POINTS
+FIELDS = 72 + 3 * TAKEN_A_NODE + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
@@ -86,12 +85,13 @@ FIELDS = 70 + 3 * TAKEN_A_NODE + POINTS
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
     ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, ROUGH, TURNS,
-) = (row * LANES for row in range(70))  # fmt: skip
+    FIRST_SUM, SECOND_SUM,
+) = (row * LANES for row in range(72))  # fmt: skip
 
-TAKEN = 70 * LANES
+TAKEN = 72 * LANES
 """What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
 
-POINT = (70 + 3 * TAKEN_A_NODE) * LANES
+POINT = (72 + 3 * TAKEN_A_NODE) * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
 
 LEFT = -1.0
@@ -107,6 +107,9 @@ DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
 
 MOST_PASSES = 10
+
+FREE_STEP = 1e-3
+"""Largest step of the closure that its first two derivatives give to rounding."""
 
 ROUNDING = 5e-16
 """Error of a speed over nominal that rounding leaves."""
@@ -334,9 +337,11 @@ def prepare(
         s[ALIAS_SPEED + k] = 0.0
         if constants.ndim == 2:
             linear = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
+            s[ALIAS + k] = linear if kind == 0 else 0.0
             s[ALIAS_SPEED + k] = 0.5 * linear
         if constants.ndim == 1:
-            s[ALIAS + k] = alias(half, kind == 0, variable, False, g, eta, constants) / a
+            free = kind == 0
+            s[ALIAS + k] = alias(half, free, variable, free, g, eta, constants) / a
             s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
         s[BENT + k] = kappa * step * x / 6.0
         s[FROZEN + k] = 0.0
@@ -447,6 +452,61 @@ def solve_linear(
     wrap(nodes, lanes, us)
     for k in range(lanes):
         s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+
+
+@inlined
+def solve_free(
+    variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
+) -> None:
+    """Exponent 0: u at the coarse nodes, in one pass.
+
+    No load term: u = X + c, or e/tau - 1 with variable inertia, with the constant c from the
+    moments of the table. The mean of log q over the nodes is what these leave of the closure; its
+    first two derivatives give the step that is still to be made, MOVED, to rounding.
+    """
+    nodes = coarse.shape[0]
+    for k in range(lanes):
+        s[HIGH + k] = -1e300
+        s[LOW + k] = 1e300
+        s[REST_SUM + k] = 0.0
+        s[FIRST_SUM + k] = 0.0
+        s[SECOND_SUM + k] = 0.0
+    for group in range(nodes // CHUNK):
+        bound = group * LANES
+        for k in range(lanes):
+            tops[bound + k] = -1e300
+            lows[bound + k] = 1e300
+        for i in range(CHUNK):
+            n = CHUNK * group + i
+            pw, vw = shared(coarse, n, P), shared(coarse, n, V)
+            row = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
+            top, low = tops[bound : bound + LANES], lows[bound : bound + LANES]
+            for k in range(lanes):
+                p, v = own(coarse, pw, n, P, k), own(coarse, vw, n, V, k)
+                u = s[LEVEL + k] + s[GAS + k] * p - s[ETA + k] * v
+                inverse = 1.0
+                if variable:
+                    inverse = 1.0 / (1.0 + s[ETA + k] * v)
+                    u *= inverse
+                row[k] = u
+                top[k] = max(top[k], u)
+                low[k] = min(low[k], u)
+                inverse /= 1.0 + u
+                s[REST_SUM + k] += log_of(u)
+                s[FIRST_SUM + k] += inverse
+                s[SECOND_SUM + k] += inverse * inverse
+        for k in range(lanes):
+            s[HIGH + k] = max(s[HIGH + k], tops[bound + k])
+            s[LOW + k] = min(s[LOW + k], lows[bound + k])
+    wrap(nodes, lanes, us)
+    for k in range(lanes):
+        mean = s[REST_SUM + k] / nodes + s[ALIAS + k]
+        first, second = s[FIRST_SUM + k] / nodes, s[SECOND_SUM + k] / nodes
+        step = -mean / first
+        moved = step + 0.5 * second * step * step / first
+        s[MOVED + k] = moved
+        within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST and abs(moved) < FREE_STEP
+        s[CODE + k] = s[CODE + k] if within or s[CODE + k] != 0.0 else LEFT
 
 
 @inlined
@@ -639,23 +699,6 @@ def rest_of(
                 rs[row + LANES + k] = -us[row + LANES + k] * e * v1
                 rs[row + 2 * LANES + k] = -us[row + 2 * LANES + k] * e * v2
                 rs[row + 3 * LANES + k] = -us[row + 3 * LANES + k] * e * v3
-        elif kind == 0:
-            for k in range(lanes):
-                e = s[ETA + k] if variable else 0.0
-                v0 = own(coarse, vw0, n, V, k)
-                v1 = own(coarse, vw1, n + 1, V, k)
-                v2 = own(coarse, vw2, n + 2, V, k)
-                v3 = own(coarse, vw3, n + 3, V, k)
-                rs[row + k] = log_of(us[row + k]) - us[row + k] * (1.0 + e * v0)
-                rs[row + LANES + k] = log_of(us[row + LANES + k]) - us[row + LANES + k] * (
-                    1.0 + e * v1
-                )
-                rs[row + 2 * LANES + k] = log_of(us[row + 2 * LANES + k]) - us[
-                    row + 2 * LANES + k
-                ] * (1.0 + e * v2)
-                rs[row + 3 * LANES + k] = log_of(us[row + 3 * LANES + k]) - us[
-                    row + 3 * LANES + k
-                ] * (1.0 + e * v3)
         else:
             for k in range(lanes):
                 e = s[ETA + k] if variable else 0.0
@@ -770,10 +813,10 @@ def mean_speed(
             u2, u3 = 1.0 + us[row + 2 * LANES + k], 1.0 + us[row + 3 * LANES + k]
             if variable:
                 eta = s[ETA + k]
-                u0 += moved * (1.0 - eta * own(coarse, vw0, n, V, k))
-                u1 += moved * (1.0 - eta * own(coarse, vw1, n + 1, V, k))
-                u2 += moved * (1.0 - eta * own(coarse, vw2, n + 2, V, k))
-                u3 += moved * (1.0 - eta * own(coarse, vw3, n + 3, V, k))
+                u0 += moved / (1.0 + eta * own(coarse, vw0, n, V, k))
+                u1 += moved / (1.0 + eta * own(coarse, vw1, n + 1, V, k))
+                u2 += moved / (1.0 + eta * own(coarse, vw2, n + 2, V, k))
+                u3 += moved / (1.0 + eta * own(coarse, vw3, n + 3, V, k))
             else:
                 u0 += moved
                 u1 += moved
