@@ -1001,12 +1001,12 @@ def take_node(
             moved /= 1.0 + s[ETA + k] * s[target + LANES]
         s[target + 6 * LANES] = us[row] + moved
         s[target + 7 * LANES] = rs[row] if rest else 0.0
-    # What the last Euler-Maclaurin term adds tells what the next one would.
+    # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
     s[ROUGH + k] = 0.0
     if rest:
         row = (node + PAD) * LANES + k
         near, far = rs[row + LANES] - rs[row - LANES], rs[row + 2 * LANES] - rs[row - 2 * LANES]
-        s[ROUGH + k] = abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
+        s[ROUGH + k] = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
 
 
 @inlined

@@ -86,7 +86,8 @@ PANEL_RATIO = 4
 """As RATIOS, for designs that share no table."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
-"""From that many tables on, each for fewer designs than that, none is built: see `panels`."""
+"""From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
+then differs by about 1e-10 from what it is with a table of its own."""
 
 MOST_PANELS = 128
 """More than there are panels for crank ratios up to 0.9999."""
@@ -137,6 +138,7 @@ def solve(
     progress: Progress | None = None,
     finer: int = 1,
     iterated: float | None = None,
+    general: bool = False,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -171,6 +173,8 @@ def solve(
     iterated : float, optional
         Error that iterations may leave, relative to the range of the speed; a hundredth of the
         tolerance unless given.
+    general : bool
+        Leave `lanes` out.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
         crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
@@ -229,7 +233,9 @@ def solve(
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
             ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
-        in_lanes = _fits_lanes(choice, angles)
+        in_lanes = not general and _fits_lanes(choice, angles)
+        # The finer of two solutions has to be finer: the general method is, for any exponent.
+        in_lanes = in_lanes and (iterated is None or kind != 3)
         steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // count, period / steps
         ratio = RATIOS[count > FEW_CYLINDERS or kind == 3] if in_lanes else 1
@@ -287,7 +293,8 @@ def solve(
             family=family, wanted=wanted, method=chosen(method, missed),
             inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
             cylinders=chosen(cylinders, missed), crank_angle=crank_angle, threads=threads,
-            finer=4 * finer, **{name: chosen(value, missed) for name, value in inputs.items()},
+            finer=4 * finer, general=True,
+            **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
             array[missed] = again[name]
@@ -296,43 +303,34 @@ def solve(
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
         known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
-        places = [slice(None)] if known.all() else _pieces(np.flatnonzero(known))
-        for here in places:
-            take = (lambda value: value) if known.all() else partial(chosen, places=here)
+        if known.any():
             refined = solve(
-                family=family, wanted=("delta",), method=take(method),
-                inertia_model=take(inertia_model), closure=closure, tolerance=tolerance,
-                cylinders=take(cylinders), threads=threads, finer=2 * finer,
-                iterated=0.01 * ITERATED * tolerance,
-                **{name: take(value) for name, value in inputs.items()},
+                family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
+                closure=closure, tolerance=tolerance, cylinders=cylinders, threads=threads,
+                finer=2 * finer, iterated=0.01 * ITERATED * tolerance, general=general, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
-            _compare(found, here, refined, tolerance)
+            _compare(found, known, refined, tolerance)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
 
-def _pieces(places: Integers) -> list[Any]:
-    """Places in pieces, so that no column of the sweep's size is made for them."""
-    count = -(-places.size // CHUNK_OF_ARRAYS)
-    return np.array_split(places, count) if count else []
-
-
-def _compare(found: dict[str, Any], here: Any, refined: Floats, tolerance: float) -> None:
+def _compare(
+    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: Floats, tolerance: float
+) -> None:
     """Relative error of delta from its difference to a solution with twice the nodes, in place.
 
     That one's own error is a sixteenth and less, so the difference is nearly all of the error; what
     rounding leaves of a small delta comes on top. It knows better than the kernel whether the
     tolerance is met, and says so in the status. Piece by piece: no array of the sweep's size.
     """
-    size = refined.size
-    for begin in range(0, size, CHUNK_OF_ARRAYS):
-        piece = slice(begin, min(begin + CHUNK_OF_ARRAYS, size))
-        place = piece if isinstance(here, slice) else here[piece]
-        delta, other = found["delta"][place], refined[piece]
+    for begin in range(0, refined.size, CHUNK_OF_ARRAYS):
+        here = slice(begin, begin + CHUNK_OF_ARRAYS)
+        delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = SAFETY * np.abs(delta / other - 1.0) + LEAST_ERROR + ROUNDING / delta
-        error = np.where(np.isfinite(error), error, found["delta_error"][place])
-        found["delta_error"][place] = error
-        found["status"][place] = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET)
+            error = SAFETY * np.abs(delta / refined[here] - 1.0) + LEAST_ERROR + ROUNDING / delta
+        good = known[here] & np.isfinite(error)
+        met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
+        np.copyto(found["delta_error"][here], error, where=good)
+        np.copyto(found["status"][here], met, where=good)
 
 
 def is_compiled() -> bool:

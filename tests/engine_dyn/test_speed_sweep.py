@@ -159,7 +159,6 @@ def test_part_of_an_axis_gives_part_of_the_result(
         np.testing.assert_array_equal(array, whole[name][2:5, :, :, :, ::-1])
 
 
-@pytest.mark.xfail(strict=False, reason="counted for a block of designs, not for each")
 def test_iterations_do_not_depend_on_neighbours(inputs: dict[str, Any]) -> None:
     inertia = np.geomspace(0.2, 30.0, 64)
     changes = {**inputs, "exponent": 1.6}

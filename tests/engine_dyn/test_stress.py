@@ -17,20 +17,18 @@ SEED = 5
 SIZE = 3000
 
 
-FOLLOWED = pytest.mark.xfail(strict=False, reason="very stiff loads, exponents of about 1e-8")
-
-
-@pytest.mark.parametrize(
-    "number", [1, pytest.param(2, marks=FOLLOWED), pytest.param(4, marks=FOLLOWED), 7, 16]
-)
+@pytest.mark.parametrize("number", [1, 2, 4, 7, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Tables of designs that share nothing and products, both closures."""
     report = chunks.one(SEED, number, SIZE, 1)
     assert report["designs"] > 0
     assert set(report["broken"]) == set(CHECKS)
     assert {name: n for name, n in report["broken"].items() if n} == {}, report["examples"][:3]
-    # Iterations have a test of their own, in test_speed_sweep.
-    assert set(report["unlike"]) <= {"iterations"} and report["compared"] == 300
+    assert report["compared"] == 300
+    if number >= 7:
+        # Products, bit for bit. Of tables of designs, few are solved with tables of their own and
+        # many with interpolated ones: tests/engine_dyn/test_speed_panels.py tells how near.
+        assert not report["unlike"]
 
 
 def test_sample_agrees_with_the_independent_solver() -> None:
@@ -102,7 +100,6 @@ def test_chunks_run_in_a_process_of_their_own() -> None:
     assert len(outcome.picked) == 8
 
 
-@pytest.mark.xfail(strict=False, reason="very stiff loads")
 @pytest.mark.parametrize(("number", "index"), [(2, 1701), (4, 2711)], ids=["it runs", "it stalls"])
 def test_stiff_loads_have_true_outcomes(number: int, index: int) -> None:
     """Designs that once had status 0 and a largest speed below the smallest."""
@@ -110,7 +107,6 @@ def test_stiff_loads_have_true_outcomes(number: int, index: int) -> None:
     assert sum(sample.compare(job).of(name) for name in sample.DEFECTS) == 0
 
 
-@pytest.mark.xfail(strict=False, reason="the mean of q^(alpha/2) - 1 has lost its digits")
 @pytest.mark.parametrize("exponent", [1.1e-8, 1e-7, 1e-6])
 def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float) -> None:
     """The power mean of such an order is the geometric mean but for alpha/2 var(log omega)."""
@@ -151,7 +147,6 @@ def test_tolerance_is_met_on_sane_designs(reading: calibration.Reading) -> None:
     assert reading.true[good].max() <= 1e-6
 
 
-@pytest.mark.xfail(strict=False, reason="the estimate is being reworked")
 def test_delta_error_is_calibrated(reading: calibration.Reading) -> None:
     """Of so few designs none may be above the estimate."""
     _, covered, median, tail, _, _ = reading.numbers()

@@ -143,12 +143,7 @@ def test_even_firing_solves_one_firing_period() -> None:
     assert 6 * part <= 1.2 * nodes  # rounded up to what the lanes divide
 
 
-NOT_YET = pytest.mark.xfail(
-    0.0 not in DIRECT, reason="the kernel iterates at load exponent 0, and `plan` says so"
-)
-
-
-@pytest.mark.parametrize("exponent", [2.0, pytest.param(0.0, marks=NOT_YET)])
+@pytest.mark.parametrize("exponent", sorted(DIRECT))
 def test_load_exponents_2_and_0_never_iterate(exponent: float) -> None:
     run = called("delta", axes={"inertia": [2.0, 3.0]}, set={"load_exponent": exponent})
     assert run.of("speed") == 1

@@ -1,0 +1,81 @@
+"""Tables of designs that share nothing: interpolated tables against tables of their own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn.indicator import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.speed import sweep
+from engine_dyn.status import CONVERGED
+from tests.oracle.designs import table
+from tests.support import BAR, design_of
+
+pytestmark = pytest.mark.compiled
+
+WANTED = ("delta", "omega_max", "omega_min", "omega_mean")
+
+
+@pytest.fixture(scope="module")
+def family() -> Family:
+    degrees, bar = table(design_of("alpha 1, constant, 1 cyl, power_mean").pressure)
+    return family_from_diagrams(
+        [10.0, 11.0, 13.0],
+        [diagram_from_points(np.radians(degrees), f * bar * BAR) for f in (0.9, 1.0, 1.3)],
+    )
+
+
+def designs(count: int, family: Family, cylinders: int) -> dict[str, Any]:
+    random = np.random.default_rng(11)
+    ratio = random.uniform(0.02, 0.6, count)
+    row = random.uniform(0.0, family.row_count - 1.0, count)
+    lever = 0.25 * np.pi * 0.1**2 * 0.05
+    mean = cylinders * lever * sweep.mean_gas_torque(ratio, row, family)
+    return {
+        "family": family, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
+        "scale": random.uniform(0.8, 1.2, count), "stroke": 0.1, "friction_torque": 0.0,
+        "crankcase_pressure": random.uniform(0.0, 1.2e5, count), "offset": 0.0,
+        "mass": random.uniform(0.3, 1.0, count), "speed": random.uniform(150.0, 400.0, count),
+        "inertia": random.uniform(0.3, 2.0, count), "mean_torque": 0.8 * mean,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("cylinders", [1, 4])
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
+@pytest.mark.parametrize("model", ["constant", "variable"])
+def test_interpolated_tables_are_as_good_as_own_ones(
+    family: Family, cylinders: int, exponent: float, model: str
+) -> None:
+    inputs = designs(200, family, cylinders)
+    many = sweep.solve(wanted=WANTED, exponent=exponent, inertia_model=model, **inputs)
+    known = sweep.solve(
+        wanted=WANTED, exponent=exponent, inertia_model=model, general=True, finer=2,
+        tolerance=1e-8, **inputs,
+    )  # fmt: skip
+    good = known["status"] == CONVERGED
+    assert good.sum() > 150 and (many["status"][good] == CONVERGED).all()
+    for name in WANTED:
+        np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(many["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
+
+
+def test_order_of_designs_does_not_matter(family: Family) -> None:
+    """The company does not matter either, as long as tables are interpolated."""
+    inputs = designs(300, family, 2)
+    whole = sweep.solve(wanted=WANTED, exponent=1.0, **inputs)
+    order = np.random.default_rng(1).permutation(300)[:130]
+    taken = {k: v[order] if isinstance(v, np.ndarray) else v for k, v in inputs.items()}
+    part = sweep.solve(wanted=WANTED, exponent=1.0, threads=3, **taken)
+    for name in WANTED:
+        np.testing.assert_array_equal(part[name], whole[name][order])
+
+
+def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
+    random = np.random.default_rng(2)
+    ratio, row = random.uniform(0.1, 0.5, 3000), random.uniform(0.0, 6.0, 3000)
+    many = sweep.mean_gas_torque(ratio, row, family)
+    some = slice(0, 3000, 250)
+    for one, place, found in zip(ratio[some], row[some], many[some], strict=True):
+        assert found == pytest.approx(float(sweep.mean_gas_torque(one, place, family)), rel=1e-12)
