@@ -107,10 +107,10 @@ MARCHING = (designs.THESIS, designs.PICARD)
 ITERATED = 1e-2
 """Share of the tolerance that the iteration of the load term may leave of the range of q."""
 
-SAFETY, LEAST_ERROR = 5.0, 5e-11
+SAFETY, LEAST_ERROR = 7.0, 5e-11
 """Factor on the difference to a solution with twice the nodes, and what is added to it: both
 solutions still see the knots of a tabulated diagram. With 2.0, one design in a hundred had an error
-up to 2.2 times as large (docs/stability.md)."""
+up to 2.2 times as large, with 5.0 one in six hundred, by a twentieth (docs/stability.md)."""
 
 ROUNDING = 5e-16
 """Absolute error of delta that rounding leaves."""
