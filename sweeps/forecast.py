@@ -18,8 +18,7 @@ __all__ = ["RATES", "seconds", "table_count", "text"]
 
 RATES = {
     "start": 1.0,  # s, to load what a run needs
-    "tables": 2e4,  # tables of work
-    "own tables": 2e5,  # designs of which few share a table: theirs are interpolated
+    "tables": 1e5,  # tables of work; of many, most are interpolated
     "no iteration": 2.5e6,  # designs, load exponents in DIRECT
     "iteration": 1.5e6,  # designs, other exponents
     "variable": 1.5e6,  # designs with variable inertia
