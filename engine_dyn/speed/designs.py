@@ -132,10 +132,6 @@ the coarse level misses is judged by the last term taken, which can be small by 
 SLACK = 1.0 + 1e-9
 """The mean lies between the extremes up to rounding."""
 
-ROUNDING = 5e-16
-"""Error of a speed over nominal that rounding leaves: a relative error of delta, the smaller it
-is."""
-
 
 class Choice(NamedTuple):
     """What all designs of a part have in common.
@@ -459,7 +455,7 @@ def speeds_of(
     high, low = math.sqrt(high), math.sqrt(low)
     error = 0.0
     if high > low:
-        error = (0.5 * (high_miss / high + low_miss / low) + ROUNDING) / (high - low)
+        error = (0.5 * (high_miss / high + low_miss / low) + lanes.ROUNDING) / (high - low)
     error += unresolved(design.half, choice.closure, records)
     if design.kappa * width > STRONG_LOAD and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span

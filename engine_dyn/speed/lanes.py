@@ -112,7 +112,8 @@ FREE_STEP = 1e-3
 """Largest step of the closure that its first two derivatives give to rounding."""
 
 ROUNDING = 5e-16
-"""Error of a speed over nominal that rounding leaves."""
+"""Error of a speed over nominal that rounding leaves: a relative error of delta, the
+smaller that is."""
 
 LARGEST_ALIAS = 1e-3
 """Largest share of a table that the coarse level may see wrongly; of usual ones it is 1e-4."""

@@ -50,7 +50,6 @@ F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
 """Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
 misses in the middle of the interval behind it."""
 
-DEGREES = 4
 CONSTANTS = 29
 PP, PV, VV = 0, 1, 2
 ALIAS_P, ALIAS_V = 3, 4

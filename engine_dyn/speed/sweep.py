@@ -112,9 +112,6 @@ SAFETY, LEAST_ERROR = 7.0, 5e-11
 solutions still see the knots of a tabulated diagram. Measured with benchmarks.stress: twice the
 nodes left one rough diagram in three hundred above the estimate, four times none of 800."""
 
-ROUNDING = 5e-16
-"""Absolute error of delta that rounding leaves."""
-
 CHUNK_OF_ARRAYS = 1 << 16
 
 LANES_TOLERANCE = 1e-7
@@ -208,7 +205,8 @@ def solve(
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
             closure=closure, tolerance=tolerance, cylinders=cylinders, crank_angle=crank_angle,
-            threads=threads, progress=progress, finer=finer, iterated=iterated, **inputs,
+            threads=threads, progress=progress, finer=finer, iterated=iterated, general=general,
+            **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -326,7 +324,8 @@ def _compare(
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
         delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = SAFETY * np.abs(delta / refined[here] - 1.0) + LEAST_ERROR + ROUNDING / delta
+            error = SAFETY * np.abs(delta / refined[here] - 1.0) + LEAST_ERROR
+            error += lanes.ROUNDING / delta
         good = known[here] & np.isfinite(error)
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
         np.copyto(found["delta_error"][here], error, where=good)
@@ -334,8 +333,11 @@ def _compare(
 
 
 def is_compiled() -> bool:
-    """Whether the kernel of the periodic speed starts at once; else its first call compiles."""
-    return is_cached(designs.march)
+    """Whether a kernel of the periodic speed starts at once; else the first call compiles.
+
+    Most scenes need one of them only: the lanes, or the general method.
+    """
+    return is_cached(designs.march_lanes) or is_cached(designs.march)
 
 
 def torque_extremes(
