@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.cylinders import Cylinders
 from engine_dyn.indicator import Family
 
 __all__ = ["FOUR_STROKE", "Engine"]
@@ -33,7 +34,9 @@ class Engine:
     pressure_scale : tuple of arrays, optional
         Speed [rpm] and the factor on the diagram at that speed; linear in between.
     firing_order : tuple of int, optional
-        Cylinders in the order in which they fire.
+        Cylinders in the order in which they fire, where it is known.
+    own_cylinders : Cylinders, optional
+        Arrangement of the engine's own number of cylinders and their factors, where given.
     assumed : mapping
         Reason for every value that the sources do not give.
     sources : tuple of str
@@ -47,5 +50,6 @@ class Engine:
     family: Family
     pressure_scale: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     firing_order: tuple[int, ...] | None = None
+    own_cylinders: Cylinders | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()

@@ -12,7 +12,7 @@ degrees and bar, because people read them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -135,12 +135,15 @@ class Diagram:
         polynomial of the two values and slopes.
     period : float
         4 pi (four-stroke) or 2 pi (two-stroke).
+    motored : callable, optional
+        Makes the diagram without combustion, where that is known: see `engine_dyn.motored`.
     """
 
     angle: FloatArray
     pressure: FloatArray
     slope: FloatArray
     period: float = FOUR_STROKE
+    motored: Callable[[], Diagram] | None = field(default=None, repr=False)
 
     def __call__(self, phi: ArrayLike) -> FloatArray:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
@@ -216,7 +219,11 @@ class Diagram:
         """
         if not (math.isfinite(factor) and factor > 0.0):
             raise ValueError(f"pressure scale {factor:g} is not allowed: it must be positive")
-        return Diagram(self.angle, self.pressure * factor, self.slope * factor, self.period)
+        without = self.motored
+        motored = None if without is None else lambda: without().scaled(factor)
+        return Diagram(
+            self.angle, self.pressure * factor, self.slope * factor, self.period, motored
+        )
 
     def _pieces(self, phi: ArrayLike) -> tuple[FloatArray, ...]:
         """Find values, slopes, step and local coordinate of the interval of each angle."""
@@ -626,9 +633,10 @@ def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) ->
     count = round(first.period / COMMON_STEP)
     phi: FloatArray = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
     phi *= first.period / count
-    common = [(d(phi), d.period) for d in diagrams]
+    common = [(d(phi), d.period, d.motored) for d in diagrams]
     return Family(
-        values, tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t) for p, t in common)
+        values,
+        tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common),
     )
 
 

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.indicator import Family
+from engine_dyn.motored import peak_with_factor
 
 __all__ = [
     "CONSTANTS",
@@ -54,7 +56,8 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Closure for which this variant of a name holds; empty: any.
+        Word of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders); empty: any.
     can_fail : bool
         The stage writes `status`.
     low, high : float
@@ -109,7 +112,15 @@ _PARAMETERS = (
     ),
     _parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
-        source="Kakaitsas eq. 1.3", low=0.0, high=1.0,
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="offset",
+        needs=("rod_length", "stroke", "pin_line"),
+        make=lambda rod_length, stroke, pin_line: slider_crank.crank_radius(
+            stroke, rod_length, pin_line
+        ) / rod_length,
+    ),
+    _parameter(
+        "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="centred",
         needs=("rod_length", "stroke"),
         make=lambda rod_length, stroke: 0.5 * stroke / rod_length,
     ),
@@ -119,6 +130,16 @@ _PARAMETERS = (
     ),
     _parameter("bore", "D", "m", "cylinder bore", low=0.0, source="Kakaitsas table 4.1"),
     _parameter("stroke", "s", "m", "piston stroke", low=0.0, source="Kakaitsas table 4.1"),
+    _parameter(
+        "pin_offset", "e_p", "m",
+        "offset of the piston pin from the cylinder's axis, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank",
+    ),
+    _parameter(
+        "crank_offset", "e_c", "m",
+        "offset of the cylinder's axis from the crank's, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank",
+    ),
     _parameter(
         "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
     ),
@@ -199,7 +220,7 @@ _CONSTANTS = tuple(
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
-        ("firing_orders", "firing order for each number of cylinders"),
+        ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
     )
@@ -215,11 +236,46 @@ def _scale(speed: Any, scale_table: Any) -> Any:
     return np.interp(np.asarray(speed) / RPM, *scale_table)
 
 
-def _mean_gas(crank_ratio: Any, row: Any, family: Family) -> Any:
+def _mean_gas(
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
+) -> Any:
     # The kernels come in only when asked for: importing this table compiles and loads nothing.
     from engine_dyn.speed import sweep
 
-    return sweep.mean_gas_torque(crank_ratio, row, family)
+    whole = sweep.mean_gas_torque(crank_ratio, row, family, offset_ratio)
+    share = np.asarray(pressure_share)
+    if (share == 1.0).all():
+        return whole
+    motored = sweep.mean_gas_torque(crank_ratio, row, family, offset_ratio, 0.0)
+    return np.where(share == 1.0, whole, motored + share * (whole - motored))
+
+
+def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
+    """Take a value for each number of cylinders."""
+    counts = np.asarray(cylinders)
+    found = np.empty(counts.shape)
+    for count in np.unique(counts):
+        found[counts == count] = values(int(count))
+    return found
+
+
+def _peaks(
+    load: Any, family: Family, scale: Any, cylinders: Any, by_count: CylindersByCount,
+    of_all: Callable[..., Any],
+) -> Any:  # fmt: skip
+    """Largest or mean p_max of unequal cylinders."""
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        factors = by_count[int(count)].pressure_factors
+        each = {f: peak_with_factor(load, family, f) for f in set(factors)}
+        peaks = of_all([each[f] for f in factors], axis=0)
+        total = np.where(counts == count, peaks, total)
+    return total * scale
+
+
+def _fmep(constant: Any, peak_share: Any, speed_share: Any, peak: Any, speed: Any) -> Any:
+    return friction.friction_mean_effective_pressure(constant, peak_share, speed_share, peak, speed)
 
 
 def _speed_solution(**needs: Any) -> Any:
@@ -230,6 +286,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["offset"] = needs.pop("load_offset")
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
+    needs["stroke"] = needs.pop("throw")
     needs.pop("period")
     return sweep.solve(**needs)
 
@@ -239,6 +296,7 @@ def _torque_solution(**needs: Any) -> Any:
 
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["scale"] = needs.pop("pressure_scale")
+    needs["stroke"] = needs.pop("throw")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
 
@@ -266,20 +324,61 @@ _STAGES = (
         source="diesel_105x137: curve times peak pressure over speed",
     ),
     Node(
-        "rod", "l", "m", "connecting rod length", public=False, needs=("stroke", "crank_ratio"),
-        make=lambda stroke, crank_ratio: 0.5 * stroke / crank_ratio,
+        "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
+        make=lambda throw, crank_ratio: 0.5 * throw / crank_ratio,
+    ),
+    Node(
+        "pin_line", "e", "m", "offset of the piston pin's line from the crank's axis",
+        public=False, needs=("pin_offset", "crank_offset"),
+        make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="centred", needs=("stroke",),
+        make=lambda stroke: stroke,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="offset",
+        needs=("stroke", "crank_ratio", "pin_line"),
+        make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
+            stroke, crank_ratio, pin_line
+        ),
+    ),
+    Node(
+        "offset_ratio", "e/r", "1", "offset of the pin's line over the crank radius", public=False,
+        needs=("pin_line", "throw"), make=lambda pin_line, throw: pin_line / (0.5 * throw),
+    ),
+    Node(
+        "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
+        needs=("cylinders", "cylinders_by_count"),
+        make=lambda cylinders, cylinders_by_count: _by_count(
+            cylinders, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
+        ),
+    ),
+    Node(
+        "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
+        needs=("cylinders", "cylinders_by_count"),
+        make=lambda cylinders, cylinders_by_count: _by_count(
+            cylinders, lambda z: np.mean(cylinders_by_count[z].mass_factors)
+        ),
+    ),
+    Node(
+        "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
+        needs=("load", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda load, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            load, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        ),
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "row", "family"), make=_mean_gas,
+        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share"), make=_mean_gas,
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
-            "reciprocating_mass", "speed", "friction_torque", "cylinders", "family", "period",
-            "tolerance",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
+            "cylinders_by_count", "family", "period", "tolerance",
         ),
         make=_torque_solution,
     ),
@@ -291,10 +390,10 @@ _STAGES = (
             "delta_error", "iterations", "omega", "angular_acceleration", "status",
         ),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
-            "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
-            "torque_mean", "friction_torque", "cylinders", "passes", "start_speed",
-            "start_angle", "family", "period", "closure", "tolerance", "method",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
+            "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
+            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "method",
             "inertia_model", "crank_angle",
         ),
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
@@ -375,9 +474,9 @@ _QUANTITIES = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
-        needs=("mean_gas", "pressure_scale", "bore", "stroke", "cylinders", "friction_torque"),
-        make=lambda mean_gas, pressure_scale, bore, stroke, cylinders, friction_torque: _balance(
-            cylinders * forces.piston_area(bore) * 0.5 * stroke * pressure_scale * mean_gas,
+        needs=("mean_gas", "pressure_scale", "bore", "throw", "cylinders", "friction_torque"),
+        make=lambda mean_gas, pressure_scale, bore, throw, cylinders, friction_torque: _balance(
+            cylinders * forces.piston_area(bore) * 0.5 * throw * pressure_scale * mean_gas,
             friction_torque,
         ),
     ),
@@ -405,20 +504,40 @@ _QUANTITIES = (
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
+        when="equal",
         needs=(
             "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
             "peak_pressure", "mean_piston_speed",
         ),
         make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
-        peak_pressure, mean_piston_speed: friction.friction_mean_effective_pressure(
+        peak_pressure, mean_piston_speed: _fmep(
             friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak_pressure,
             mean_piston_speed,
         ),
     ),
     Node(
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure",
+        "Kakaitsas eq. 3.9, the mean of the cylinders", si=BAR, when="unequal",
+        needs=(
+            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+            "mean_peak_pressure", "mean_piston_speed",
+        ),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        mean_peak_pressure, mean_piston_speed: _fmep(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+            mean_peak_pressure, mean_piston_speed,
+        ),
+    ),
+    Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        needs=("mean_gas", "pressure_scale", "period"),
+        when="centred", needs=("mean_gas", "pressure_scale", "period"),
         make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+    ),
+    Node(
+        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
+        when="offset", needs=("mean_gas", "pressure_scale", "period", "throw", "stroke"),
+        make=lambda mean_gas, pressure_scale, period, throw, stroke: 0.5 * throw / stroke * period
+        * pressure_scale * mean_gas,
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
@@ -440,8 +559,16 @@ _QUANTITIES = (
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, needs=("load", "family", "pressure_scale"),
+        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("load", "family", "pressure_scale"),
         make=lambda load, family, pressure_scale: family.peak(load) * pressure_scale,
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", si=BAR, when="unequal",
+        needs=("load", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda load, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            load, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        ),
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
@@ -459,10 +586,12 @@ _QUANTITIES = (
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
-        needs=("reciprocating_mass", "rotating_mass", "stroke", "crank_ratio", "cylinders"),
-        make=lambda reciprocating_mass, rotating_mass, stroke, crank_ratio, cylinders:
-        masses.engine_inertia(
-            reciprocating_mass, rotating_mass, 0.5 * stroke, crank_ratio, cylinders
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "offset_ratio", "mass_share"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+        offset_ratio, mass_share: masses.engine_inertia(
+            mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
+            offset_ratio,
         ),
     ),
     *_LOAD,
@@ -481,58 +610,78 @@ _QUANTITIES = (
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
-        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.position(crank_angle, crank_ratio),
+        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
-        kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.velocity(crank_angle, crank_ratio),
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
-        kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.acceleration(crank_angle, crank_ratio),
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
-        kind="curve", needs=("crank_angle", "family", "row", "pressure_scale"),
+        kind="curve", when="equal", needs=("crank_angle", "family", "row", "pressure_scale"),
         make=lambda crank_angle, family, row, pressure_scale: forces.pressure(
             crank_angle, family, row, pressure_scale
+        ),
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
+        kind="curve", when="unequal",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinders",
+               "cylinders_by_count"),
+        make=lambda crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count:
+        forces.pressure_of_first(
+            crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count
         ),
     ),
     Node(
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "stroke", "cylinders", "period"),
+               "crankcase_pressure", "bore", "throw", "cylinders", "period", "offset_ratio",
+               "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, stroke, cylinders, period: forces.gas_torque(
+        bore, throw, cylinders, period, offset_ratio, cylinders_by_count: forces.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            stroke, cylinders, period,
+            throw, cylinders, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "speed", "cylinders",
-               "period"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders,
-        period: forces.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders, period
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinders",
+               "period", "offset_ratio", "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders,
+        period, offset_ratio, cylinders_by_count: forces.inertia_torque(
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders, period,
+            offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "omega",
-               "angular_acceleration", "cylinders", "period"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, omega,
-        angular_acceleration, cylinders, period: forces.inertia_torque_actual(
-            crank_angle, crank_ratio, reciprocating_mass, stroke, omega, angular_acceleration,
-            cylinders, period,
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
+               "angular_acceleration", "cylinders", "period", "offset_ratio",
+               "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
+        angular_acceleration, cylinders, period, offset_ratio, cylinders_by_count:
+        forces.inertia_torque_actual(
+            crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
+            cylinders, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
@@ -546,13 +695,14 @@ _QUANTITIES = (
         "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "stroke", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "firing_orders", "period"),
+               "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
+               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders,
-        period: forces.torque_after_throw(
+        bore, throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
+        offset_ratio: forces.torque_after_throw(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders, period,
+            throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
+            offset_ratio,
         ),
     ),
 )  # fmt: skip
@@ -589,10 +739,10 @@ QUANTITIES = MappingProxyType(dict(sorted(QUANTITIES.items())))
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 
 
-def select(name: str, closure: str) -> Node:
-    """Return the variant of a node that holds for a closure."""
+def select(name: str, *words: str) -> Node:
+    """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
     for node in NODES[name]:
-        if node.when in ("", closure):
+        if node.when in ("", *words):
             return node
     raise KeyError(name)
 

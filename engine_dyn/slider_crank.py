@@ -61,6 +61,7 @@ __all__ = [
     "DeadCentres",
     "acceleration",
     "crank_radius",
+    "crank_radius_of_ratio",
     "dead_centres",
     "position",
     "rod_angle",
@@ -252,6 +253,36 @@ def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.A
             "and rod"
         )
     return half * np.sqrt(1.0 - beside**2 / (rod**2 - half**2))
+
+
+def crank_radius_of_ratio(
+    stroke: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
+) -> Any:
+    """Crank radius [m] that gives a stroke [m] with a crank ratio lambda and an offset e [m].
+
+    The equation of `crank_radius` with l = r/lambda is quadratic in r^2:
+    r^4 - (s/2)^2 (1 + lambda^2) r^2 + lambda^2 (s/2)^2 ((s/2)^2 + e^2) = 0. Half the stroke, bit
+    for bit, without offset.
+
+    Raises
+    ------
+    ValueError
+        If a crank ratio lies outside (0, 1), or the crank cannot turn.
+    """
+    half, beside = 0.5 * np.asarray(stroke, dtype=float), np.asarray(offset, dtype=float)
+    ratio = np.asarray(crank_ratio, dtype=float)
+    reduced = (beside / half) ** 2
+    gap = (1.0 - ratio**2) ** 2 - 4.0 * ratio**2 * reduced
+    square = 0.5 * (1.0 + ratio**2 + np.sqrt(np.maximum(gap, 0.0)))
+    radius = np.where(beside == 0.0, half, half * np.sqrt(square))
+    wrong = ~((gap >= 0.0) & (ratio * (radius + np.abs(beside)) < radius))
+    if wrong.any():
+        bad = np.broadcast_to(beside, wrong.shape)[wrong].flat[0]
+        raise ValueError(
+            f"offset = {bad:g} m: the crank cannot turn; offset and crank radius must together be "
+            "below the rod's length"
+        )
+    return radius[()]
 
 
 # The same formulas for kernels: sine and cosine come from tables, crank ratios are checked before.

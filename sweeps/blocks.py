@@ -24,7 +24,7 @@ LIMIT = 64e6
 _TEMPORARIES = 3
 """Arrays while a formula is evaluated: its result and what it is added up from."""
 
-_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure")
+_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
 """What the tables of the kernels depend on. Cut along their axes, no table is made twice."""
 
 

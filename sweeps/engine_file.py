@@ -1,9 +1,10 @@
 """Engines and indicator diagrams from files, and the catalogue of engines.
 
-An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`; `[values]` with the keys
-of a scene; one `[[diagram]]` for each load, modelled (`kind = "diesel_cycle"`) or read from a CSV
-file (`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a reason for
-every value that the sources do not give; `[[source]]` with the citations.
+An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
+else `sweeps.cylinder_keys` knows of single cylinders; `[values]` with the keys of a scene; one
+`[[diagram]]` for each load, modelled (`kind = "diesel_cycle"`) or read from a CSV file
+(`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a reason for every
+value that the sources do not give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,6 +22,7 @@ import numpy as np
 from pydantic import Field
 
 from engine_dyn.cycle import FILE_UNITS, DieselCycle
+from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import FOUR_STROKE, Engine
 from engine_dyn.indicator import (
     TWO_STROKE,
@@ -29,6 +32,7 @@ from engine_dyn.indicator import (
     family_from_diagrams,
 )
 from engine_dyn.quantities import PARAMETERS
+from engine_dyn.slider_crank import crank_radius
 from sweeps.checks import (
     Strict,
     check_range,
@@ -38,6 +42,7 @@ from sweeps.checks import (
     number,
     plain,
 )
+from sweeps.cylinder_keys import KEYS, read_keys, resolve
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.table import Table, read_table, read_text
 
@@ -69,6 +74,10 @@ class _EngineFile(Strict):
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
     )
+    arrangement: Any = Field(default=None, description=KEYS["arrangement"])
+    firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
+    pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
+    mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1
@@ -212,6 +221,9 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"{name}: firing_order = {list(order)}: must name each of the cylinders "
                 f"1 to {cylinders} once"
             )
+    own = _cylinders(given, order, int(values["cylinders"]), period, name)
+    if own is not None and own.arrangement is not None:
+        order = own.arrangement.firing_order
     return Engine(
         name=given.name or path.stem,
         title=one_line(given.title),
@@ -220,6 +232,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         family=family,
         pressure_scale=scale,
         firing_order=order,
+        own_cylinders=own,
         assumed=dict(given.assumed),
         sources=tuple(source.text for source in given.source),
     )
@@ -246,8 +259,28 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
             raise SceneError(
                 f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
             )
+        offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+        if offset != 0.0:
+            try:
+                crank = float(crank_radius(values["stroke"], rod, offset))
+            except ValueError as error:
+                raise SceneError(f"{name}: [values] {mentioned(error)}") from None
         values["crank_ratio"] = crank / rod
     return values
+
+
+def _cylinders(
+    given: _EngineFile, order: tuple[int, ...] | None, count: int, period: float, name: str
+) -> Cylinders | None:
+    """Cylinders that the file describes; None where it says nothing of them."""
+    keys = read_keys(given.model_dump(include=set(KEYS)), f"{name}: ")
+    if order is not None:
+        for key in ("arrangement", "firing_angles"):
+            if key in keys.given:
+                raise SceneError(f"{name}: has both firing_order and {key}: give one of them")
+    if order is None and not keys.given:
+        return None
+    return resolve(keys, even_cylinders(count, period, order), count, f"{name}: ")
 
 
 def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
@@ -309,7 +342,13 @@ def _modelled(rest: Mapping[str, Any], where: str) -> Diagram:
 @lru_cache(maxsize=64)
 def _diagram_of_cycle(cycle: DieselCycle, step: float) -> Diagram:
     # Integrating a cycle takes far longer than reading a scene, and sessions read many.
-    return diagram_from_points(*cycle.points(step))
+    diagram = diagram_from_points(*cycle.points(step))
+    return replace(diagram, motored=partial(_motored_of_cycle, cycle, step))
+
+
+@lru_cache(maxsize=64)
+def _motored_of_cycle(cycle: DieselCycle, step: float) -> Diagram:
+    return diagram_from_points(*cycle.motored().points(step))
 
 
 def _taken(table: dict[str, Any], key: str, where: str) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
@@ -17,7 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import is_cached
+from engine_dyn.cylinders import Cylinders, Member, even_cylinders
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
+from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
@@ -33,7 +35,7 @@ from engine_dyn.speed.tables import (
     TABLE_ROWS,
     Blend,
     Grid,
-    build,
+    build_equal,
     make_grid,
     steps_per_cycle,
 )
@@ -130,6 +132,7 @@ def solve(
     closure: str = "power_mean",
     tolerance: float = 1e-6,
     cylinders: Any = 1,
+    cylinders_by_count: Mapping[int, Cylinders] | None = None,
     crank_angle: Floats | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -158,7 +161,9 @@ def solve(
     tolerance : float
         Relative error of delta aimed at.
     cylinders : array_like of int
-        Evenly firing.
+        How many.
+    cylinders_by_count : mapping, optional
+        Their phases and factors for each number of them; evenly firing and equal if not there.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
@@ -174,16 +179,19 @@ def solve(
         Leave `lanes` out.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
-        crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
-        mean_torque, friction_torque; for methods thesis and picard also start_speed (0: nominal),
-        passes (0: until the cycle closes) and start_angle [rad].
+        crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
+        bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
+        inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
+        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad].
 
     Returns
     -------
     dict
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
-    inputs = {"start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, **inputs}
+    inputs = {
+        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0, **inputs
+    }  # fmt: skip
     named = {
         "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": _codes(METHODS, method),
@@ -204,9 +212,9 @@ def solve(
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
-            closure=closure, tolerance=tolerance, cylinders=cylinders, crank_angle=crank_angle,
-            threads=threads, progress=progress, finer=finer, iterated=iterated, general=general,
-            **inputs,
+            closure=closure, tolerance=tolerance, cylinders=cylinders,
+            cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
+            progress=progress, finer=finer, iterated=iterated, general=general, **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -234,13 +242,16 @@ def solve(
         in_lanes = not general and _fits_lanes(choice, angles)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
-        steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
-        nodes, width = steps // count, period / steps
+        engine = _engine(count, period, cylinders_by_count)
+        times = engine.symmetry
+        steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
+        nodes, width = steps // times, period / steps
         ratio = RATIOS[count > FEW_CYLINDERS or kind == 3] if in_lanes else 1
         rows = _rows_needed(part.take(row))
-        row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
-        samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
-        place = np.mod(angles, period / count) / width
+        row_of = _row_map(family, rows)
+        grid = make_grid(family, rows, steps, engine.representatives)
+        samples = _sample_grid(family, rows, engine, method_code == designs.THESIS)
+        place = np.mod(angles, period / times) / width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
         at = designs.Curves(
             node=node,
@@ -253,9 +264,11 @@ def solve(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results,
         )  # fmt: skip
-        scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
+        scratch = partial(
+            designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
+        )
         cores = threads or os.cpu_count() or 1
-        if in_lanes and _shares_no_table(product):
+        if in_lanes and _shares_no_table(product) and not np.any(inputs["offset_ratio"]):
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, width=width, grid=grid,
                 row_of=row_of, choice=choice, results=results, scratch=scratch, rest=rest,
@@ -290,8 +303,8 @@ def solve(
         again = solve(
             family=family, wanted=wanted, method=chosen(method, missed),
             inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
-            cylinders=chosen(cylinders, missed), crank_angle=crank_angle, threads=threads,
-            finer=4 * finer, general=True,
+            cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
+            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True,
             **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
@@ -304,8 +317,9 @@ def solve(
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
-                closure=closure, tolerance=tolerance, cylinders=cylinders, threads=threads,
-                finer=4 * finer, iterated=0.01 * ITERATED * tolerance, general=general, **inputs,
+                closure=closure, tolerance=tolerance, cylinders=cylinders,
+                cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
+                iterated=0.01 * ITERATED * tolerance, general=general, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
             _compare(found, known, refined, tolerance)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
@@ -345,6 +359,7 @@ def torque_extremes(
     family: Family,
     wanted: Sequence[str],
     cylinders: Any = 1,
+    cylinders_by_count: Mapping[int, Cylinders] | None = None,
     tolerance: float = 1e-6,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -356,7 +371,7 @@ def torque_extremes(
     `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
-               "start_angle")  # fmt: skip
+               "start_angle", "offset_ratio")  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
@@ -369,41 +384,52 @@ def torque_extremes(
     period = family.row(0).period
     for part in split(shape, keys):
         count, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest, PIECES)
+        engine = _engine(count, period, cylinders_by_count)
+        steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
         rows = _rows_needed(part.take(row))
-        row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
+        row_of = _row_map(family, rows)
+        grid = make_grid(family, rows, steps, engine.representatives)
         product = packed.product(part)
 
         job = partial(
             _extremes,
             product=product, row_of=row_of, width=period / steps,
-            grid=grid, nodes=steps // count, wanted=places, scalars=scalars,
+            grid=grid, nodes=steps // engine.symmetry, wanted=places, scalars=scalars,
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
-def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
+def mean_gas_torque(
+    crank_ratio: Any,
+    row: Any,
+    family: Family,
+    offset_ratio: Any = 0.0,
+    pressure_factor: float = 1.0,
+) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     Times A r this is the mean torque of the absolute pressure, and of the gauge pressure too: the
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees.
     """
-    crank_ratio, row = np.broadcast_arrays(
-        np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float)
-    )
+    crank_ratio, row, offset_ratio = np.broadcast_arrays(
+        np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
+        np.asarray(offset_ratio, dtype=float),
+    )  # fmt: skip
     ratios = np.ascontiguousarray(crank_ratio).reshape(-1)
+    offsets = np.ascontiguousarray(offset_ratio).reshape(-1)
     places = np.ascontiguousarray(row).reshape(-1)
     result = np.empty(ratios.size)
     rows = _rows_needed(places)
-    row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES)
+    member = Member(0.0, pressure_factor, 1.0)
+    row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
     rates = np.empty(6 * FEWEST_NODES)
     # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
     used = np.unique(number)
-    if ratios.size < MANY_MEANS * used.size * rows.size:
-        designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
+    if ratios.size < MANY_MEANS * used.size * rows.size or offsets.any():
+        designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
     else:
         points = np.zeros((MOST_PANELS, POINTS_OF_MEANS))
         for panel in used:
@@ -412,7 +438,7 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
         at = np.tile(points[used].reshape(-1), rows.size)
         of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
         found = np.empty(at.size)
-        designs.mean_gas_torque(at, of_rows, row_of, grid, rates, found)
+        designs.mean_gas_torque(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
         shape = (rows.size, used.size, POINTS_OF_MEANS)
         means[used] = np.moveaxis(found.reshape(shape), 0, -1)
         designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
@@ -596,7 +622,7 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
+        build_equal(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
               np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
@@ -605,12 +631,30 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     return steps
 
 
-def _sample_grid(family: Family, rows: Integers, cylinders: int, needed: bool) -> Samples:
+def _engine(
+    count: int, period: float, cylinders_by_count: Mapping[int, Cylinders] | None
+) -> Cylinders:
+    """Cylinders of this number of them; evenly firing equal ones unless given otherwise."""
+    given = (cylinders_by_count or {}).get(count)
+    return even_cylinders(count, period) if given is None else given
+
+
+def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
     if not needed:
-        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)))
+        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1))
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
-    angle = angle[None, :] - np.arange(cylinders)[:, None] * (period / cylinders)
-    pressure = np.array([family.row(int(row))(angle) for row in rows])
-    return Samples(pressure, np.sin(angle), np.cos(angle))
+    count = len(engine.members)
+    if engine.plain:  # in the order of firing
+        angle = angle[None, :] - np.arange(count)[:, None] * (period / count)
+    else:
+        angle = angle[None, :] + np.array([[member.phase] for member in engine.members])
+    pressure = [
+        [
+            row_with_factor(family, int(row), member.pressure_factor)(here)
+            for member, here in zip(engine.members, angle, strict=True)
+        ]
+        for row in rows
+    ]
+    return Samples(np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors))
