@@ -222,7 +222,7 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"1 to {cylinders} once"
             )
     own = _cylinders(given, order, int(values["cylinders"]), period, name)
-    if own is not None and own.arrangement is not None:
+    if order is None and own is not None and own.arrangement is not None:
         order = own.arrangement.firing_order
     return Engine(
         name=given.name or path.stem,
