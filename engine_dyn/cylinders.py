@@ -15,13 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.arrangement import (
-    SAME_ANGLE,
-    Arrangement,
-    customary_order,
-    firing_phases,
-    symmetry,
-)
+from engine_dyn.arrangement import Arrangement, customary_order, firing_phases, symmetry
 from engine_dyn.layouts import in_line
 
 __all__ = [
@@ -90,16 +84,16 @@ class Cylinders:
         """Cylinders of which all others are copies, shifted by multiples of the period."""
         free, found = list(self.members), []
         while free:
-            first = here = free.pop(0)
+            first = free.pop(0)
             found.append(first)
-            for _ in range(self.symmetry - 1):
-                here = next(m for m in free if self._follows(here, m))
-                free.remove(here)
+            for k in range(1, self.symmetry):
+                place = first.phase + k * self.period / self.symmetry
+                alike = [member for member in free if member[1:] == first[1:]]
+                free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
         return tuple(found)
 
-    def _follows(self, one: Member, other: Member) -> bool:
-        apart = other.phase - one.phase - self.period / self.symmetry
-        return other[1:] == one[1:] and abs(math.remainder(apart, self.period)) < SAME_ANGLE
+    def _apart(self, one: float, other: float) -> float:
+        return abs(math.remainder(one - other, self.period))
 
     @cached_property
     def plain(self) -> bool:

@@ -18,7 +18,7 @@ from sweeps.errors import SceneError
 from sweeps.forecast import text as plan_text
 from sweeps.plan import make_plan
 from sweeps.scene import read_scene
-from tests.sweeps.test_engine_file import VALUES, modelled, written
+from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
 MEAN = ("torque_mean", "imep", "bmep", "fmep", "displacement", "brake_power", "peak_pressure")
@@ -127,6 +127,47 @@ def test_archive_keeps_the_arrangement() -> None:
     assert kept["banks"] == [0.0, 45.0]
     other = run(quantities=("torque_mean",), set={"cylinders": 3})
     assert json.loads(other.attrs["arrangement"])["name"] == "in-line 1"
+
+
+@pytest.mark.compiled
+def test_results_depend_on_nothing_else_in_the_scene() -> None:
+    """Neither threads nor neighbours; tables between shared ones differ in the tenth digit."""
+    tables = {"set": {"cylinders": 2, "arrangement": "parallel twin 270"}}
+    axes = {"inertia": [2.0, 3.0, 5.0], "pin_offset": [0.0, 0.005], "crank_ratio": [0.2, 0.25]}
+    scene = {"engine": "ntua", **tables, "axes": axes, "output": {"quantities": ["delta"]}}
+    one, two = (sweeps.run(scene, threads=n)["delta"] for n in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    alone = run(set={**tables["set"], "inertia": 3.0, "pin_offset": 0.005, "crank_ratio": 0.25})
+    assert one.sel(inertia=3.0, pin_offset=0.005, crank_ratio=0.25) == alone["delta"]
+    ratios = np.linspace(0.2, 0.3, 101).tolist()
+    many = run(designs={"crank_ratio": ratios}, **tables)
+    few = run(set={**tables["set"], "crank_ratio": ratios[40]})
+    assert float(many["delta"][40]) == pytest.approx(float(few["delta"]), rel=1e-8)
+
+
+@pytest.mark.compiled
+def test_two_stroke_engines(tmp_path: Path) -> None:
+    """The cycle is one turn: two cylinders fire evenly 180 degrees apart."""
+    angle = np.arange(-180.0, 180.0)
+    half = np.sin(np.radians(angle) / 2.0) ** 2
+    shut = np.abs(angle) < 110.0
+    bar = np.where(shut, 1.1 * (0.78 / (0.06 + 0.94 * half)) ** 1.3, 1.1)
+    bar = np.maximum(bar, 1.1) + 30.0 * np.exp(-(((angle - 20.0) / 20.0) ** 2))
+    rows = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angle, bar, strict=True))
+    path = written(tmp_path, VALUES.replace("four-stroke", "two-stroke") + POINTS)
+    (tmp_path / "pressure.csv").write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
+    even = run(path)
+    assert even["status"] == 0
+    assert run(path, set={"firing_angles": [0, 180]})["delta"].values == even["delta"].values
+    assert "2 cylinders: whole cycle, uneven firing" in planned(
+        path, set={"firing_angles": [0, 90]}
+    )
+    missing = run(path, MEAN, set={"pressure_factor": [1, 0]})
+    # Mirrored, the compression does no work.
+    share = float(missing["imep"] / run(path, MEAN)["imep"])
+    assert share == pytest.approx(0.5, rel=1e-3)
+    with pytest.raises(SceneError, match="firing_angle = 360 degree: must be 0 or more and below"):
+        run(path, set={"firing_angles": [0, 360]})
 
 
 # --- unequal cylinders --------------------------------------------------------------------------
