@@ -268,7 +268,7 @@ def solve(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
         )
         cores = threads or os.cpu_count() or 1
-        if in_lanes and _shares_no_table(product) and not np.any(inputs["offset_ratio"]):
+        if in_lanes and _shares_no_table(product) and not _may_be_offset(inputs["offset_ratio"]):
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, width=width, grid=grid,
                 row_of=row_of, choice=choice, results=results, scratch=scratch, rest=rest,
@@ -412,6 +412,7 @@ def mean_gas_torque(
     Times A r this is the mean torque of the absolute pressure, and of the gauge pressure too: the
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees.
     """
+    offset = _may_be_offset(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
@@ -428,7 +429,7 @@ def mean_gas_torque(
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
     used = np.unique(number)
-    if ratios.size < MANY_MEANS * used.size * rows.size or offsets.any():
+    if ratios.size < MANY_MEANS * used.size * rows.size or offset:
         designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
     else:
         points = np.zeros((MOST_PANELS, POINTS_OF_MEANS))
@@ -629,6 +630,11 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
             break
         steps *= 2
     return steps
+
+
+def _may_be_offset(offset_ratio: Any) -> bool:
+    """Whether there may be an offset in the sweep: a block of it must not decide by its own."""
+    return np.ndim(offset_ratio) > 0 or float(offset_ratio) != 0.0
 
 
 def _engine(
