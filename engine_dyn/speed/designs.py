@@ -619,7 +619,7 @@ def take_designs(
 def solve_block(
     count: int, width_of_lanes: int, ratio: int, width: float, shape: float, least_square: float,
     invalid: float, choice: Choice, results: Results, places: Integers, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
@@ -647,18 +647,8 @@ def solve_block(
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
-        choice.variable,
-        not linear and choice.kind != 0,
-        step,
-        ratio,
-        width_of_lanes,
-        levels,
-        s,
-        us,
-        rs,
-        tops,
-        lows,
-    )
+        choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+    )  # fmt: skip
     for k in range(count):
         code = int(s[lanes.CODE + k])
         nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
@@ -695,7 +685,7 @@ def march_lanes(
     """
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
-    s, us, rs, tops, lows = lanes.make_rows(table.shape[1] // ratio)
+    s, us, rs, tops, lows, chosen = lanes.make_rows(table.shape[1] // ratio)
     levels, places = scratch.levels, scratch.places
     nodes = table.shape[1]
     designs = count_of(product.other_axes, product)
@@ -721,6 +711,7 @@ def march_lanes(
         solve_block(
             count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
+            chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:
@@ -772,7 +763,7 @@ def march_panels(
     """
     values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
     nodes = bases.coarse.shape[1] * ratio
-    s, us, rs, tops, lows = lanes.make_rows(nodes // ratio)
+    s, us, rs, tops, lows, chosen = lanes.make_rows(nodes // ratio)
     levels = panels.make_own(nodes, ratio, bases.fine)
     designs = count_of(product.other_axes, product)
     leaving = 0
@@ -803,7 +794,7 @@ def march_panels(
         solve_block(
             count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
-            us, rs, tops, lows,
+            us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:
