@@ -617,33 +617,32 @@ def take_designs(
 
 @inlined
 def solve_block(
-    count: int, width_of_lanes: int, ratio: int, width: float, shape: float, least_square: float,
-    invalid: float, choice: Choice, results: Results, places: Integers, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
+    form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
+    least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
-    `shape` is the range of the inertia torque of the table, `least_square` the least of its V.
-    Those that are left to `march` have CODE LEFT afterwards.
+    `form` is one of those of `lanes`, `shape` the range of the inertia torque of the table,
+    `least_square` the least of its V. Those that are left to `march` have CODE LEFT afterwards.
     """
     coarse = levels.coarse.shape[0]
     step = width * ratio
-    linear = choice.kind == 2 and not choice.variable
     lanes.prepare(
-        choice.kind, choice.variable, step, coarse, shape, least_square, IDLE,
+        form, choice.variable, step, coarse, shape, least_square, IDLE,
         float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
     )  # fmt: skip
     lanes.end_of_work(width_of_lanes, levels.coarse, s)
-    if linear:
+    if len(form) == 1:
         lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
-    elif choice.kind == 0:
+    elif len(form) == 2:
         lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
-    if not linear:
+    if len(form) > 1:
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
@@ -665,6 +664,7 @@ def solve_block(
 
 @kernel
 def march_lanes(
+    form: tuple[int, ...],
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -680,8 +680,9 @@ def march_lanes(
 ) -> int:
     """Solve the designs begin .. end - 1 by `lanes`; return how many are left to `march`.
 
-    Arguments as `march`; `width_of_lanes` is LANES, as a number that the compiler does not know.
-    Every `ratio`-th node is a coarse one. `left` gets the designs that are left.
+    Arguments as `march`; `form` is one of those of `lanes`, and `width_of_lanes` is LANES, as a
+    number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
+    designs that are left.
     """
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
@@ -709,7 +710,7 @@ def march_lanes(
         for k in range(lanes.LANES):
             s[lanes.SWING + k] = ranges.gas
         solve_block(
-            count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
+            form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
             chosen,
         )  # fmt: skip
@@ -738,6 +739,7 @@ def keys_of(
 
 @kernel
 def march_panels(
+    form: tuple[int, ...],
     begin: int,
     order: Integers,
     keys: Integers,
@@ -792,7 +794,7 @@ def march_panels(
             )  # fmt: skip
         panels.fill_block(width_of_lanes, first, second, unit, bases, levels, s)
         solve_block(
-            count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
+            form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
             us, rs, tops, lows, chosen,
         )  # fmt: skip

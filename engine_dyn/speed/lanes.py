@@ -72,7 +72,11 @@ Integers = npt.NDArray[np.int64]
 
 LANES = 16
 
-FOUND = 2 * LANES
+LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
+"""What solves a block, told by length: the compiler leaves the other two out, and compiles what a
+scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
+
+TWO_ROWS, FOUR_ROWS = 2 * LANES, 4 * LANES
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
@@ -297,11 +301,12 @@ def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) 
 
 @inlined
 def prepare(
-    kind: int, variable: bool, step: float, nodes: int, swing_shape: float,
+    form: tuple[int, ...], variable: bool, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
     """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
+    free = len(form) == 2
     for k in range(lanes):
         radius = 0.5 * s[STROKE + k]
         lever = 0.25 * math.pi * s[BORE + k] * s[BORE + k] * radius
@@ -312,9 +317,9 @@ def prepare(
         swing = idle * (lever * s[SWING + k] + throw * square * swing_shape)
         g = lever / energy
         eta = throw / s[INERTIA + k]
-        half = 0.5 * s[EXPONENT + k] if kind != 0 else 0.0
-        a = half if kind != 0 else 1.0
-        kappa = surplus / energy if kind != 0 else 0.0
+        half = 0.5 * s[EXPONENT + k] if not free else 0.0
+        a = half if not free else 1.0
+        kappa = surplus / energy if not free else 0.0
         kappa = kappa if kappa > NO_LOAD else NO_LOAD
         code = 0.0
         code = LEFT if surplus <= swing else code
@@ -366,7 +371,6 @@ def prepare(
         s[TURNS + k] = 1.0
         s[MOVED + k] = 0.0
         s[LAST + k] = 1e300
-    free = kind == 0
     for k in range(lanes):
         g, eta, a = s[GAS + k], s[ETA + k], s[HALF + k]
         if constants.ndim == 2:
@@ -377,7 +381,7 @@ def prepare(
             # Exponent 0 has the logarithm for its power, and a = 1.
             s[ALIAS + k] = alias(a, free, variable, free, g, eta, constants) / a
             s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
-    if free:
+    if len(form) == 2:
         for k in range(lanes):
             s[LEVEL + k] = level_without_load(variable, s[GAS + k], s[ETA + k], constants, k)
 
@@ -584,10 +588,12 @@ def solve_free(
 
 
 @inlined
-def march_constant(
-    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
-) -> None:
-    """One pass of the recurrence: u at the coarse nodes from r there. Constant inertia."""
+def march(
+    variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats,
+    lows: Floats,
+) -> None:  # fmt: skip
+    """One pass of the recurrence: u = (X - y)/tau at the coarse nodes from r there."""
+    found = on_stack(FOUR_ROWS)
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
@@ -625,94 +631,32 @@ def march_constant(
             r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
             r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            u0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
+            x0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
             y = d * y + (g * a0 - e * b0) + sigma * r0
-            u1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
+            x1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
             y = d * y + (g * a1 - e * b1) + sigma * r1
-            u2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
+            x2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
             y = d * y + (g * a2 - e * b2) + sigma * r2
-            u3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
+            x3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
             s[RUNNING + k] = d * y + (g * a3 - e * b3) + sigma * r3
-            change = abs(u0 - us[row + k] - s[MOVED + k])
-            running = s[FROZEN + k] == 0.0
-            u0 = u0 if running else us[row + k]
-            u1 = u1 if running else us[row + LANES + k]
-            u2 = u2 if running else us[row + 2 * LANES + k]
-            u3 = u3 if running else us[row + 3 * LANES + k]
-            us[row + k] = u0
-            us[row + LANES + k] = u1
-            us[row + 2 * LANES + k] = u2
-            us[row + 3 * LANES + k] = u3
-            high = max(max(u0, u1), max(u2, u3))
-            low = min(min(u0, u1), min(u2, u3))
-            tops[bound + k] = high
-            lows[bound + k] = low
-            s[HIGH + k] = max(s[HIGH + k], high)
-            s[LOW + k] = min(s[LOW + k], low)
-            s[CHANGE + k] = max(s[CHANGE + k], change)
-
-
-@inlined
-def march_variable(
-    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
-) -> None:
-    """One pass of the recurrence with variable inertia: u = (X - y)/tau."""
-    for group in range(coarse.shape[0] // CHUNK):
-        n = CHUNK * group
-        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
-        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
-        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
-        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
-        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
-        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
-        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-        row, bound = (n + PAD) * LANES, group * LANES
+            found[k] = x0
+            found[LANES + k] = x1
+            found[2 * LANES + k] = x2
+            found[3 * LANES + k] = x3
+        if variable:
+            for k in range(lanes):
+                turn = s[ETA + k]
+                found[k] /= 1.0 + turn * own(coarse, vw0, n, V, k)
+                found[LANES + k] /= 1.0 + turn * own(coarse, vw1, n + 1, V, k)
+                found[2 * LANES + k] /= 1.0 + turn * own(coarse, vw2, n + 2, V, k)
+                found[3 * LANES + k] /= 1.0 + turn * own(coarse, vw3, n + 3, V, k)
         for k in range(lanes):
-            a0 = own(coarse, aw0, n, WORK, k)
-            a1 = own(coarse, aw1, n + 1, WORK, k)
-            a2 = own(coarse, aw2, n + 2, WORK, k)
-            a3 = own(coarse, aw3, n + 3, WORK, k)
-            b0 = own(coarse, bw0, n, SQUARES, k)
-            b1 = own(coarse, bw1, n + 1, SQUARES, k)
-            b2 = own(coarse, bw2, n + 2, SQUARES, k)
-            b3 = own(coarse, bw3, n + 3, SQUARES, k)
-            p0 = own(coarse, pw0, n, P, k)
-            p1 = own(coarse, pw1, n + 1, P, k)
-            p2 = own(coarse, pw2, n + 2, P, k)
-            p3 = own(coarse, pw3, n + 3, P, k)
-            v0 = own(coarse, vw0, n, V, k)
-            v1 = own(coarse, vw1, n + 1, V, k)
-            v2 = own(coarse, vw2, n + 2, V, k)
-            v3 = own(coarse, vw3, n + 3, V, k)
-            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
-            gas, eta, turn = s[GAS_HERE + k], s[ETA_HERE + k], s[ETA + k]
-            rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
-            near, far = s[EULER + k], s[EULER_FAR + k]
-            ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
-            r0, r1 = rs[row + k], rs[row + LANES + k]
-            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
-            r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
-            y = s[RUNNING + k]
-            x = gas * p0 - eta * v0 + near * (r1 - rb) - far * (r2 - ra) - (y + rho * r0) - shift
-            u0 = x / (1.0 + turn * v0)
-            y = d * y + (g * a0 - e * b0) + sigma * r0
-            x = gas * p1 - eta * v1 + near * (r2 - r0) - far * (r3 - rb) - (y + rho * r1) - shift
-            u1 = x / (1.0 + turn * v1)
-            y = d * y + (g * a1 - e * b1) + sigma * r1
-            x = gas * p2 - eta * v2 + near * (r3 - r1) - far * (r4 - r0) - (y + rho * r2) - shift
-            u2 = x / (1.0 + turn * v2)
-            y = d * y + (g * a2 - e * b2) + sigma * r2
-            x = gas * p3 - eta * v3 + near * (r4 - r2) - far * (r5 - r1) - (y + rho * r3) - shift
-            u3 = x / (1.0 + turn * v3)
-            y = d * y + (g * a3 - e * b3) + sigma * r3
-            s[RUNNING + k] = y
-            change = abs(u0 - us[row + k] - s[MOVED + k])
             running = s[FROZEN + k] == 0.0
-            u0 = u0 if running else us[row + k]
-            u1 = u1 if running else us[row + LANES + k]
-            u2 = u2 if running else us[row + 2 * LANES + k]
-            u3 = u3 if running else us[row + 3 * LANES + k]
+            before = us[row + k]
+            u0 = found[k] if running else before
+            u1 = found[LANES + k] if running else us[row + LANES + k]
+            u2 = found[2 * LANES + k] if running else us[row + 2 * LANES + k]
+            u3 = found[3 * LANES + k] if running else us[row + 3 * LANES + k]
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -723,7 +667,7 @@ def march_variable(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-            s[CHANGE + k] = max(s[CHANGE + k], change)
+            s[CHANGE + k] = max(s[CHANGE + k], abs(found[k] - before - s[MOVED + k]))
 
 
 @formula
@@ -843,10 +787,7 @@ def iterate(
             s[REST_END + k] = 0.0
             s[REST_SUM + k] = 0.0
             s[REST_MOST + k] = 0.0
-        if variable:
-            march_variable(lanes, coarse, s, us, rs, tops, lows)
-        else:
-            march_constant(lanes, coarse, s, us, rs, tops, lows)
+        march(variable, lanes, coarse, s, us, rs, tops, lows)
         rest_of(kind, variable, lanes, coarse, s, us, rs)
         wrap(nodes, lanes, rs)
         running = 0.0
@@ -1098,7 +1039,7 @@ def peaks_near(
     """
     fine, coarse = levels.fine, levels.coarse
     share, turns = 1.0 / ratio, 1.0 / step
-    found = on_stack(FOUND)
+    found = on_stack(TWO_ROWS)
     for k in range(lanes):
         node = nodes[k]
         g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]

@@ -429,6 +429,13 @@ def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
     )
 
 
+def _form_of(choice: designs.Choice) -> tuple[int, ...]:
+    """What solves a block of these designs in lanes."""
+    if choice.kind == 0:
+        return lanes.FREE
+    return lanes.LINEAR if choice.kind == 2 and not choice.variable else lanes.ITERATED
+
+
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
@@ -440,7 +447,19 @@ def _march(
         return
     left = np.empty(end - begin, dtype=np.int64)
     count = designs.march_lanes(
-        begin, end, lanes.LANES, ratio, product, row_of, width, grid, choice, results, memory, left
+        _form_of(choice),
+        begin,
+        end,
+        lanes.LANES,
+        ratio,
+        product,
+        row_of,
+        width,
+        grid,
+        choice,
+        results,
+        memory,
+        left,
     )
     rest(left[:count], memory)
 
@@ -507,8 +526,8 @@ def _march_panels(
             first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
             left = np.empty(last - first, dtype=np.int64)
             count = designs.march_panels(
-                begin, order[first:last], keys, rows, of_key, of_panel, points, lanes.LANES,
-                PANEL_RATIO, width, product, bases, choice, results, memory, left,
+                _form_of(choice), begin, order[first:last], keys, rows, of_key, of_panel, points,
+                lanes.LANES, PANEL_RATIO, width, product, bases, choice, results, memory, left,
             )  # fmt: skip
             rest(np.sort(left[:count]), memory)
 
