@@ -758,11 +758,7 @@ def write_traces(
     """
     table, shared, levels = scratch.table, scratch.shared, scratch.levels
     nodes = table.shape[1]
-    # Made here, so that the compiler knows that they do not overlap.
-    rows = kept.us.shape[1]
-    ws, ds = np.empty(rows), np.empty(rows)
-    c, tile = np.empty(6 * lanes.LANES), np.empty(traces.TILE * lanes.LANES)
-    numbers = np.empty(kept.numbers.shape[1])
+    ws, ds = np.empty(kept.us.shape[1]), np.empty(kept.us.shape[1])
     points = np.empty((angles.node.size, traces.POINT_FIELDS))
     designs = count_of(product.other_axes, product)
     current = -1
@@ -779,14 +775,11 @@ def write_traces(
                 crank_ratio, blend, nodes, width, grid, table, scratch.middles, scratch.rates
             )
             fill_levels(table, width, ratio, levels)
-            traces.fill_points(
-                crank_ratio, blend, grid, table, levels.fine, ratio, angles, points
-            )
+            traces.fill_points(crank_ratio, blend, grid, table, levels.fine, ratio, angles, points)
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
             count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
-            levels, angles, points, kept, ws, ds, c, tile, numbers, results.omega,
-            results.acceleration,
+            levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
         )  # fmt: skip
         block += 1
         index += count

@@ -277,9 +277,9 @@ def fill_smooth(
     kind: int, variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
     numbers: Floats, us: Floats, rs: Floats, ws: Floats, ds: Floats,
 ) -> None:  # fmt: skip
-    """Fill in w and its slope, times a coarse interval, at all coarse nodes and beside both ends.
+    """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
 
-    As `lanes.take_node` and `lanes.end_at` have them at three nodes.
+    They are those of `lanes.take_node` and `lanes.end_at`.
     """
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
@@ -288,37 +288,43 @@ def fill_smooth(
         p, v = coarse[n, P], coarse[n, V]
         ip, iv = fine[ratio * (n + 1), F_IP], fine[ratio * (n + 1), F_IV]
         p_moment, v_moment = coarse[n, P_MOMENT], coarse[n, V_MOMENT]
-        row = (n + PAD) * LANES
+        # Slices, so that the compiler sees that no index counts from the end.
+        row, behind = (n + PAD) * LANES, (n + PAD + 1) * LANES
+        u_here, r_here = us[row:behind], rs[row:behind]
+        w_here, d_here = ws[row:behind], ds[row:behind]
         for k in range(lanes):
             g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
             tau = 1.0 + eta * v if variable else 1.0
             x = g * p - eta * v
             # u tau: what moves u for the closure and the first moments is divided by tau there.
             bent = beta * beta * (g * p_moment - eta * v_moment)
-            e = us[row + k] * tau + numbers[K_MOVED + k] - bent
-            r = rs[row + k] if rest else 0.0
-            ws[row + k] = x - e - beta * (g * ip - eta * iv)
-            ds[row + k] = step * (numbers[K_KAPPA + k] * (r + numbers[K_HALF + k] * e) - beta * x)
-    for i in range(PAD):
-        for k in range(lanes):
-            ws[i * LANES + k] = ws[(nodes + i) * LANES + k]
-            ds[i * LANES + k] = ds[(nodes + i) * LANES + k]
-            ws[(nodes + PAD + i) * LANES + k] = ws[(PAD + i) * LANES + k]
-            ds[(nodes + PAD + i) * LANES + k] = ds[(PAD + i) * LANES + k]
+            e = u_here[k] * tau + numbers[K_MOVED + k] - bent
+            r = r_here[k] if rest else 0.0
+            w_here[k] = x - e - beta * (g * ip - eta * iv)
+            d_here[k] = step * (numbers[K_KAPPA + k] * (r + numbers[K_HALF + k] * e) - beta * x)
+    for i in range(PAD * LANES):
+        ws[i] = ws[nodes * LANES + i]
+        ds[i] = ds[nodes * LANES + i]
+        ws[(nodes + PAD) * LANES + i] = ws[PAD * LANES + i]
+        ds[(nodes + PAD) * LANES + i] = ds[PAD * LANES + i]
 
 
 @inlined
-def fill_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats) -> None:
+def take_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats) -> None:
     """Coefficients of w in a coarse interval, one row of lanes each."""
-    row = (interval + PAD) * LANES
+    # Slices, so that the compiler sees that no index counts from the end.
+    first, last = (interval + PAD - 1) * LANES, (interval + PAD + 3) * LANES
+    w, d = ws[first:last], ds[first:last]
     for k in range(lanes):
-        before, left = ws[row - LANES + k], ws[row + k]
-        right, behind = ws[row + LANES + k], ws[row + 2 * LANES + k]
-        d_before, d_left = ds[row - LANES + k], ds[row + k]
-        d_right, d_behind = ds[row + LANES + k], ds[row + 2 * LANES + k]
+        w_before, left, right, w_behind = (
+            w[k], w[LANES + k], w[2 * LANES + k], w[3 * LANES + k]
+        )  # fmt: skip
+        d_before, d_left, d_right, d_behind = (
+            d[k], d[LANES + k], d[2 * LANES + k], d[3 * LANES + k]
+        )  # fmt: skip
         # Second derivatives of fourth order, from three nodes each.
-        s_left = 2.0 * (before - 2.0 * left + right) - 0.5 * (d_right - d_before)
-        s_right = 2.0 * (left - 2.0 * right + behind) - 0.5 * (d_behind - d_left)
+        s_left = 2.0 * (w_before - 2.0 * left + right) - 0.5 * (d_right - d_before)
+        s_right = 2.0 * (left - 2.0 * right + w_behind) - 0.5 * (d_behind - d_left)
         rise = right - left - d_left - 0.5 * s_left
         turn = d_right - d_left - s_left
         bend = s_right - s_left
@@ -331,88 +337,90 @@ def fill_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats
 
 
 @inlined
-def speed_of(
-    variable: bool, point: Floats, t: float, lanes: int, numbers: Floats, c: Floats, tile: Floats
-) -> None:
-    """Speed [rad/s] of all lanes at one angle."""
-    p, v, ip, iv = point[A_P], point[A_V], point[A_IP], point[A_IV]
-    for k in range(lanes):
-        g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
-        w = c[k] + t * (c[LANES + k] + t * (c[2 * LANES + k] + t * (
-            c[3 * LANES + k] + t * (c[4 * LANES + k] + t * c[5 * LANES + k]))))  # fmt: skip
-        u = g * (p - beta * ip) - eta * (v - beta * iv) - w
-        if variable:
-            u /= 1.0 + eta * v
-        tile[k] = numbers[K_NOMINAL + k] * math.sqrt(1.0 + u)
-
-
-@inlined
-def rate_of(
-    variable: bool, turns: float, point: Floats, t: float, lanes: int, numbers: Floats, c: Floats,
-    tile: Floats,
+def write_curve(
+    count: int, rates: bool, variable: bool, turns: float, lanes: int, angles: Angles,
+    points: Floats, kept: Floats, targets: Integers, ws: Floats, ds: Floats, result: Floats,
 ) -> None:  # fmt: skip
-    """Angular acceleration [rad/s2] of all lanes at one angle."""
-    p, v, ip, iv, dp, dv = (
-        point[A_P], point[A_V], point[A_IP], point[A_IV], point[A_DP], point[A_DV]
-    )  # fmt: skip
-    for k in range(lanes):
-        g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
-        c1, c2, c3, c4 = c[LANES + k], c[2 * LANES + k], c[3 * LANES + k], c[4 * LANES + k]
-        c5 = c[5 * LANES + k]
-        dw = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
-        slope = g * (dp - beta * p) - eta * (dv - beta * v) - turns * dw
-        if variable:
-            w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-            inverse = 1.0 / (1.0 + eta * v)
-            u = (g * (p - beta * ip) - eta * (v - beta * iv) - w) * inverse
-            slope = (slope - u * eta * dv) * inverse
-        tile[k] = 0.5 * numbers[K_NOMINAL + k] * numbers[K_NOMINAL + k] * slope
+    """Write the speed [rad/s], or its rate [rad/s2], of the first `count` designs of a block.
+
+    `kept` are the block's numbers, `turns` is the number of coarse intervals in a radian.
+    """
+    # Made here, so that the compiler knows that they do not overlap.
+    tile, turned = np.empty(TILE * LANES), np.empty(TILE * LANES)
+    numbers, c = np.empty(NUMBERS * LANES), np.empty(6 * LANES)
+    for i in range(NUMBERS * LANES):
+        numbers[i] = kept[i]
+    for part in range(angles.first_run.size - 1):
+        begin = part * TILE
+        interval = -1
+        for i in range(min(TILE, angles.node.size - begin)):
+            j = begin + i
+            if angles.interval[j] != interval:
+                interval = angles.interval[j]
+                take_polynomial(interval, lanes, ws, ds, c)
+            t = angles.share[j]
+            p, v, ip, iv = points[j, A_P], points[j, A_V], points[j, A_IP], points[j, A_IV]
+            dp, dv = points[j, A_DP], points[j, A_DV]
+            row = i * LANES
+            if rates:
+                for k in range(lanes):
+                    g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
+                    c1, c2, c3 = c[LANES + k], c[2 * LANES + k], c[3 * LANES + k]
+                    c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
+                    dw = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
+                    slope = g * (dp - beta * p) - eta * (dv - beta * v) - turns * dw
+                    if variable:
+                        w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+                        u = g * (p - beta * ip) - eta * (v - beta * iv) - w
+                        inverse = 1.0 / (1.0 + eta * v)
+                        slope = (slope - u * inverse * eta * dv) * inverse
+                    half = 0.5 * numbers[K_NOMINAL + k] * numbers[K_NOMINAL + k]
+                    tile[row + k] = half * slope
+            else:
+                for k in range(lanes):
+                    g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
+                    c1, c2, c3 = c[LANES + k], c[2 * LANES + k], c[3 * LANES + k]
+                    c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
+                    w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+                    u = g * (p - beta * ip) - eta * (v - beta * iv) - w
+                    if variable:
+                        u /= 1.0 + eta * v
+                    tile[row + k] = numbers[K_NOMINAL + k] * math.sqrt(1.0 + u)
+        for k in range(LANES):
+            for i in range(TILE):
+                turned[k * TILE + i] = tile[i * LANES + k]
+            if numbers[K_CODE + k] != CONVERGED:
+                for i in range(TILE):
+                    turned[k * TILE + i] = math.nan
+        for k in range(count):
+            if numbers[K_CODE + k] == LEFT:
+                continue
+            for run in range(angles.first_run[part], angles.first_run[part + 1]):
+                source, target, length = angles.source[run], angles.target[run], angles.length[run]
+                curve = result[targets[k], target : target + length]
+                lane = turned[k * TILE + source : k * TILE + source + length]
+                for i in range(length):
+                    curve[i] = lane[i]
 
 
 @inlined
 def write_block(
     count: int, block: int, kind: int, variable: bool, step: float, ratio: int, lanes: int,
-    levels: Levels, angles: Angles, points: Floats, kept: Kept, ws: Floats, ds: Floats, c: Floats,
-    tile: Floats, numbers: Floats, omega: Floats, acceleration: Floats,
+    levels: Levels, angles: Angles, points: Floats, kept: Kept, ws: Floats, ds: Floats,
+    omega: Floats, acceleration: Floats,
 ) -> None:  # fmt: skip
     """Write the curves of the first `count` designs of a block; NaN where they have none.
 
-    Designs that are left to the general method are not written. `ws`, `ds`, `c`, `tile` and
-    `numbers` are scratch.
+    Designs that are left to the general method are not written. `ws` and `ds` are scratch.
     """
-    for i in range(numbers.size):
-        numbers[i] = kept.numbers[block, i]
-    targets = kept.targets[block]
+    numbers, targets = kept.numbers[block], kept.targets[block]
     fill_smooth(
         kind, variable, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
     )
-    for curve in range(2):
-        result = omega if curve == 0 else acceleration
-        if result.shape[1] == 0:
-            continue
-        for part in range(angles.first_run.size - 1):
-            begin = part * TILE
-            interval = -1
-            for j in range(begin, min(begin + TILE, angles.node.size)):
-                if angles.interval[j] != interval:
-                    interval = angles.interval[j]
-                    fill_polynomial(interval, lanes, ws, ds, c)
-                place = (j - begin) * LANES
-                row = tile[place : place + LANES]
-                if curve == 0:
-                    speed_of(variable, points[j], angles.share[j], lanes, numbers, c, row)
-                else:
-                    rate_of(
-                        variable, 1.0 / step, points[j], angles.share[j], lanes, numbers, c, row
-                    )
-            for k in range(count):
-                code = numbers[K_CODE + k]
-                if code == LEFT:
-                    continue
-                known = code == CONVERGED
-                to = result[targets[k]]
-                for run in range(angles.first_run[part], angles.first_run[part + 1]):
-                    source, target = angles.source[run], angles.target[run]
-                    for i in range(angles.length[run]):
-                        value = tile[(source + i) * LANES + k]
-                        to[target + i] = value if known else math.nan
+    for rates in (False, True):
+        result = acceleration if rates else omega
+        if result.shape[1] > 0:
+            write_curve(
+                count, rates, variable, 1.0 / step, lanes, angles, points, numbers, targets,
+                ws, ds, result,
+            )  # fmt: skip
