@@ -385,7 +385,7 @@ def write_curve(
                     u = g * (p - beta * ip) - eta * (v - beta * iv) - w
                     if variable:
                         u /= 1.0 + eta * v
-                    tile[row + k] = numbers[K_NOMINAL + k] * math.sqrt(1.0 + u)
+                    tile[row + k] = numbers[K_NOMINAL + k] * math.sqrt(max(1.0 + u, 0.0))
         for k in range(LANES):
             for i in range(TILE):
                 turned[k * TILE + i] = tile[i * LANES + k]
