@@ -89,7 +89,7 @@ def test_one_curve_is_the_same_with_the_other() -> None:
 @pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
 @pytest.mark.parametrize("cylinders", [1, 4])
 def test_extremes_of_the_curve(cylinders: int, exponent: float, model: str) -> None:
-    phi = np.arange(14400) * (4.0 * np.pi / 14400)
+    phi = np.linspace(0.0, 4.0 * np.pi, 14400, endpoint=False)
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model, inertia=INERTIA[8::4])
     found = sweep.solve(
         wanted=("omega_max", "omega_min", "omega_mean", "omega"), crank_angle=phi, **arguments
