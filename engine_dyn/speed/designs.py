@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.speed import lanes, panels, tables
+from engine_dyn.speed import lanes, panels, tables, traces
 from engine_dyn.speed.cycles import (
     RATES,
     SAMPLE_ROWS,
@@ -104,6 +104,7 @@ __all__ = [
     "march_lanes",
     "march_panels",
     "mean_gas_torque",
+    "write_traces",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -677,12 +678,13 @@ def march_lanes(
     results: Results,
     scratch: Scratch,
     left: Integers,
+    kept: traces.Kept,
 ) -> int:
     """Solve the designs begin .. end - 1 by `lanes`; return how many are left to `march`.
 
     Arguments as `march`; `form` is one of those of `lanes`, and `width_of_lanes` is LANES, as a
     number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
-    designs that are left.
+    designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
@@ -692,7 +694,7 @@ def march_lanes(
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
-    leaving = 0
+    leaving = block = 0
     index = begin
     while index < end:
         which = index // designs
@@ -718,8 +720,60 @@ def march_lanes(
             if s[lanes.CODE + k] == lanes.LEFT:
                 left[leaving] = index + k
                 leaving += 1
+        if block < kept.targets.shape[0]:
+            traces.keep(block, s, us, rs, places, kept)
+        block += 1
         index += count
     return leaving
+
+
+@kernel
+def write_traces(
+    begin: int,
+    end: int,
+    width_of_lanes: int,
+    ratio: int,
+    product: Product,
+    row_of: Integers,
+    width: float,
+    grid: Grid,
+    choice: Choice,
+    results: Results,
+    scratch: Scratch,
+    angles: traces.Angles,
+    kept: traces.Kept,
+) -> None:
+    """Write the curves of the designs begin .. end - 1, which `march_lanes` has just solved.
+
+    Arguments as there: it makes the same blocks of them.
+    """
+    table, shared, levels = scratch.table, scratch.shared, scratch.levels
+    nodes = table.shape[1]
+    ws, ds = np.empty(kept.us.shape[1]), np.empty(kept.us.shape[1])
+    points = np.empty((angles.node.size, traces.POINT_FIELDS))
+    designs = count_of(product.other_axes, product)
+    current = -1
+    block = 0
+    index = begin
+    while index < end:
+        which = index // designs
+        if which != current:
+            current = which
+            offsets_at(which, product.table_axes, product, product.value_start, shared)
+            crank_ratio = product.values[shared[RATIO]]
+            blend = blend_of(product.values, shared, row_of)
+            tables.build(
+                crank_ratio, blend, nodes, width, grid, table, scratch.middles, scratch.rates
+            )
+            fill_levels(table, width, ratio, levels)
+            traces.fill_points(crank_ratio, blend, grid, table, levels.fine, ratio, angles, points)
+        count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
+        traces.write_block(
+            count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
+            levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
+        )  # fmt: skip
+        block += 1
+        index += count
 
 
 @kernel

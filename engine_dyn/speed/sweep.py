@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import is_cached
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
-from engine_dyn.speed import designs, lanes, panels
+from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
@@ -231,7 +231,7 @@ def solve(
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
             ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
-        in_lanes = not general and _fits_lanes(choice, angles)
+        in_lanes = not general and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
         steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
@@ -255,16 +255,20 @@ def solve(
         )  # fmt: skip
         scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
         cores = threads or os.cpu_count() or 1
-        if in_lanes and _shares_no_table(product):
+        if in_lanes and not angles.size and _shares_no_table(product):
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, width=width, grid=grid,
                 row_of=row_of, choice=choice, results=results, scratch=scratch, rest=rest,
                 threads=cores, progress=progress,
             )  # fmt: skip
             continue
+        wanted_at = None
+        if in_lanes and angles.size:
+            wanted_at = traces.make_angles(angles, family, rows, count, nodes, ratio)
         job = partial(
             _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
+            angles=wanted_at,
         )  # fmt: skip
         run_pieces(part.size, job, cores, progress)
 
@@ -419,13 +423,12 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     return result.reshape(row.shape)
 
 
-def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
+def _fits_lanes(choice: designs.Choice) -> bool:
     """Whether the designs of a part are tried in lanes first."""
     return (
         choice.method == designs.AUTO
         and choice.closure == POWER_MEAN
         and choice.tolerance >= LANES_TOLERANCE
-        and angles.size == 0
     )
 
 
@@ -440,27 +443,24 @@ def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
+    angles: traces.Angles | None,
 ) -> None:  # fmt: skip
     memory = scratch()
     if not in_lanes:
         rest(np.arange(begin, end), memory)
         return
     left = np.empty(end - begin, dtype=np.int64)
-    count = designs.march_lanes(
-        _form_of(choice),
-        begin,
-        end,
-        lanes.LANES,
-        ratio,
-        product,
-        row_of,
-        width,
-        grid,
-        choice,
-        results,
-        memory,
-        left,
-    )
+    size, blocks = end - begin, 0
+    if angles is not None:
+        size, blocks = traces.blocks_of(_designs_of_table(product))
+    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0])
+    form, count = _form_of(choice), 0
+    for first in range(begin, end, size):
+        last = min(first + size, end)
+        of_lanes = first, last, lanes.LANES, ratio, product, row_of, width, grid, choice, results
+        count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
+        if angles is not None:
+            designs.write_traces(*of_lanes, memory, angles, kept)
     rest(left[:count], memory)
 
 
@@ -479,10 +479,13 @@ def _march_rest(
 
 def _shares_no_table(product: Product) -> bool:
     """Whether there are so many tables, and so few designs for each, that building them is dear."""
-    sizes = product.shape
-    own = int(np.prod(sizes[product.table_axes], dtype=np.int64))
-    each = int(np.prod(sizes[product.other_axes], dtype=np.int64))
-    return own >= MANY_TABLES and each < FEW_DESIGNS
+    own = int(np.prod(product.shape[product.table_axes], dtype=np.int64))
+    return own >= MANY_TABLES and _designs_of_table(product) < FEW_DESIGNS
+
+
+def _designs_of_table(product: Product) -> int:
+    """Designs that share a table."""
+    return int(np.prod(product.shape[product.other_axes], dtype=np.int64))
 
 
 def _march_panels(

@@ -25,7 +25,16 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.indicator import Diagram, Family
 from engine_dyn.slider_crank import acceleration_at, jerk_at, velocity_at
 
-__all__ = ["FEWEST_NODES", "MOST_NODES", "Blend", "Grid", "build", "make_grid", "steps_per_cycle"]
+__all__ = [
+    "FEWEST_NODES",
+    "GAUSS_POINTS",
+    "MOST_NODES",
+    "Blend",
+    "Grid",
+    "build",
+    "make_grid",
+    "steps_per_cycle",
+]
 
 FEWEST_NODES = 720
 """Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
@@ -33,7 +42,7 @@ FEWEST_NODES = 720
 MOST_NODES = 23040
 
 _THIRD = math.sqrt(0.15)
-_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
+GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss-Legendre with three points on [0, 1]."""
 
@@ -102,7 +111,7 @@ def _angles(period: float, steps: int) -> tuple[Floats, Floats, Floats]:
     """Nodes, middles and quadrature points of a cycle."""
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
-    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
+    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
     quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
     middle: Floats = np.asarray(node + 0.5 * width)
     return node, middle, quadrature
