@@ -52,6 +52,7 @@ from engine_dyn.speed.product import (
     Product,
     count_of,
     offsets_at,
+    value_at,
 )
 from engine_dyn.speed.segments import (
     MOST_SWEEPS,
@@ -777,17 +778,12 @@ def write_traces(
 
 
 @kernel
-def keys_of(
-    begin: int, end: int, rows: int, product: Product, scratch: Scratch, keys: Integers
-) -> None:
+def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -> None:
     """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row."""
     designs = count_of(product.other_axes, product)
     for index in range(begin, end):
-        offsets_at(
-            index // designs, product.table_axes, product, product.value_start, scratch.shared
-        )
-        ratio = product.values[scratch.shared[RATIO]]
-        row = int(math.floor(product.values[scratch.shared[ROW]]))
+        ratio = value_at(RATIO, index // designs, product)
+        row = int(math.floor(value_at(ROW, index // designs, product)))
         keys[index - begin] = panels.panel_at(ratio) * rows + row
 
 
@@ -846,7 +842,7 @@ def march_panels(
                 k, values[at[RATIO]], row - math.floor(row), values[at[SCALE]],
                 values[at[CRANKCASE]], first, second, unit, points[panel], bases, s,
             )  # fmt: skip
-        panels.fill_block(width_of_lanes, first, second, unit, bases, levels, s)
+        panels.fill_block(form, width_of_lanes, first, second, unit, bases, levels, s)
         solve_block(
             form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
@@ -1061,11 +1057,8 @@ def mean_gas_between(
         second = row_of[whole + 1] if weight > 0.0 else first
         here = points[number[i]]
         total = 0.0
-        for j in range(here.size):
-            share = 1.0
-            for other in range(here.size):
-                if other != j:
-                    share *= (ratio[i] - here[other]) / (here[j] - here[other])
+        for j in range(here.shape[1]):
+            share = panels.share_of(j, ratio[i], here)
             mean = means[number[i], j]
             total += share * ((1.0 - weight) * mean[first] + weight * mean[second])
         result[i] = total
