@@ -18,12 +18,12 @@ import numba
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
-from numba.core import caching, cgutils, types
+from numba.core import caching, cgutils, event, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-__all__ = ["FAST_MATH", "formula", "inlined", "is_cached", "kernel", "on_stack", "source_hash"]
+__all__ = ["FAST_MATH", "formula", "inlined", "kernel", "on_compiling", "on_stack", "source_hash"]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
@@ -91,12 +91,21 @@ def formula(function: Callable[..., Any]) -> Any:
     return numba.njit(forceinline=True, **_OPTIONS)(function)
 
 
-def is_cached(dispatcher: Any) -> bool:
-    """Whether a kernel is compiled for this version, on disk or in this process."""
-    if getattr(dispatcher, "signatures", True):  # compiled here, or not compiled at all
-        return True
-    file: Any = getattr(dispatcher._cache, "_cache_file", None)
-    return file is not None and bool(file._load_index())
+def on_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` once, when the first kernel of this process has to be compiled."""
+
+    class Listener(event.Listener):
+        told = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.told:
+                self.told = True
+                tell()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
 
 
 def _on_stack(typing: Any, size: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +51,12 @@ class PeriodicSpeed:
     iterations: int
     crank_angle: npt.NDArray[np.float64]
     omega: npt.NDArray[np.float64]
+
+
+@lru_cache(maxsize=8)
+def _family_of(diagram: Diagram) -> Family:
+    """Family of one diagram, kept because a search asks for the same one again and again."""
+    return family_from_diagrams([0.0], [diagram])
 
 
 def periodic_speed(
@@ -155,16 +162,10 @@ def periodic_speed(
         raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if not (np.isfinite(load_offset) and np.isfinite(friction_torque)):
         raise ValueError("load_offset and friction_torque must be finite numbers")
-    if passes is not None and (passes != int(passes) or passes < 1):
-        raise ValueError(f"passes = {passes}: must be a whole number from 1 on")
-    if start_speed is not None and not 0.0 < start_speed < np.inf:
-        raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
-    if not np.isfinite(start_angle):
-        raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
-    family: Family = family_from_diagrams([0.0], [diagram])
+    family = _family_of(diagram)
     mean_gas = float(sweep.mean_gas_torque(crank_ratio, 0.0, family))
     lever = float(piston_area(bore)) * 0.5 * stroke
     torque_mean = cylinders * lever * mean_gas - friction_torque

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import is_cached
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
@@ -45,7 +44,6 @@ __all__ = [
     "METHODS",
     "SPEED_RESULTS",
     "TORQUE_RESULTS",
-    "is_compiled",
     "mean_gas_torque",
     "solve",
     "torque_extremes",
@@ -273,8 +271,10 @@ def solve(
         if curves[name]:
             found[name] = array
     # More nodes help where the tolerance is missed; once they are tried where nothing converged.
-    failures = (TOLERANCE_NOT_MET, NOT_CONVERGED) if finer == 1 else (TOLERANCE_NOT_MET,)
-    missed = np.flatnonzero(np.isin(results.status, failures))
+    failed = results.status == TOLERANCE_NOT_MET
+    if finer == 1:
+        failed |= results.status == NOT_CONVERGED
+    missed = np.flatnonzero(failed)
     if iterated is not None:  # the finer one of two solutions: whatever it is
         missed = missed[:0]
 
@@ -296,10 +296,11 @@ def solve(
         for name, array in found.items():
             array[missed] = again[name]
     if "delta_error" in found and iterated is None:
-        known = np.isin(results.status, (CONVERGED, TOLERANCE_NOT_MET))
+        known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
-        known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if np.isin(keys[1], MARCHING).any():
+            known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
@@ -329,14 +330,6 @@ def _compare(
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
         np.copyto(found["delta_error"][here], error, where=good)
         np.copyto(found["status"][here], met, where=good)
-
-
-def is_compiled() -> bool:
-    """Whether a kernel of the periodic speed starts at once; else the first call compiles.
-
-    Most scenes need one of them only: the lanes, or the general method.
-    """
-    return is_cached(designs.march_lanes) or is_cached(designs.march)
 
 
 def torque_extremes(
@@ -577,6 +570,8 @@ def _codes(names: tuple[str, ...], value: Any) -> Integers:
 def _rows_needed(row: Floats) -> Integers:
     """Rows of the family between which the (fractional) rows lie."""
     flat = row.ravel()
+    if flat.size == 1:
+        return np.array(sorted({math.floor(flat[0]), math.ceil(flat[0])}))
     seen = np.zeros(int(np.ceil(flat.max())) + 1, dtype=np.bool_)
     seen[np.floor(flat).astype(np.int64)] = True
     seen[np.ceil(flat).astype(np.int64)] = True
