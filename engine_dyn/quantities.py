@@ -202,6 +202,7 @@ _CONSTANTS = tuple(
         ("firing_orders", "firing order for each number of cylinders"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
+        ("sharing", "tables of the sweep, and designs that share one"),
     )
 )
 
@@ -215,11 +216,11 @@ def _scale(speed: Any, scale_table: Any) -> Any:
     return np.interp(np.asarray(speed) / RPM, *scale_table)
 
 
-def _mean_gas(crank_ratio: Any, row: Any, family: Family) -> Any:
+def _mean_gas(crank_ratio: Any, row: Any, family: Family, sharing: tuple[int, int]) -> Any:
     # The kernels come in only when asked for: importing this table compiles and loads nothing.
     from engine_dyn.speed import sweep
 
-    return sweep.mean_gas_torque(crank_ratio, row, family)
+    return sweep.mean_gas_torque(crank_ratio, row, family, tables=sharing[0])
 
 
 def _speed_solution(**needs: Any) -> Any:
@@ -271,7 +272,7 @@ _STAGES = (
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "row", "family"), make=_mean_gas,
+        needs=("crank_ratio", "row", "family", "sharing"), make=_mean_gas,
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
@@ -294,7 +295,7 @@ _STAGES = (
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
             "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
             "torque_mean", "friction_torque", "cylinders", "passes", "start_speed",
-            "start_angle", "family", "period", "closure", "tolerance", "method",
+            "start_angle", "family", "period", "closure", "tolerance", "sharing", "method",
             "inertia_model", "crank_angle",
         ),
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",

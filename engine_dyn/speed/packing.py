@@ -14,7 +14,15 @@ import numpy.typing as npt
 
 from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
 
-__all__ = ["INPUT_NAMES", "Packed", "Part", "aligned", "run_pieces", "split"]
+__all__ = [
+    "INPUT_NAMES",
+    "TABLE_NAMES",
+    "Packed",
+    "Part",
+    "aligned",
+    "run_pieces",
+    "split",
+]
 
 Integers = npt.NDArray[np.int64]
 Progress = Callable[[int], None]
@@ -25,6 +33,9 @@ INPUT_NAMES = (
     "start_angle",
 )  # fmt: skip
 """Inputs in the order of `product`."""
+
+TABLE_NAMES = INPUT_NAMES[:TABLE_INPUTS]
+"""What tables depend on."""
 
 PIECE = 16384
 """Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""

@@ -21,7 +21,7 @@ from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.packing import Packed, Progress, aligned, run_pieces, split
+from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
@@ -73,10 +73,10 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, RATIOS = 2, (8, 4)
-"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and beyond: a load
-that acts over one coarse interval counts by its share of the period. The error of delta of usual
-loads stays below 6e-8 for exponents up to 5."""
+FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
+"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
+and beyond either: the load counts by its share of the period over one coarse interval, and by how
+steeply it grows."""
 
 PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 """What the nodes of a period are a multiple of."""
@@ -91,9 +91,9 @@ PANEL_BYTES = 64_000_000
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
 
-MANY_MEANS, POINTS_OF_MEANS = 32, 10
-"""From that many designs a panel and row on, mean torques are interpolated between that many crank
-ratios; the rest is rounding."""
+MANY_MEANS, POINTS_OF_MEANS = 4096, 10
+"""From that many on, mean torques are interpolated between that many crank ratios of a panel; what
+they miss is rounding."""
 
 MARCHING = (designs.THESIS, designs.PICARD)
 
@@ -129,6 +129,7 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
+    sharing: tuple[int, int] | None = None,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -165,6 +166,9 @@ def solve(
         tolerance unless given.
     general : bool
         Leave `lanes` out.
+    sharing : tuple of int, optional
+        Tables of the whole sweep, and designs that share one, where these designs are a block of
+        it: blocks must not decide for themselves how tables are made. Their own unless given.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
         crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
@@ -191,15 +195,20 @@ def solve(
     keys = [
         *(aligned(v, rank) for v in named.values()),
         np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
+        np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
         finer * _fewest_nodes(family, row, tolerance),
     ]
     size = int(np.prod(shape, dtype=np.int64))
+    if sharing is None:
+        of_tables = np.broadcast_shapes(*(np.shape(inputs[name]) for name in TABLE_NAMES))
+        tables_made = math.prod(of_tables)
+        sharing = tables_made, size // max(tables_made, 1)
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
             closure=closure, tolerance=tolerance, cylinders=cylinders, crank_angle=crank_angle,
             threads=threads, progress=progress, finer=finer, iterated=iterated, general=general,
-            **inputs,
+            sharing=sharing, **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -218,7 +227,7 @@ def solve(
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
+        count, method_code, variable, kind, steep, fewest = (int(key) for key in part.keys)
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
@@ -229,7 +238,7 @@ def solve(
         in_lanes = in_lanes and (iterated is None or kind != 3)
         steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // count, period / steps
-        ratio = RATIOS[count > FEW_CYLINDERS] if in_lanes else 1
+        ratio = RATIOS[count > FEW_CYLINDERS or steep] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
         samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
@@ -248,7 +257,7 @@ def solve(
         )  # fmt: skip
         scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
         cores = threads or os.cpu_count() or 1
-        if in_lanes and not angles.size and _shares_no_table(product):
+        if in_lanes and not angles.size and sharing[0] >= MANY_TABLES and sharing[1] < FEW_DESIGNS:
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
@@ -305,7 +314,8 @@ def solve(
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
                 closure=closure, tolerance=tolerance, cylinders=cylinders, threads=threads,
-                finer=4 * finer, iterated=0.01 * ITERATED * tolerance, general=general, **inputs,
+                finer=4 * finer, iterated=0.01 * ITERATED * tolerance, general=general,
+                sharing=sharing, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
             _compare(found, known, refined, tolerance)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
@@ -375,11 +385,14 @@ def torque_extremes(
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
-def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
+def mean_gas_torque(
+    crank_ratio: Any, row: Any, family: Family, tables: int | None = None
+) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     Times A r this is the mean torque of the absolute pressure, and of the gauge pressure too: the
-    crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees.
+    crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
+    are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
     crank_ratio, row = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float)
@@ -394,7 +407,7 @@ def mean_gas_torque(crank_ratio: Any, row: Any, family: Family) -> Floats:
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
     used = np.flatnonzero(np.bincount(number))
-    if ratios.size < MANY_MEANS * used.size * rows.size:
+    if (ratios.size if tables is None else tables) < MANY_MEANS:
         designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
     else:
         points = panels.points_of(used, POINTS_OF_MEANS)
@@ -461,12 +474,6 @@ def _march_rest(
             chosen, SEGMENTS, product, row_of, width, grid, samples, choice, curves, results,
             memory,
         )  # fmt: skip
-
-
-def _shares_no_table(product: Product) -> bool:
-    """Whether there are so many tables, and so few designs for each, that building them is dear."""
-    own = int(np.prod(product.shape[product.table_axes], dtype=np.int64))
-    return own >= MANY_TABLES and _designs_of_table(product) < FEW_DESIGNS
 
 
 def _designs_of_table(product: Product) -> int:
