@@ -17,7 +17,6 @@ from typing import Any
 import numba
 import numpy as np
 import numpy.typing as npt
-from llvmlite import ir
 from numba.core import caching, cgutils, event, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
@@ -115,7 +114,9 @@ def _on_stack(typing: Any, size: Any) -> Any:
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         made = arrayobj.make_array(array)(context, builder)
-        pointer = cgutils.alloca_once(builder, ir.DoubleType(), size=size.literal_value)
+        pointer = cgutils.alloca_once(
+            builder, context.get_value_type(types.float64), size=size.literal_value
+        )
         width = context.get_constant(types.intp, 8)
         arrayobj.populate_array(
             made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width, meminfo=None

@@ -131,6 +131,9 @@ CAREFUL = 0.2
 """Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
 the coarse level misses is judged by the last term taken, which can be small by chance."""
 
+CERTAIN = 0.01
+"""Margin by which a mean over nodes must exceed 1 to prove something about the integral."""
+
 SLACK = 1.0 + 1e-9
 """The mean lies between the extremes up to rounding."""
 
@@ -312,6 +315,37 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
 
 
 @inlined
+def must_stall(design: Design, variable: bool, period: float, table: Floats) -> bool:
+    """Whether no speed above zero can be periodic; power mean.
+
+    From the least work X on, the load takes at most what it takes in a period, kappa Phi, because
+    its mean F is 1. So q >= (X - min X - kappa Phi)/tau wherever that is positive, and F over a
+    period cannot be less than what this gives: more than 1 is a contradiction. Newton's method
+    would need all its steps to give up.
+    """
+    gas, eta = design.gas, design.eta
+    inertia, masses = (eta, 0.0) if variable else (0.0, eta)
+    nodes = table.shape[1]
+    least, most = math.inf, -math.inf
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j]
+        least = min(least, work)
+        most = max(most, work)
+    least += design.kappa * period
+    if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
+        return False
+    total = 0.0
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j] - least
+        q = max(work / (1.0 + inertia * table[SQUARE, j]), FLOOR)
+        if design.half > 0.0:
+            total += math.exp(design.half * math.log(q)) - 1.0
+        else:
+            total += math.log(q)
+    return total > CERTAIN * nodes
+
+
+@inlined
 def solve_one(
     design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
 ) -> tuple[int, int, float]:
@@ -321,6 +355,9 @@ def solve_one(
         choice.method == CLOSED and choice.kind != 0 and choice.variable
     )
     sweeps = 0
+    possible = alone or choice.closure != POWER_MEAN
+    if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
+        return STALLED, 1, 1.0
     if not alone:
         if choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN:
             solve_linear(
