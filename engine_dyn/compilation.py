@@ -15,12 +15,19 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching
+import numpy as np
+import numpy.typing as npt
+from numba.core import caching, cgutils, event, types
+from numba.core.errors import RequireLiteralValue
+from numba.extending import intrinsic
+from numba.np import arrayobj
 
-__all__ = ["FAST_MATH", "is_cached", "kernel", "source_hash"]
+__all__ = ["FAST_MATH", "formula", "inlined", "kernel", "on_compiling", "on_stack", "source_hash"]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
+
+_OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
 
 
 @cache
@@ -62,7 +69,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
     With ``NUMBA_DISABLE_JIT=1`` the plain Python function comes back.
     """
-    dispatcher: Any = inlined(function)
+    dispatcher: Any = numba.njit(**_OPTIONS)(function)
     if hasattr(dispatcher, "enable_caching"):
         # Without any writable folder, kernels are compiled every time.
         with contextlib.suppress(RuntimeError):
@@ -71,13 +78,59 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a small formula that only other kernels call; it is inlined and needs no cache."""
-    return numba.njit(nogil=True, fastmath=FAST_MATH, error_model="numpy")(function)
+    """Compile a function that only other kernels call; it needs no cache."""
+    return numba.njit(**_OPTIONS)(function)
 
 
-def is_cached(dispatcher: Any) -> bool:
-    """Whether a kernel is compiled for this version, on disk or in this process."""
-    if getattr(dispatcher, "signatures", True):  # compiled here, or not compiled at all
-        return True
-    file: Any = getattr(dispatcher._cache, "_cache_file", None)
-    return file is not None and bool(file._load_index())
+def formula(function: Callable[..., Any]) -> Any:
+    """Compile a small formula that is inlined wherever it is called, so that loops become vectors.
+
+    The compiler by itself leaves a formula that is called often to a call.
+    """
+    return numba.njit(forceinline=True, **_OPTIONS)(function)
+
+
+def on_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` once, when the first kernel of this process has to be compiled."""
+
+    class Listener(event.Listener):
+        told = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.told:
+                self.told = True
+                tell()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
+
+
+def _on_stack(typing: Any, size: Any) -> Any:
+    if not isinstance(size, types.IntegerLiteral):
+        raise RequireLiteralValue(size)
+    array = types.Array(types.float64, 1, "C")
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = arrayobj.make_array(array)(context, builder)
+        pointer = cgutils.alloca_once(
+            builder, context.get_value_type(types.float64), size=size.literal_value
+        )
+        width = context.get_constant(types.intp, 8)
+        arrayobj.populate_array(
+            made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width, meminfo=None
+        )
+        return made._getvalue()
+
+    return array(size), build
+
+
+def _empty(size: int) -> npt.NDArray[np.float64]:
+    return np.empty(size)
+
+
+_settings: Any = numba.config
+on_stack: Any = _empty if _settings.DISABLE_JIT else intrinsic(_on_stack)
+"""Array of a constant number of floats, for kernels: a loop that writes to it and reads other
+arrays at places of its own can become vectors, because nothing else can point there."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -223,6 +224,7 @@ _CONSTANTS = tuple(
         ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
+        ("sharing", "tables of the sweep, and designs that share one"),
     )
 )
 
@@ -237,16 +239,20 @@ def _scale(speed: Any, scale_table: Any) -> Any:
 
 
 def _mean_gas(
-    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
-) -> Any:
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any,
+    sharing: tuple[int, int],
+) -> Any:  # fmt: skip
     # The kernels come in only when asked for: importing this table compiles and loads nothing.
     from engine_dyn.speed import sweep
 
-    whole = sweep.mean_gas_torque(crank_ratio, row, family, offset_ratio)
+    of_tables = partial(
+        sweep.mean_gas_torque, crank_ratio, row, family, offset_ratio, tables=sharing[0]
+    )
+    whole = of_tables()
     share = np.asarray(pressure_share)
     if (share == 1.0).all():
         return whole
-    motored = sweep.mean_gas_torque(crank_ratio, row, family, offset_ratio, 0.0)
+    motored = of_tables(pressure_factor=0.0)
     return np.where(share == 1.0, whole, motored + share * (whole - motored))
 
 
@@ -370,7 +376,8 @@ _STAGES = (
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share"), make=_mean_gas,
+        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
+        make=_mean_gas,
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
@@ -393,7 +400,8 @@ _STAGES = (
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
             "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
             "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
-            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "method",
+            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
+            "method",
             "inertia_model", "crank_angle",
         ),
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",

@@ -24,9 +24,6 @@ LIMIT = 64e6
 _TEMPORARIES = 3
 """Arrays while a formula is evaluated: its result and what it is added up from."""
 
-_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
-"""What the tables of the kernels depend on. Cut along their axes, no table is made twice."""
-
 
 def cut(plan: Plan) -> dict[str, int]:
     """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
@@ -106,8 +103,5 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
 
 
 def _in_order(plan: Plan) -> list[str]:
-    """Axes of the scene, those of the tables first."""
-    dims = {stage.node.name: stage.dims for stage in plan.stages}
-    dims |= {name: value.dims for name, value in plan.leaves.items()}
-    of_tables = {d for name in _OF_TABLES for d in dims.get(name, ())}
-    return sorted(plan.scene.dimensions, key=lambda d: d not in of_tables)
+    """Axes of the scene, those of the tables first: cut along these, no table is made twice."""
+    return sorted(plan.scene.dimensions, key=lambda d: d not in plan.of_tables)

@@ -94,11 +94,16 @@ def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: b
     read = read_scene(scene)
     _check_output(output, overwrite, read.path)
 
+    from engine_dyn.compilation import on_compiling
     from sweeps import archive
     from sweeps.reference import text
 
     if not quiet:
-        _tell_compilation()
+        on_compiling(
+            lambda: click.echo(
+                "compiling kernels (once for this version; later runs start at once)", err=True
+            )
+        )
     began = time.perf_counter()
     dataset = _computed(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
     computed = time.perf_counter()
@@ -316,14 +321,6 @@ def _slice(text: str) -> tuple[str, float | str]:
 
 
 # --- what is printed ----------------------------------------------------------------------------
-
-
-def _tell_compilation() -> None:
-    """Say why the first run is slow; the one place that asks whether kernels are compiled."""
-    from engine_dyn.speed.sweep import is_compiled
-
-    if not is_compiled():
-        click.echo("compiling kernels (once for this version; later runs start at once)", err=True)
 
 
 def _outcomes(dataset: xr.Dataset) -> dict[str, int]:

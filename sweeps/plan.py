@@ -80,6 +80,8 @@ class Plan:
         Variables that the archive holds, `status` among them where a stage can fail.
     unused : tuple of str
         Axes that nothing depends on.
+    of_tables : frozenset of str
+        Axes that the tables of the kernels depend on.
     """
 
     scene: Scene
@@ -88,6 +90,7 @@ class Plan:
     sizes: Mapping[str, int]
     outputs: tuple[str, ...]
     unused: tuple[str, ...]
+    of_tables: frozenset[str]
 
     @property
     def name(self) -> str:
@@ -139,6 +142,10 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
+_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
+"""What the tables of the kernels depend on."""
+
+
 def make_plan(scene: Scene) -> Plan:
     """Plan a scene.
 
@@ -184,11 +191,16 @@ def make_plan(scene: Scene) -> Plan:
     if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
         outputs.append("status")
         visit("status")
+    named: dict[str, Value | Stage] = {**leaves, **stages}
+    of_tables = frozenset(d for n in _OF_TABLES if n in named for d in named[n].dims)
+    tables = math.prod(sizes[d] for d in of_tables)
+    designs = math.prod(sizes[d] for d in scene.dimensions)
+    leaves["sharing"] = Value((tables, designs // tables))
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
-    return Plan(scene, leaves, tuple(stages.values()), sizes, tuple(outputs), unused)
+    return Plan(scene, leaves, tuple(stages.values()), sizes, tuple(outputs), unused, of_tables)
 
 
 def _asked_for(scene: Scene, stages: Mapping[str, Stage]) -> str:
@@ -266,6 +278,7 @@ def _leaves(scene: Scene) -> dict[str, Value]:
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
         "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
+        "sharing": None,  # known with the stages
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:

@@ -10,7 +10,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -133,8 +133,8 @@ def alone(
 ) -> tuple[dict[str, int], int]:
     """How many of some designs have other bits in other company and by one thread; of how many."""
     picks = random.permutation(chunk.size)[:count]
-    column = draw.Chunk(chunk.flat(picks), chunk.closure, (picks.size,), chunk.seed)
-    found = column.solve(threads=1)
+    column = replace(chunk, columns=chunk.flat(picks), shape=(picks.size,))
+    found = column.solve(threads=1, sharing=chunk.sharing)
     unlike = {}
     for name, array in results.items():
         one, other = found[name], array[picks]
@@ -191,7 +191,7 @@ def run(
     """Solve and check `designs` designs; a process that hangs or crashes is replaced."""
     outcome = Outcome()
     size = draw.size_of(designs)
-    count = -(-designs // size)
+    count = draw.count_of(designs)
     quota = -(-sample // count)
     number = 0
     while number < count:

@@ -46,23 +46,35 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Chunk:
-    """Designs of one call of `sweep.solve`: arrays that broadcast; the closure is one for all."""
+    """Designs of one call of `sweep.solve`: arrays that broadcast; the closure is one for all.
+
+    `wanted` are the results that are asked for; with `delta_error` a design takes several times as
+    long.
+    """
 
     columns: dict[str, npt.NDArray[Any]]
     closure: str
     shape: tuple[int, ...]
     seed: tuple[int, int]
+    wanted: tuple[str, ...] = sweep.SPEED_RESULTS
 
     @property
     def size(self) -> int:
         """Number of designs."""
         return math.prod(self.shape)
 
-    def solve(self, wanted: tuple[str, ...] = sweep.SPEED_RESULTS, **options: Any) -> Any:
+    @property
+    def sharing(self) -> tuple[int, int]:
+        """Tables of the chunk, and designs that share one."""
+        of_tables = (self.columns[name].shape for name in ("crank_ratio", "row", "crankcase"))
+        tables = math.prod(np.broadcast_shapes(*of_tables))
+        return tables, self.size // tables
+
+    def solve(self, **options: Any) -> Any:
         """The kernels' answer, shaped as the product."""
         c = self.columns
         return sweep.solve(
-            family=family(), wanted=wanted, closure=self.closure, cylinders=c["cylinders"],
+            family=family(), wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
             inertia_model=np.where(c["variable"], "variable", "constant"),
             crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0,
             crankcase_pressure=c["crankcase"], bore=c["bore"], stroke=c["stroke"], mass=c["mass"],
@@ -199,7 +211,7 @@ def table(seed: int, number: int, size: int = CHUNK) -> Chunk:
         columns["mass"] = np.clip(
             moment / (0.5 * columns["stroke"]) ** 2, *RANGES["reciprocating mass"][:2]
         )
-    closure = "cycle_time" if number % 4 >= 2 else "power_mean"
+    closure = "cycle_time" if number % 16 >= 8 else "power_mean"
     return Chunk(columns, closure, (size,), (seed, number))
 
 
@@ -258,7 +270,32 @@ def product(seed: int, number: int, size: int = CHUNK) -> Chunk:
     )
     closure = "cycle_time" if number % 16 == 8 else "power_mean"
     arrays = {name: np.asarray(array) for name, array in columns.items()}
-    return Chunk(arrays, closure, shape, (seed, number))
+    return Chunk(arrays, closure, shape, (seed, number), WITHOUT_ERROR)
+
+
+GROUPS = 16
+"""Crank ratios, each with a diagram, a crankcase and a number of cylinders, of a group."""
+
+WITHOUT_ERROR = tuple(name for name in sweep.SPEED_RESULTS if name != "delta_error")
+
+
+def group(seed: int, number: int, size: int = CHUNK) -> Chunk:
+    """Designs that share crank ratio, diagram, crankcase and cylinders only, each by many."""
+    each = size // GROUPS
+    drawn = table(seed, number, GROUPS * each).columns
+    columns: dict[str, Any] = {}
+    for name in ("crank_ratio", "row", "crankcase", "cylinders"):
+        columns[name] = drawn[name][:GROUPS, None]
+    for name in ("exponent", "variable"):
+        columns[name] = drawn[name][None, :each]
+    for name in ("bore", "stroke", "mass", "inertia", "speed"):
+        columns[name] = drawn[name].reshape(GROUPS, each)
+    flat = {name: np.broadcast_to(a, (GROUPS, each)).reshape(-1) for name, a in columns.items()}
+    _complete(np.random.default_rng([seed, number, 2]), flat, GROUPS * each)
+    for name in ("friction", "mean_torque", "offset"):
+        columns[name] = flat[name].reshape(GROUPS, each)
+    closure = "cycle_time" if number % 16 == 10 else "power_mean"
+    return Chunk(columns, closure, (GROUPS, each), (seed, number), WITHOUT_ERROR)
 
 
 def size_of(designs: int) -> int:
@@ -266,8 +303,17 @@ def size_of(designs: int) -> int:
     return min(CHUNK, -(-designs // FEWEST))
 
 
+def count_of(designs: int) -> int:
+    """Chunks of a run of so many designs: every eighth one is a small one."""
+    size = size_of(designs)
+    whole = -(-designs // size)
+    return whole + whole // 8
+
+
 def chunk(seed: int, number: int, size: int = CHUNK) -> Chunk:
-    """Return chunk `number`: every eighth one is a product."""
+    """Return chunk `number`: of eight, a product, groups, and, eight times smaller, a table."""
     if number % 8 == 0:
         return product(seed, number, size)
-    return table(seed, number, size)
+    if number % 8 == 3:
+        return table(seed, number, -(-size // 8))
+    return group(seed, number, size)

@@ -142,9 +142,11 @@ def _draws() -> list[str]:
         *rows(["input", "range"], ranges, 2),
         "",
         "Sizes are even in the logarithm (half of the crank ratios even in themselves). In every "
-        "other chunk of designs that share nothing inertia and masses follow from an energy swing "
-        "of 1e-3 to 10 times the kinetic energy, so that many designs nearly stall. Every eighth "
-        "chunk is a full factorial.",
+        "other chunk inertia and masses follow from an energy swing of 1e-3 to 10 times the "
+        "kinetic energy, so that many designs nearly stall. Of eight chunks one is a full "
+        "factorial, one (of an eighth of the size) has designs that share nothing, with "
+        "`delta_error`, and in the others each of 16 crank ratios with its diagram, crankcase and "
+        "number of cylinders is shared by many designs, all else drawn for each.",
         "",
     ]
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.speed import lanes, panels, tables
+from engine_dyn.speed import lanes, panels, tables, traces
 from engine_dyn.speed.cycles import (
     RATES,
     SAMPLE_ROWS,
@@ -53,6 +53,7 @@ from engine_dyn.speed.product import (
     Product,
     count_of,
     offsets_at,
+    value_at,
 )
 from engine_dyn.speed.segments import (
     MOST_SWEEPS,
@@ -105,6 +106,7 @@ __all__ = [
     "march_lanes",
     "march_panels",
     "mean_gas_torque",
+    "write_traces",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -129,6 +131,9 @@ above it, it counts in the error."""
 CAREFUL = 0.2
 """Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
 the coarse level misses is judged by the last term taken, which can be small by chance."""
+
+CERTAIN = 0.01
+"""Margin by which a mean over nodes must exceed 1 to prove something about the integral."""
 
 SLACK = 1.0 + 1e-9
 """The mean lies between the extremes up to rounding."""
@@ -311,6 +316,37 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
 
 
 @inlined
+def must_stall(design: Design, variable: bool, period: float, table: Floats) -> bool:
+    """Whether no speed above zero can be periodic; power mean.
+
+    From the least work X on, the load takes at most what it takes in a period, kappa Phi, because
+    its mean F is 1. So q >= (X - min X - kappa Phi)/tau wherever that is positive, and F over a
+    period cannot be less than what this gives: more than 1 is a contradiction. Newton's method
+    would need all its steps to give up.
+    """
+    gas, eta = design.gas, design.eta
+    inertia, masses = (eta, 0.0) if variable else (0.0, eta)
+    nodes = table.shape[1]
+    least, most = math.inf, -math.inf
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j]
+        least = min(least, work)
+        most = max(most, work)
+    least += design.kappa * period
+    if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
+        return False
+    total = 0.0
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j] - least
+        q = max(work / (1.0 + inertia * table[SQUARE, j]), FLOOR)
+        if design.half > 0.0:
+            total += math.exp(design.half * math.log(q)) - 1.0
+        else:
+            total += math.log(q)
+    return total > CERTAIN * nodes
+
+
+@inlined
 def solve_one(
     design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
 ) -> tuple[int, int, float]:
@@ -320,6 +356,9 @@ def solve_one(
         choice.method == CLOSED and choice.kind != 0 and choice.variable
     )
     sweeps = 0
+    possible = alone or choice.closure != POWER_MEAN
+    if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
+        return STALLED, 1, 1.0
     if not alone:
         if choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN:
             solve_linear(
@@ -621,48 +660,37 @@ def take_designs(
 
 @inlined
 def solve_block(
-    count: int, width_of_lanes: int, ratio: int, width: float, shape: float, least_square: float,
-    invalid: float, choice: Choice, results: Results, places: Integers, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
+    least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
-    `shape` is the range of the inertia torque of the table, `least_square` the least of its V.
-    Those that are left to `march` have CODE LEFT afterwards.
+    `form` is one of those of `lanes`, `shape` the range of the inertia torque of the table,
+    `least_square` the least of its V. Those that are left to `march` have CODE LEFT afterwards.
     """
     coarse = levels.coarse.shape[0]
     step = width * ratio
-    linear = choice.kind == 2 and not choice.variable
     lanes.prepare(
-        choice.kind, choice.variable, step, coarse, shape, least_square, IDLE,
+        form, choice.variable, step, coarse, shape, least_square, IDLE,
         float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
     )  # fmt: skip
     lanes.end_of_work(width_of_lanes, levels.coarse, s)
-    if linear:
+    if len(form) == 1:
         lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
-    elif choice.kind == 0:
+    elif len(form) == 2:
         lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
-    if not linear:
+    if len(form) > 1:
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
-        choice.variable,
-        not linear and choice.kind != 0,
-        step,
-        ratio,
-        width_of_lanes,
-        levels,
-        s,
-        us,
-        rs,
-        tops,
-        lows,
-    )
+        choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+    )  # fmt: skip
     for k in range(count):
         code = int(s[lanes.CODE + k])
         nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
@@ -679,6 +707,7 @@ def solve_block(
 
 @kernel
 def march_lanes(
+    form: tuple[int, ...],
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -691,21 +720,23 @@ def march_lanes(
     results: Results,
     scratch: Scratch,
     left: Integers,
+    kept: traces.Kept,
 ) -> int:
     """Solve the designs begin .. end - 1 by `lanes`; return how many are left to `march`.
 
-    Arguments as `march`; `width_of_lanes` is LANES, as a number that the compiler does not know.
-    Every `ratio`-th node is a coarse one. `left` gets the designs that are left.
+    Arguments as `march`; `form` is one of those of `lanes`, and `width_of_lanes` is LANES, as a
+    number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
+    designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
-    s, us, rs, tops, lows = lanes.make_rows(table.shape[1] // ratio)
+    s, us, rs, tops, lows, chosen = lanes.make_rows(table.shape[1] // ratio)
     levels, places = scratch.levels, scratch.places
     nodes = table.shape[1]
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
-    leaving = 0
+    leaving = block = 0
     index = begin
     while index < end:
         which = index // designs
@@ -724,34 +755,87 @@ def march_lanes(
         for k in range(lanes.LANES):
             s[lanes.SWING + k] = ranges.gas
         solve_block(
-            count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
+            form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
+            chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:
                 left[leaving] = index + k
                 leaving += 1
+        if block < kept.targets.shape[0]:
+            traces.keep(block, s, us, rs, places, kept)
+        block += 1
         index += count
     return leaving
 
 
 @kernel
-def keys_of(
-    begin: int, end: int, rows: int, product: Product, scratch: Scratch, keys: Integers
+def write_traces(
+    begin: int,
+    end: int,
+    width_of_lanes: int,
+    ratio: int,
+    product: Product,
+    row_of: Integers,
+    width: float,
+    grid: Grid,
+    choice: Choice,
+    results: Results,
+    scratch: Scratch,
+    angles: traces.Angles,
+    kept: traces.Kept,
 ) -> None:
+    """Write the curves of the designs begin .. end - 1, which `march_lanes` has just solved.
+
+    Arguments as there: it makes the same blocks of them.
+    """
+    table, shared, levels = scratch.table, scratch.shared, scratch.levels
+    nodes = table.shape[1]
+    ws, ds = np.empty(kept.us.shape[1]), np.empty(kept.us.shape[1])
+    points = np.empty((angles.node.size, traces.POINT_FIELDS))
+    designs = count_of(product.other_axes, product)
+    current = -1
+    block = 0
+    index = begin
+    while index < end:
+        which = index // designs
+        if which != current:
+            current = which
+            offsets_at(which, product.table_axes, product, product.value_start, shared)
+            crank_ratio = product.values[shared[RATIO]]
+            offset = product.values[shared[OFFSET_RATIO]]
+            blend = blend_of(product.values, shared, row_of)
+            tables.build(
+                crank_ratio, offset, blend, nodes, width, grid, table, scratch.middles,
+                scratch.rates,
+            )  # fmt: skip
+            fill_levels(table, width, ratio, levels)
+            traces.fill_points(
+                crank_ratio, offset, blend, grid, table, levels.fine, ratio, angles, points
+            )
+        count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
+        traces.write_block(
+            count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
+            levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
+        )  # fmt: skip
+        block += 1
+        index += count
+
+
+@kernel
+def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -> None:
     """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row."""
     designs = count_of(product.other_axes, product)
     for index in range(begin, end):
-        offsets_at(
-            index // designs, product.table_axes, product, product.value_start, scratch.shared
-        )
-        ratio = product.values[scratch.shared[RATIO]]
-        row = int(math.floor(product.values[scratch.shared[ROW]]))
+        ratio = value_at(RATIO, index // designs, product)
+        row = int(math.floor(value_at(ROW, index // designs, product)))
         keys[index - begin] = panels.panel_at(ratio) * rows + row
 
 
 @kernel
 def march_panels(
+    form: tuple[int, ...],
     begin: int,
     order: Integers,
     keys: Integers,
@@ -777,7 +861,7 @@ def march_panels(
     """
     values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
     nodes = bases.coarse.shape[1] * ratio
-    s, us, rs, tops, lows = lanes.make_rows(nodes // ratio)
+    s, us, rs, tops, lows, chosen = lanes.make_rows(nodes // ratio)
     levels = panels.make_own(nodes, ratio, bases.fine)
     designs = count_of(product.other_axes, product)
     leaving = 0
@@ -804,11 +888,11 @@ def march_panels(
                 k, values[at[RATIO]], row - math.floor(row), values[at[SCALE]],
                 values[at[CRANKCASE]], first, second, unit, points[panel], bases, s,
             )  # fmt: skip
-        panels.fill_block(width_of_lanes, first, second, unit, bases, levels, s)
+        panels.fill_block(form, width_of_lanes, first, second, unit, bases, levels, s)
         solve_block(
-            count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
+            form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
-            us, rs, tops, lows,
+            us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:
@@ -1025,11 +1109,8 @@ def mean_gas_between(
         second = row_of[whole + 1] if weight > 0.0 else first
         here = points[number[i]]
         total = 0.0
-        for j in range(here.size):
-            share = 1.0
-            for other in range(here.size):
-                if other != j:
-                    share *= (ratio[i] - here[other]) / (here[j] - here[other])
+        for j in range(here.shape[1]):
+            share = panels.share_of(j, ratio[i], here)
             mean = means[number[i], j]
             total += share * ((1.0 - weight) * mean[first] + weight * mean[second])
         result[i] = total

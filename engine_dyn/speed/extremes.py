@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import formula
 
 __all__ = ["interpolate", "refine", "slope_between"]
 
 
-@inlined
+@formula
 def interpolate(t: float, left: float, right: float, d_left: float, d_right: float) -> float:
     """Cubic Hermite value at t in [0, 1]; slopes are times the interval's width."""
     rise = right - left
@@ -23,7 +23,7 @@ def interpolate(t: float, left: float, right: float, d_left: float, d_right: flo
     return left + t * (d_left + t * (b + t * a))
 
 
-@inlined
+@formula
 def slope_between(t: float, left: float, right: float, d_left: float, d_right: float) -> float:
     """Slope of the cubic Hermite interpolant at t, times the interval's width."""
     rise = right - left
@@ -32,7 +32,7 @@ def slope_between(t: float, left: float, right: float, d_left: float, d_right: f
     return d_left + t * (2.0 * b + 3.0 * t * a)
 
 
-@inlined
+@formula
 def refine(
     left: float, right: float, d_left: float, d_right: float, middle: float
 ) -> tuple[float, float, float]:

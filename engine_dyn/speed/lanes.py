@@ -30,7 +30,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import formula, inlined, on_stack
 from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.levels import (
     ALIAS_P,
@@ -68,31 +68,38 @@ __all__ = [
 ]
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 LANES = 16
+
+LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
+"""What solves a block, told by length: the compiler leaves the other two out, and compiles what a
+scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
+
+TWO_ROWS, FOUR_ROWS = 2 * LANES, 4 * LANES
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
 
 # Numbers of a design, one row of lanes each.
-TAKEN_A_NODE = 8
 POINTS = 6
-FIELDS = 72 + 3 * TAKEN_A_NODE + POINTS
+SERIES_TERMS = 11
+ROWS = 62
+FIELDS = ROWS + POINTS + SERIES_TERMS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
-    BOTTOM, C0, C1, C2, C3, C4, C5, AT, BASE, ENDED, NODE, AT_NODE, PEAK, MISS, HILLS, ERROR,
-    ROW_TABLE, NEXT_TABLE, UNIT_TABLE, ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, ROUGH, TURNS,
-    FIRST_SUM, SECOND_SUM,
-) = (row * LANES for row in range(72))  # fmt: skip
+    BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
+    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM,
+) = (row * LANES for row in range(ROWS))  # fmt: skip
 
-TAKEN = 72 * LANES
-"""What was gathered at up to three nodes: FINE_FIELDS of them, or six of these, u and r."""
-
-POINT = (72 + 3 * TAKEN_A_NODE) * LANES
+POINT = ROWS * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
+
+SERIES = (ROWS + POINTS) * LANES
+"""Coefficients of q^a from u^2 on."""
 
 LEFT = -1.0
 """Code of a design that is left to the general method."""
@@ -105,6 +112,10 @@ LARGEST_STEP = 0.05
 
 DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
+
+SERIES_RANGE = 0.2
+"""Largest u of a design whose powers and logarithms are binomial series in u, cheaper than roots
+and logarithms. Designs decide each for themselves: neighbours must not count."""
 
 MOST_PASSES = 10
 
@@ -123,18 +134,22 @@ SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
 
 
 @inlined
-def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Memory of one block: numbers, u and r at the nodes and beside both ends, their bounds."""
+def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats, Integers]:
+    """Memory of one block: numbers, u and r at the nodes and beside both ends, their bounds.
+
+    The last is a node for each lane.
+    """
     return (
         np.zeros(FIELDS * LANES),
         np.zeros((nodes + 2 * PAD) * LANES),
         np.zeros((nodes + 2 * PAD) * LANES),
         np.zeros(nodes // CHUNK * LANES),
         np.zeros(nodes // CHUNK * LANES),
+        np.zeros(LANES, dtype=np.int64),
     )
 
 
-@inlined
+@formula
 def shared(table: Floats, node: int, field: int) -> float:
     """Value of a table that the lanes share, to be read before the loop over them."""
     if table.ndim == 2:
@@ -142,7 +157,7 @@ def shared(table: Floats, node: int, field: int) -> float:
     return 0.0
 
 
-@inlined
+@formula
 def own(table: Floats, common: float, node: int, field: int, k: int) -> float:
     """Value of a lane: what `shared` read, or that of its own table (node, field, lane).
 
@@ -153,7 +168,7 @@ def own(table: Floats, common: float, node: int, field: int, k: int) -> float:
     return table[node, field, k]
 
 
-@inlined
+@formula
 def constant(constants: Floats, index: int, k: int) -> float:
     """Return a constant of the lanes' table, or of a lane's own (constant, lane)."""
     if constants.ndim == 1:
@@ -161,14 +176,14 @@ def constant(constants: Floats, index: int, k: int) -> float:
     return constants[index, k]
 
 
-@inlined
+@formula
 def loss_of(x: float) -> float:
     """1 - exp(-x) for x up to 0.1, to rounding, without the library's call."""
     return x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (
         1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))))  # fmt: skip
 
 
-@inlined
+@formula
 def log_of(u: float) -> float:
     """log(1 + u) for u from -0.5 to 1, to rounding: the series of the inverse tangent."""
     s = u / (2.0 + u)
@@ -178,7 +193,31 @@ def log_of(u: float) -> float:
             1.0 / 19.0 + t * (1.0 / 21.0 + t / 23.0)))))))))))  # fmt: skip
 
 
-@inlined
+@formula
+def root_series(u: float) -> float:
+    """sqrt(1 + u) - 1 - u/2 for |u| up to SERIES_RANGE, to 1e-11."""
+    return u * u * (-1.0 / 8.0 + u * (1.0 / 16.0 - u * (5.0 / 128.0 - u * (7.0 / 256.0 - u * (
+        21.0 / 1024.0 - u * (33.0 / 2048.0 - u * (429.0 / 32768.0 - u * (715.0 / 65536.0 - u * (
+            2431.0 / 262144.0 - u * (4199.0 / 524288.0 - u * (
+                29393.0 / 4194304.0)))))))))))  # fmt: skip
+
+
+@formula
+def log_series(u: float) -> float:
+    """log(1 + u) for |u| up to SERIES_RANGE, to 1e-11."""
+    return u * (1.0 - u * (1.0 / 2.0 - u * (1.0 / 3.0 - u * (1.0 / 4.0 - u * (1.0 / 5.0 - u * (
+        1.0 / 6.0 - u * (1.0 / 7.0 - u * (1.0 / 8.0 - u * (1.0 / 9.0 - u * (1.0 / 10.0 - u * (
+            1.0 / 11.0 - u * (1.0 / 12.0 - u * (1.0 / 13.0 - u / 14.0)))))))))))))  # fmt: skip
+
+
+@formula
+def inverse_series(u: float) -> float:
+    """1/(1 + u) for |u| up to SERIES_RANGE, to 1e-6."""
+    return 1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (
+        1.0 - u * (1.0 - u))))))))  # fmt: skip
+
+
+@formula
 def exp_of(x: float) -> float:
     """exp(x) for x from -8 to 8: the series of a thirty-second, squared five times."""
     y = x / 32.0
@@ -191,7 +230,7 @@ def exp_of(x: float) -> float:
     return e * e
 
 
-@inlined
+@formula
 def alias(
     b: float, logarithm: bool, variable: bool, first: bool, g: float, eta: float, c: Floats
 ) -> float:
@@ -200,26 +239,23 @@ def alias(
     Taylor's series to fourth order in X, or in g P and eta V; `first` says whether the first order
     counts. `c` are the table's constants.
     """
+    # q^b = (1 + g P)^b (1 + eta V)^-b with variable inertia, else (1 + g P - eta V)^b.
     b1, b2 = b, 0.5 * b * (b - 1.0)
     b3 = b2 * (b - 2.0) / 3.0
     b4 = b3 * (b - 3.0) * 0.25
+    n1, n2 = -b, 0.5 * b * (b + 1.0)
+    n3 = -n2 * (b + 2.0) / 3.0
+    n4 = -n3 * (b + 3.0) * 0.25
+    m11, m21, m12, m31, m22, m13 = b1 * n1, b2 * n1, b1 * n2, b3 * n1, b2 * n2, b1 * n3
     if logarithm:
         b1, b2, b3, b4 = 1.0, -0.5, 1.0 / 3.0, -0.25
-    if variable:
-        # (1 + g P)^b (1 + eta V)^-b
-        n1, n2 = -b, 0.5 * b * (b + 1.0)
-        n3 = -n2 * (b + 2.0) / 3.0
-        n4 = -n3 * (b + 3.0) * 0.25
-        m11, m21, m12, m31, m22, m13 = b1 * n1, b2 * n1, b1 * n2, b3 * n1, b2 * n2, b1 * n3
-        if logarithm:
-            n1, n2, n3, n4 = -1.0, 0.5, -1.0 / 3.0, 0.25
-            m11 = m21 = m12 = m31 = m22 = m13 = 0.0
-        e = eta
-    else:
+        n1, n2, n3, n4 = -1.0, 0.5, -1.0 / 3.0, 0.25
+        m11 = m21 = m12 = m31 = m22 = m13 = 0.0
+    if not variable:
         n1, n2, n3, n4 = b1, b2, b3, b4
         m11, m21, m12 = 2.0 * b2, 3.0 * b3, 3.0 * b3
         m31, m22, m13 = 4.0 * b4, 6.0 * b4, 4.0 * b4
-        e = -eta
+    e = eta if variable else -eta
     g2, e2 = g * g, e * e
     total = g2 * (b2 * c[5] + g * (b3 * c[8] + g * b4 * c[12]))
     total += e2 * (n2 * c[7] + e * (n3 * c[11] + e * n4 * c[16]))
@@ -227,12 +263,10 @@ def alias(
         m11 * c[6] + g * (m21 * c[9] + g * m31 * c[13]) + e * (m12 * c[10] + e * m13 * c[15])
         + g * e * m22 * c[14]
     )  # fmt: skip
-    if first:
-        total += b1 * g * c[3] + n1 * e * c[4]
-    return total
+    return total + (b1 * g * c[3] + n1 * e * c[4] if first else 0.0)
 
 
-@inlined
+@formula
 def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) -> float:
     """Constant of the closure for exponent 0: the mean of log q vanishes.
 
@@ -248,12 +282,11 @@ def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) 
     m4 += e2 * e * (4.0 * g * constant(c, FOURTHS + 3, k) + e * constant(c, FOURTHS + 4, k))
     m4 += 6.0 * g2 * e2 * constant(c, FOURTHS + 2, k)
     # Mean of log tau, which the energy has to match.
-    wanted = 0.0
-    if variable:
-        wanted = eta * eta * (
-            -0.5 * constant(c, VV, k)
-            + eta * (constant(c, CUBES + 3, k) / 3.0 - 0.25 * eta * constant(c, FOURTHS + 4, k))
-        )  # fmt: skip
+    turn = eta if variable else 0.0
+    wanted = turn * turn * (
+        -0.5 * constant(c, VV, k)
+        + turn * (constant(c, CUBES + 3, k) / 3.0 - 0.25 * turn * constant(c, FOURTHS + 4, k))
+    )  # fmt: skip
     level = 0.5 * m2 + wanted
     for _ in range(3):
         # log(1 + level) + the mean of log(1 + X/(1 + level))
@@ -268,11 +301,12 @@ def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) 
 
 @inlined
 def prepare(
-    kind: int, variable: bool, step: float, nodes: int, swing_shape: float,
+    form: tuple[int, ...], variable: bool, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
     """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
+    free = len(form) == 2
     for k in range(lanes):
         radius = 0.5 * s[STROKE + k]
         lever = 0.25 * math.pi * s[BORE + k] * s[BORE + k] * radius
@@ -283,9 +317,9 @@ def prepare(
         swing = idle * (lever * s[SWING + k] + throw * square * swing_shape)
         g = lever / energy
         eta = throw / s[INERTIA + k]
-        half = 0.5 * s[EXPONENT + k] if kind != 0 else 0.0
-        a = half if kind != 0 else 1.0
-        kappa = surplus / energy if kind != 0 else 0.0
+        half = 0.5 * s[EXPONENT + k] if not free else 0.0
+        a = half if not free else 1.0
+        kappa = surplus / energy if not free else 0.0
         kappa = kappa if kappa > NO_LOAD else NO_LOAD
         code = 0.0
         code = LEFT if surplus <= swing else code
@@ -332,23 +366,24 @@ def prepare(
         s[LOOSE + k] = 4.0 * (1.0 + half * half) * loose
         cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
         s[LEVEL + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
-        if kind == 0:
-            s[LEVEL + k] = level_without_load(variable, g, eta, constants, k)
-        s[ALIAS + k] = 0.0
-        s[ALIAS_SPEED + k] = 0.0
-        if constants.ndim == 2:
-            linear = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
-            s[ALIAS + k] = linear if kind == 0 else 0.0
-            s[ALIAS_SPEED + k] = 0.5 * linear
-        if constants.ndim == 1:
-            free = kind == 0
-            s[ALIAS + k] = alias(half, free, variable, free, g, eta, constants) / a
-            s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
         s[BENT + k] = kappa * step * x / 6.0
         s[FROZEN + k] = 0.0
         s[TURNS + k] = 1.0
         s[MOVED + k] = 0.0
         s[LAST + k] = 1e300
+    for k in range(lanes):
+        g, eta, a = s[GAS + k], s[ETA + k], s[HALF + k]
+        if constants.ndim == 2:
+            linear = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
+            s[ALIAS + k] = linear if free else 0.0
+            s[ALIAS_SPEED + k] = 0.5 * linear
+        else:
+            # Exponent 0 has the logarithm for its power, and a = 1.
+            s[ALIAS + k] = alias(a, free, variable, free, g, eta, constants) / a
+            s[ALIAS_SPEED + k] = alias(0.5, False, variable, True, g, eta, constants)
+    if len(form) == 2:
+        for k in range(lanes):
+            s[LEVEL + k] = level_without_load(variable, s[GAS + k], s[ETA + k], constants, k)
 
 
 @inlined
@@ -385,6 +420,31 @@ def wrap(nodes: int, lanes: int, rows: Floats) -> None:
         for k in range(lanes):
             rows[i * LANES + k] = rows[(nodes + i) * LANES + k]
             rows[(nodes + PAD + i) * LANES + k] = rows[(PAD + i) * LANES + k]
+
+
+@inlined
+def beyond_series(lanes: int, s: Floats) -> bool:
+    """Mark the lanes in WIDE for which series do not hold; return whether there are any."""
+    count = 0.0
+    for k in range(lanes):
+        wide = max(s[HIGH + k], -s[LOW + k]) > SERIES_RANGE
+        s[WIDE + k] = 1.0 if wide else 0.0
+        count += s[WIDE + k]
+    return count > 0.0
+
+
+@inlined
+def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
+    """MEAN of the lanes in WIDE: the sum of sqrt(q) - 1 over the coarse nodes by roots."""
+    for k in range(lanes):
+        s[MEAN + k] = 0.0 if s[WIDE + k] != 0.0 else s[MEAN + k]
+    for n in range(coarse.shape[0]):
+        vw = shared(coarse, n, V)
+        row = (n + PAD) * LANES
+        for k in range(lanes):
+            turn = s[ETA + k] if variable else 0.0
+            q = 1.0 + us[row + k] + s[MOVED + k] / (1.0 + turn * own(coarse, vw, n, V, k))
+            s[MEAN + k] += math.sqrt(q) - 1.0 if s[WIDE + k] != 0.0 else 0.0
 
 
 @inlined
@@ -447,12 +507,13 @@ def solve_linear(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-            s[MEAN + k] += (math.sqrt(1.0 + u0) + math.sqrt(1.0 + u1)) + (
-                math.sqrt(1.0 + u2) + math.sqrt(1.0 + u3)
-            )
+            s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
+            s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
     wrap(nodes, lanes, us)
+    if beyond_series(lanes, s):
+        exact_mean(False, lanes, coarse, s, us)
     for k in range(lanes):
-        s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+        s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
 @inlined
@@ -492,14 +553,30 @@ def solve_free(
                 row[k] = u
                 top[k] = max(top[k], u)
                 low[k] = min(low[k], u)
-                inverse /= 1.0 + u
-                s[REST_SUM + k] += log_of(u)
+                inverse *= inverse_series(u)
+                s[REST_SUM + k] += log_series(u)
                 s[FIRST_SUM + k] += inverse
                 s[SECOND_SUM + k] += inverse * inverse
         for k in range(lanes):
             s[HIGH + k] = max(s[HIGH + k], tops[bound + k])
             s[LOW + k] = min(s[LOW + k], lows[bound + k])
     wrap(nodes, lanes, us)
+    if beyond_series(lanes, s):
+        for k in range(lanes):
+            series = s[WIDE + k] == 0.0
+            s[REST_SUM + k] = s[REST_SUM + k] if series else 0.0
+            s[FIRST_SUM + k] = s[FIRST_SUM + k] if series else 0.0
+            s[SECOND_SUM + k] = s[SECOND_SUM + k] if series else 0.0
+        for n in range(nodes):
+            vw = shared(coarse, n, V)
+            row = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
+            for k in range(lanes):
+                turn = s[ETA + k] if variable else 0.0
+                wide = s[WIDE + k] != 0.0
+                inverse = 1.0 / ((1.0 + turn * own(coarse, vw, n, V, k)) * (1.0 + row[k]))
+                s[REST_SUM + k] += log_of(row[k]) if wide else 0.0
+                s[FIRST_SUM + k] += inverse if wide else 0.0
+                s[SECOND_SUM + k] += inverse * inverse if wide else 0.0
     for k in range(lanes):
         mean = s[REST_SUM + k] / nodes + s[ALIAS + k]
         first, second = s[FIRST_SUM + k] / nodes, s[SECOND_SUM + k] / nodes
@@ -511,10 +588,12 @@ def solve_free(
 
 
 @inlined
-def march_constant(
-    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
-) -> None:
-    """One pass of the recurrence: u at the coarse nodes from r there. Constant inertia."""
+def march(
+    variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats,
+    lows: Floats,
+) -> None:  # fmt: skip
+    """One pass of the recurrence: u = (X - y)/tau at the coarse nodes from r there."""
+    found = on_stack(FOUR_ROWS)
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
@@ -552,94 +631,32 @@ def march_constant(
             r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
             r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            u0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
+            x0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
             y = d * y + (g * a0 - e * b0) + sigma * r0
-            u1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
+            x1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
             y = d * y + (g * a1 - e * b1) + sigma * r1
-            u2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
+            x2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
             y = d * y + (g * a2 - e * b2) + sigma * r2
-            u3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
+            x3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
             s[RUNNING + k] = d * y + (g * a3 - e * b3) + sigma * r3
-            change = abs(u0 - us[row + k] - s[MOVED + k])
-            running = s[FROZEN + k] == 0.0
-            u0 = u0 if running else us[row + k]
-            u1 = u1 if running else us[row + LANES + k]
-            u2 = u2 if running else us[row + 2 * LANES + k]
-            u3 = u3 if running else us[row + 3 * LANES + k]
-            us[row + k] = u0
-            us[row + LANES + k] = u1
-            us[row + 2 * LANES + k] = u2
-            us[row + 3 * LANES + k] = u3
-            high = max(max(u0, u1), max(u2, u3))
-            low = min(min(u0, u1), min(u2, u3))
-            tops[bound + k] = high
-            lows[bound + k] = low
-            s[HIGH + k] = max(s[HIGH + k], high)
-            s[LOW + k] = min(s[LOW + k], low)
-            s[CHANGE + k] = max(s[CHANGE + k], change)
-
-
-@inlined
-def march_variable(
-    lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats
-) -> None:
-    """One pass of the recurrence with variable inertia: u = (X - y)/tau."""
-    for group in range(coarse.shape[0] // CHUNK):
-        n = CHUNK * group
-        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
-        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
-        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
-        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
-        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
-        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
-        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-        row, bound = (n + PAD) * LANES, group * LANES
+            found[k] = x0
+            found[LANES + k] = x1
+            found[2 * LANES + k] = x2
+            found[3 * LANES + k] = x3
+        if variable:
+            for k in range(lanes):
+                turn = s[ETA + k]
+                found[k] /= 1.0 + turn * own(coarse, vw0, n, V, k)
+                found[LANES + k] /= 1.0 + turn * own(coarse, vw1, n + 1, V, k)
+                found[2 * LANES + k] /= 1.0 + turn * own(coarse, vw2, n + 2, V, k)
+                found[3 * LANES + k] /= 1.0 + turn * own(coarse, vw3, n + 3, V, k)
         for k in range(lanes):
-            a0 = own(coarse, aw0, n, WORK, k)
-            a1 = own(coarse, aw1, n + 1, WORK, k)
-            a2 = own(coarse, aw2, n + 2, WORK, k)
-            a3 = own(coarse, aw3, n + 3, WORK, k)
-            b0 = own(coarse, bw0, n, SQUARES, k)
-            b1 = own(coarse, bw1, n + 1, SQUARES, k)
-            b2 = own(coarse, bw2, n + 2, SQUARES, k)
-            b3 = own(coarse, bw3, n + 3, SQUARES, k)
-            p0 = own(coarse, pw0, n, P, k)
-            p1 = own(coarse, pw1, n + 1, P, k)
-            p2 = own(coarse, pw2, n + 2, P, k)
-            p3 = own(coarse, pw3, n + 3, P, k)
-            v0 = own(coarse, vw0, n, V, k)
-            v1 = own(coarse, vw1, n + 1, V, k)
-            v2 = own(coarse, vw2, n + 2, V, k)
-            v3 = own(coarse, vw3, n + 3, V, k)
-            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
-            gas, eta, turn = s[GAS_HERE + k], s[ETA_HERE + k], s[ETA + k]
-            rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
-            near, far = s[EULER + k], s[EULER_FAR + k]
-            ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
-            r0, r1 = rs[row + k], rs[row + LANES + k]
-            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
-            r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
-            y = s[RUNNING + k]
-            x = gas * p0 - eta * v0 + near * (r1 - rb) - far * (r2 - ra) - (y + rho * r0) - shift
-            u0 = x / (1.0 + turn * v0)
-            y = d * y + (g * a0 - e * b0) + sigma * r0
-            x = gas * p1 - eta * v1 + near * (r2 - r0) - far * (r3 - rb) - (y + rho * r1) - shift
-            u1 = x / (1.0 + turn * v1)
-            y = d * y + (g * a1 - e * b1) + sigma * r1
-            x = gas * p2 - eta * v2 + near * (r3 - r1) - far * (r4 - r0) - (y + rho * r2) - shift
-            u2 = x / (1.0 + turn * v2)
-            y = d * y + (g * a2 - e * b2) + sigma * r2
-            x = gas * p3 - eta * v3 + near * (r4 - r2) - far * (r5 - r1) - (y + rho * r3) - shift
-            u3 = x / (1.0 + turn * v3)
-            y = d * y + (g * a3 - e * b3) + sigma * r3
-            s[RUNNING + k] = y
-            change = abs(u0 - us[row + k] - s[MOVED + k])
             running = s[FROZEN + k] == 0.0
-            u0 = u0 if running else us[row + k]
-            u1 = u1 if running else us[row + LANES + k]
-            u2 = u2 if running else us[row + 2 * LANES + k]
-            u3 = u3 if running else us[row + 3 * LANES + k]
+            before = us[row + k]
+            u0 = found[k] if running else before
+            u1 = found[LANES + k] if running else us[row + LANES + k]
+            u2 = found[2 * LANES + k] if running else us[row + 2 * LANES + k]
+            u3 = found[3 * LANES + k] if running else us[row + 3 * LANES + k]
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -650,19 +667,35 @@ def march_variable(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-            s[CHANGE + k] = max(s[CHANGE + k], change)
+            s[CHANGE + k] = max(s[CHANGE + k], abs(found[k] - before - s[MOVED + k]))
+
+
+@formula
+def rest_series(a: float, u: float, k: int, s: Floats) -> float:
+    """(1 + u)^a - 1 - a u for |u| up to SERIES_RANGE, to 1e-11, from its binomial coefficients."""
+    total = s[SERIES + (SERIES_TERMS - 1) * LANES + k]
+    total = s[SERIES + 9 * LANES + k] + u * total
+    total = s[SERIES + 8 * LANES + k] + u * total
+    total = s[SERIES + 7 * LANES + k] + u * total
+    total = s[SERIES + 6 * LANES + k] + u * total
+    total = s[SERIES + 5 * LANES + k] + u * total
+    total = s[SERIES + 4 * LANES + k] + u * total
+    total = s[SERIES + 3 * LANES + k] + u * total
+    total = s[SERIES + 2 * LANES + k] + u * total
+    total = s[SERIES + LANES + k] + u * total
+    return u * u * (s[SERIES + k] + u * total)
 
 
 @inlined
-def rest_root(u: float, tau: float) -> float:
-    """Second-order rest F - 1 - a u tau for exponent 1."""
-    return math.sqrt(1.0 + u) - 1.0 - 0.5 * u * tau
-
-
-@inlined
-def rest_power(u: float, tau: float, a: float) -> float:
-    """Second-order rest F - 1 - a u tau for any exponent."""
-    return exp_of(a * log_of(u)) - 1.0 - a * u * tau
+def fill_series(lanes: int, s: Floats) -> None:
+    """Binomial coefficients of q^a from u^2 on, in SERIES."""
+    for k in range(lanes):
+        s[SERIES + k] = 0.5 * s[HALF + k] * (s[HALF + k] - 1.0)
+    for i in range(1, SERIES_TERMS):
+        here = s[SERIES + i * LANES : SERIES + (i + 1) * LANES]
+        before = s[SERIES + (i - 1) * LANES : SERIES + i * LANES]
+        for k in range(lanes):
+            here[k] = before[k] * (s[HALF + k] - (i + 1.0)) / (i + 2.0)
 
 
 @inlined
@@ -673,45 +706,50 @@ def rest_of(
 
     Four nodes are written out: an inner loop over them would keep the lanes from being vectors.
     """
+    wide = beyond_series(lanes, s)
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row = (n + PAD) * LANES
-        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         if kind == 1:
             for k in range(lanes):
-                e = s[ETA + k] if variable else 0.0
-                v0 = own(coarse, vw0, n, V, k)
-                v1 = own(coarse, vw1, n + 1, V, k)
-                v2 = own(coarse, vw2, n + 2, V, k)
-                v3 = own(coarse, vw3, n + 3, V, k)
-                rs[row + k] = rest_root(us[row + k], 1.0 + e * v0)
-                rs[row + LANES + k] = rest_root(us[row + LANES + k], 1.0 + e * v1)
-                rs[row + 2 * LANES + k] = rest_root(us[row + 2 * LANES + k], 1.0 + e * v2)
-                rs[row + 3 * LANES + k] = rest_root(us[row + 3 * LANES + k], 1.0 + e * v3)
+                rs[row + k] = root_series(us[row + k])
+                rs[row + LANES + k] = root_series(us[row + LANES + k])
+                rs[row + 2 * LANES + k] = root_series(us[row + 2 * LANES + k])
+                rs[row + 3 * LANES + k] = root_series(us[row + 3 * LANES + k])
         elif kind == 2:
             for k in range(lanes):
-                e = s[ETA + k] if variable else 0.0
-                v0 = own(coarse, vw0, n, V, k)
-                v1 = own(coarse, vw1, n + 1, V, k)
-                v2 = own(coarse, vw2, n + 2, V, k)
-                v3 = own(coarse, vw3, n + 3, V, k)
-                rs[row + k] = -us[row + k] * e * v0
-                rs[row + LANES + k] = -us[row + LANES + k] * e * v1
-                rs[row + 2 * LANES + k] = -us[row + 2 * LANES + k] * e * v2
-                rs[row + 3 * LANES + k] = -us[row + 3 * LANES + k] * e * v3
+                rs[row + k] = 0.0
+                rs[row + LANES + k] = 0.0
+                rs[row + 2 * LANES + k] = 0.0
+                rs[row + 3 * LANES + k] = 0.0
         else:
             for k in range(lanes):
-                e = s[ETA + k] if variable else 0.0
-                v0 = own(coarse, vw0, n, V, k)
-                v1 = own(coarse, vw1, n + 1, V, k)
-                v2 = own(coarse, vw2, n + 2, V, k)
-                v3 = own(coarse, vw3, n + 3, V, k)
                 a = s[HALF + k]
-                rs[row + k] = rest_power(us[row + k], 1.0 + e * v0, a)
-                rs[row + LANES + k] = rest_power(us[row + LANES + k], 1.0 + e * v1, a)
-                rs[row + 2 * LANES + k] = rest_power(us[row + 2 * LANES + k], 1.0 + e * v2, a)
-                rs[row + 3 * LANES + k] = rest_power(us[row + 3 * LANES + k], 1.0 + e * v3, a)
+                rs[row + k] = rest_series(a, us[row + k], k, s)
+                rs[row + LANES + k] = rest_series(a, us[row + LANES + k], k, s)
+                rs[row + 2 * LANES + k] = rest_series(a, us[row + 2 * LANES + k], k, s)
+                rs[row + 3 * LANES + k] = rest_series(a, us[row + 3 * LANES + k], k, s)
+        if wide and kind != 2:
+            for i in range(CHUNK):
+                here = us[row + i * LANES : row + (i + 1) * LANES]
+                rest = rs[row + i * LANES : row + (i + 1) * LANES]
+                for k in range(lanes):
+                    a, u = s[HALF + k], here[k]
+                    power = math.sqrt(1.0 + u) if kind == 1 else exp_of(a * log_of(u))
+                    rest[k] = power - 1.0 - a * u if s[WIDE + k] != 0.0 else rest[k]
+        if variable:
+            vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+            vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
+            for k in range(lanes):
+                e = s[HALF + k] * s[ETA + k]
+                rs[row + k] -= us[row + k] * e * own(coarse, vw0, n, V, k)
+                rs[row + LANES + k] -= us[row + LANES + k] * e * own(coarse, vw1, n + 1, V, k)
+                rs[row + 2 * LANES + k] -= (
+                    us[row + 2 * LANES + k] * e * own(coarse, vw2, n + 2, V, k)
+                )
+                rs[row + 3 * LANES + k] -= (
+                    us[row + 3 * LANES + k] * e * own(coarse, vw3, n + 3, V, k)
+                )
         for k in range(lanes):
             r0, r1 = rs[row + k], rs[row + LANES + k]
             r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
@@ -732,6 +770,8 @@ def iterate(
     `tolerance` is for u, relative to its range.
     """
     nodes = coarse.shape[0]
+    if kind == 3:
+        fill_series(lanes, s)
     for i in range((nodes + 2 * PAD) * LANES):
         rs[i] = 0.0
     for k in range(lanes):
@@ -747,10 +787,7 @@ def iterate(
             s[REST_END + k] = 0.0
             s[REST_SUM + k] = 0.0
             s[REST_MOST + k] = 0.0
-        if variable:
-            march_variable(lanes, coarse, s, us, rs, tops, lows)
-        else:
-            march_constant(lanes, coarse, s, us, rs, tops, lows)
+        march(variable, lanes, coarse, s, us, rs, tops, lows)
         rest_of(kind, variable, lanes, coarse, s, us, rs)
         wrap(nodes, lanes, rs)
         running = 0.0
@@ -810,8 +847,8 @@ def mean_speed(
         vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
             moved = s[MOVED + k]
-            u0, u1 = 1.0 + us[row + k], 1.0 + us[row + LANES + k]
-            u2, u3 = 1.0 + us[row + 2 * LANES + k], 1.0 + us[row + 3 * LANES + k]
+            u0, u1 = us[row + k], us[row + LANES + k]
+            u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
             if variable:
                 eta = s[ETA + k]
                 u0 += moved / (1.0 + eta * own(coarse, vw0, n, V, k))
@@ -823,9 +860,12 @@ def mean_speed(
                 u1 += moved
                 u2 += moved
                 u3 += moved
-            s[MEAN + k] += (math.sqrt(u0) + math.sqrt(u1)) + (math.sqrt(u2) + math.sqrt(u3))
+            s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
+            s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
+    if beyond_series(lanes, s):
+        exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):
-        s[MEAN + k] = s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+        s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
 @inlined
@@ -833,15 +873,17 @@ def candidates(
     variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
     tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
-    """Where the extremes can be: TOP and BOTTOM get a chunk of nodes each, -1 for several.
+    """Where the extremes can be: the first and the last chunk of nodes that may hold each.
 
     Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
     `tops` and `lows` become these bounds.
     """
     chunk, constants = levels.chunk, levels.constants
     for k in range(lanes):
-        s[TOP + k] = -2.0
-        s[BOTTOM + k] = -2.0
+        s[TOP + k] = -1.0
+        s[BOTTOM + k] = -1.0
+        s[TOP_LAST + k] = -1.0
+        s[BOTTOM_LAST + k] = -1.0
     for group in range(chunk.shape[0]):
         pa, pb = shared(chunk, group, P_ABOVE), shared(chunk, group, P_BELOW)
         va, vb = shared(chunk, group, V_ABOVE), shared(chunk, group, V_BELOW)
@@ -870,361 +912,281 @@ def candidates(
             low = lows[row + k] - thin * (g * p_below + eta * v_above + slack)
             tops[row + k] = top
             lows[row + k] = low
-            s[TOP + k] = (
-                (number if s[TOP + k] == -2.0 else -1.0) if top >= s[HIGH + k] else s[TOP + k]
-            )
-            s[BOTTOM + k] = (
-                (number if s[BOTTOM + k] == -2.0 else -1.0) if low <= s[LOW + k] else s[BOTTOM + k]
-            )
+            high, deep = top >= s[HIGH + k], low <= s[LOW + k]
+            s[TOP + k] = number if high and s[TOP + k] < 0.0 else s[TOP + k]
+            s[TOP_LAST + k] = number if high else s[TOP_LAST + k]
+            s[BOTTOM + k] = number if deep and s[BOTTOM + k] < 0.0 else s[BOTTOM + k]
+            s[BOTTOM_LAST + k] = number if deep else s[BOTTOM_LAST + k]
 
 
-@inlined
-def curve_at(
-    p: float, v: float, ip: float, iv: float, dp: float, dv: float, t: float, variable: bool,
-    turns: float, k: int, s: Floats,
-) -> tuple[float, float]:  # fmt: skip
-    """Return u and its slope at a fine node, t coarse intervals from the chosen coarse node.
+Node = tuple[float, float, float, float, float, float]
+"""P, V, their antiderivatives and their slopes at a fine node."""
 
-    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and the
-    polynomial of fifth degree through w and its slopes at three coarse nodes the rest. `turns` is
-    the number of coarse intervals in a radian.
+
+@formula
+def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[float, float]:
+    """Two fields of a fine node, one of P and the same of V.
+
+    A lane with a table of its own has them by interpolation in the crank ratio: the tables of the
+    panel's ratios, weighted (`panels`).
     """
-    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-    c1, c2, c3, c4, c5 = s[C1 + k], s[C2 + k], s[C3 + k], s[C4 + k], s[C5 + k]
-    x = g * p - eta * v
-    y = beta * (g * ip - eta * iv)
-    y += s[C0 + k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-    dy = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
-    slope = g * dp - eta * dv - beta * x - dy * turns
-    if variable:
-        tau = 1.0 + eta * v
-        u = (x - y) / tau
-        return u, (slope - u * eta * dv) / tau
-    return x - y, slope
+    if fine.ndim == 2:
+        return fine[place, 2 * pair], fine[place, 2 * pair + 1]
+    first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
+    here, after = fine[first, place, pair], fine[second, place, pair]
+    under, square = fine[unit, place, pair], fine[unit + 1, place, pair]
+    a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
+    gas = squares = 0.0
+    for i in range(POINTS):
+        weight = s[POINT + i * LANES + k]
+        gas += weight * (a * here[i] + b * after[i] - c * under[i])
+        squares += weight * square[i]
+    return gas, squares
 
 
-@inlined
+@formula
+def node_at(place: int, k: int, fine: Floats, s: Floats) -> Node:
+    """What is known at a fine node."""
+    p, v = pair_at(place, 0, k, fine, s)
+    ip, iv = pair_at(place, 1, k, fine, s)
+    dp, dv = pair_at(place, 2, k, fine, s)
+    return p, v, ip, iv, dp, dv
+
+
+@formula
+def speed_at(node: int, tau: float, k: int, coarse: Floats, s: Floats, us: Floats) -> float:
+    """Return u at a coarse node, with all that its extremes need.
+
+    The recurrence takes X for a line between two coarse nodes; what its first moments differ from
+    that is too little to matter but here.
+    """
+    nodes = coarse.shape[0]
+    here = node + nodes if node < 0 else (node - nodes if node >= nodes else node)
+    moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
+    turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
+    bent = s[GAS + k] * moment - s[ETA + k] * turning
+    moved = s[MOVED + k] - s[BETA + k] * s[BETA + k] * bent
+    return us[(node + PAD) * LANES + k] + moved / tau
+
+
+@formula
 def end_at(
-    p: float, v: float, ip: float, iv: float, dp: float, dv: float, u: float, r: float,
-    variable: bool, g: float, eta: float, beta: float, a: float, kappa: float,
+    at: Node, u: float, r: float, g: float, eta: float, turn: float, beta: float, a: float,
+    kappa: float,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return w, its slope and (up to a positive factor) the slope of u at a coarse node."""
-    tau = 1.0 + eta * v if variable else 1.0
+    p, v, ip, iv, dp, dv = at
+    tau = 1.0 + turn * v
     x = g * p - eta * v
     dy = kappa * (r + a * u * tau)
-    slope = g * dp - eta * dv - dy
-    if variable:
-        slope -= u * eta * dv
+    slope = g * dp - eta * dv - dy - u * turn * dv
     return x - u * tau - beta * (g * ip - eta * iv), dy - beta * x, slope
 
 
-@inlined
+@formula
+def curve_at(
+    at: Node, t: float, turns: float, g: float, eta: float, turn: float, beta: float, w: Node
+) -> tuple[float, float]:  # fmt: skip
+    """Return u and its slope at a fine node, t coarse intervals from the chosen coarse node.
+
+    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and a
+    polynomial of fifth degree, `w`, the rest. `turns` is the number of coarse intervals in a
+    radian.
+    """
+    p, v, ip, iv, dp, dv = at
+    x = g * p - eta * v
+    y = beta * (g * ip - eta * iv)
+    y += w[0] + t * (w[1] + t * (w[2] + t * (w[3] + t * (w[4] + t * w[5]))))
+    dy = w[1] + t * (2.0 * w[2] + t * (3.0 * w[3] + t * (4.0 * w[4] + t * (5.0 * w[5]))))
+    inverse = 1.0 / (1.0 + turn * v)
+    u = (x - y) * inverse
+    return u, (g * dp - eta * dv - beta * x - dy * turns - u * turn * dv) * inverse
+
+
+@formula
 def extreme_between(
-    left: float, right: float, d_left: float, d_right: float, width: float, variable: bool,
-    g: float, eta: float, mp: float, mv: float, v_left: float, v_right: float, dv_left: float,
+    left: float, right: float, d_left: float, d_right: float, width: float, g: float, eta: float,
+    turn: float, mp: float, mv: float, v_left: float, v_right: float, dv_left: float,
     dv_right: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Extreme of u between two fine nodes, and what the middle adds to it."""
+    """Extreme of u between two fine nodes, and what the middle adds to it.
+
+    The middle of q = e/tau comes from those of energy and inertia, both known.
+    """
     d_left *= width
     d_right *= width
-    middle = g * mp - eta * mv
-    if variable:
-        # The middle of q from those of energy and inertia, both known; e = q tau.
-        tau_left, tau_right = 1.0 + eta * v_left, 1.0 + eta * v_right
-        turn_left, turn_right = width * eta * dv_left, width * eta * dv_right
-        energy = g * mp + interpolate(
-            0.5, (1.0 + left) * tau_left, (1.0 + right) * tau_right,
-            d_left * tau_left + (1.0 + left) * turn_left,
-            d_right * tau_right + (1.0 + right) * turn_right,
-        )  # fmt: skip
-        tau = eta * mv + interpolate(0.5, tau_left, tau_right, turn_left, turn_right)
-        middle = energy / tau - 1.0 - interpolate(0.5, left, right, d_left, d_right)
+    tau_left, tau_right = 1.0 + turn * v_left, 1.0 + turn * v_right
+    turn_left, turn_right = width * turn * dv_left, width * turn * dv_right
+    energy = g * mp - (eta - turn) * mv + interpolate(
+        0.5, tau_left + left * tau_left - 1.0, tau_right + right * tau_right - 1.0,
+        d_left * tau_left + (1.0 + left) * turn_left,
+        d_right * tau_right + (1.0 + right) * turn_right,
+    )  # fmt: skip
+    off = turn * mv + interpolate(0.5, tau_left - 1.0, tau_right - 1.0, turn_left, turn_right)
+    middle = (energy - off) / (1.0 + off) - interpolate(0.5, left, right, d_left, d_right)
     value, _, bump = refine(left, right, d_left, d_right, middle)
     return value, abs(bump)
 
 
 @inlined
-def take_fine(place: int, target: int, fields: int, k: int, fine: Floats, s: Floats) -> None:
-    """Fields of a fine node into lane k of the rows from `target` on.
-
-    A lane with a table of its own has it by interpolation in the crank ratio: the tables of the
-    panel's ratios, weighted (`panels`).
-    """
-    if fine.ndim == 2:
-        for field in range(fields):
-            s[target + field * LANES + k] = fine[place, field]
-    else:
-        first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
-        a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
-        here, after = fine[first, place], fine[second, place]
-        under, squares = fine[unit, place], fine[unit + 1, place]
-        w0, w1, w2 = s[POINT + k], s[POINT + LANES + k], s[POINT + 2 * LANES + k]
-        w3, w4 = s[POINT + 3 * LANES + k], s[POINT + 4 * LANES + k]
-        w5 = s[POINT + 5 * LANES + k]
-        for pair in range(fields // 2):
-            s[target + 2 * pair * LANES + k] = (
-                w0 * (a * here[pair, 0] + b * after[pair, 0] - c * under[pair, 0])
-                + w1 * (a * here[pair, 1] + b * after[pair, 1] - c * under[pair, 1])
-                + w2 * (a * here[pair, 2] + b * after[pair, 2] - c * under[pair, 2])
-                + w3 * (a * here[pair, 3] + b * after[pair, 3] - c * under[pair, 3])
-                + w4 * (a * here[pair, 4] + b * after[pair, 4] - c * under[pair, 4])
-                + w5 * (a * here[pair, 5] + b * after[pair, 5] - c * under[pair, 5])
-            )
-            s[target + (2 * pair + 1) * LANES + k] = (
-                w0 * squares[pair, 0] + w1 * squares[pair, 1] + w2 * squares[pair, 2]
-                + w3 * squares[pair, 3] + w4 * squares[pair, 4] + w5 * squares[pair, 5]
-            )  # fmt: skip
-
-
-@inlined
-def take_node(
-    node: int, variable: bool, rest: bool, ratio: int, levels: Levels, k: int, s: Floats,
-    us: Floats, rs: Floats,
+def peaks_near(
+    upward: float, variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
+    us: Floats, rs: Floats, nodes: Integers,
 ) -> None:  # fmt: skip
-    """What is known at a coarse node and its two neighbours, into a lane of TAKEN.
+    """PEAK and MISS of every lane get the extreme beside its node where it is more than they hold.
 
-    The recurrence takes X for a line between two coarse nodes; what its first moments differ from
-    that is too little to matter but here.
+    Without a branch, so that lanes stay vectors although each looks at a place of its own.
     """
     fine, coarse = levels.fine, levels.coarse
-    nodes = coarse.shape[0]
-    for i in range(3):
-        target = TAKEN + i * TAKEN_A_NODE * LANES + k
-        take_fine(ratio * (node + i), target - k, 6, k, fine, s)
-        row = (node + i + PAD - 1) * LANES + k
-        here = node + i - 1
-        here = here + nodes if here < 0 else (here - nodes if here >= nodes else here)
-        moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
-        turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
-        bent = s[GAS + k] * moment - s[ETA + k] * turning
-        moved = s[MOVED + k] - s[BETA + k] * s[BETA + k] * bent
-        if variable:
-            moved /= 1.0 + s[ETA + k] * s[target + LANES]
-        s[target + 6 * LANES] = us[row] + moved
-        s[target + 7 * LANES] = rs[row] if rest else 0.0
-    # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
-    s[ROUGH + k] = 0.0
-    if rest:
-        row = (node + PAD) * LANES + k
-        near, far = rs[row + LANES] - rs[row - LANES], rs[row + 2 * LANES] - rs[row - 2 * LANES]
-        s[ROUGH + k] = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
-
-
-@inlined
-def chosen_node(upward: float, bound: int, k: int, s: Floats, us: Floats, bounds: Floats) -> int:
-    """Coarse node beside the extreme of a lane, -1 where several hills may hold it."""
-    group = int(s[bound + k])
-    if group < 0:
-        return -1
-    row = (CHUNK * group + PAD) * LANES + k
-    best, node = -1e300, 0
-    for i in range(CHUNK):
-        u = upward * us[row + i * LANES]
-        if u > best:
-            best, node = u, i
-    # Another hill in the same chunk, high enough to be the one?
-    near = 2.0 * best - upward * bounds[group * LANES + k]
-    for i in range(CHUNK):
-        here = row + i * LANES
-        u = upward * us[here]
-        if (
-            (i > node + 1 or i < node - 1)
-            and u >= near
-            and u > upward * us[here - LANES]
-            and u >= upward * us[here + LANES]
-        ):
-            return -1
-    return CHUNK * group + node
-
-
-@inlined
-def bracket(upward: float, variable: bool, step: float, ratio: int, lanes: int, s: Floats) -> None:
-    """From what TAKEN holds of three coarse nodes to the interval that holds the extreme.
-
-    C0 to C5 get the polynomial of w, AT the interval's first fine node, counted from the chosen
-    coarse one; ENDED says that this node itself is the extreme.
-    """
+    share, turns = 1.0 / ratio, 1.0 / step
+    found = on_stack(TWO_ROWS)
     for k in range(lanes):
+        node = nodes[k]
         g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
-        here = TAKEN + k
-        w0, d0, s0 = end_at(
-            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
-            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
-            variable, g, eta, beta, a, kappa,
-        )  # fmt: skip
-        here = TAKEN + TAKEN_A_NODE * LANES + k
-        w1, d1, s1 = end_at(
-            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
-            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
-            variable, g, eta, beta, a, kappa,
-        )  # fmt: skip
-        here = TAKEN + 2 * TAKEN_A_NODE * LANES + k
-        w2, d2, s2 = end_at(
-            s[here], s[here + LANES], s[here + 2 * LANES], s[here + 3 * LANES],
-            s[here + 4 * LANES], s[here + 5 * LANES], s[here + 6 * LANES], s[here + 7 * LANES],
-            variable, g, eta, beta, a, kappa,
-        )  # fmt: skip
+        row = (node + PAD) * LANES + k
+        turn = eta if variable else 0.0
+        r0, r1, r2 = rs[row - LANES], rs[row], rs[row + LANES]
+        # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
+        far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
+        rough = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * (r2 - r0) - s[EULER_FAR + k] * far)
+        before = node_at(ratio * node, k, fine, s)
+        here = node_at(ratio * (node + 1), k, fine, s)
+        after = node_at(ratio * (node + 2), k, fine, s)
+        u0 = speed_at(node - 1, 1.0 + turn * before[1], k, coarse, s, us)
+        u1 = speed_at(node, 1.0 + turn * here[1], k, coarse, s, us)
+        u2 = speed_at(node + 1, 1.0 + turn * after[1], k, coarse, s, us)
+        w0, d0, s0 = end_at(before, u0, r0, g, eta, turn, beta, a, kappa)
+        w1, d1, s1 = end_at(here, u1, r1, g, eta, turn, beta, a, kappa)
+        w2, d2, s2 = end_at(after, u2, r2, g, eta, turn, beta, a, kappa)
+        ahead = s1 * upward > 0.0
+        begins = (s1 if ahead else s0) * upward
+        ends = (s2 if ahead else s1) * upward
+        # The polynomial through w and its slope at three coarse nodes.
         d0 *= step
         d1 *= step
         d2 *= step
         even, odd = 0.5 * (w2 + w0) - w1, 0.5 * (w2 - w0) - d1
         even_slope, odd_slope = 0.5 * (d2 - d0), 0.5 * (d2 + d0) - d1
         fourth, fifth = 0.5 * even_slope - even, 0.5 * odd_slope - 1.5 * odd
-        s[C0 + k] = w1
-        s[C1 + k] = d1
-        s[C2 + k] = even - fourth
-        s[C3 + k] = odd - fifth
-        s[C4 + k] = fourth
-        s[C5 + k] = fifth
-        ahead = s1 * upward > 0.0
-        begins = (s1 if ahead else s0) * upward > 0.0
-        ends = (s2 if ahead else s1) * upward < 0.0
-        s[AT + k] = 0.0 if ahead else -1.0 * ratio
-        s[BASE + k] = ratio * (s[NODE + k] + 1.0)
-        s[ENDED + k] = 0.0 if begins and ends else 1.0
-
-
-@inlined
-def search(
-    upward: float, variable: bool, step: float, ratio: int, lanes: int, fine: Floats, s: Floats
-) -> None:
-    """Bisect the interval of every lane down to two neighbouring fine nodes."""
-    share, turns = 1.0 / ratio, 1.0 / step
-    half = ratio // 2
-    while half > 0:
-        for k in range(LANES):
-            place = int(s[BASE + k] + s[AT + k]) + half
-            take_fine(place, TAKEN, 6, k, fine, s)
-        for k in range(lanes):
-            _, slope = curve_at(
-                s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
-                s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
-                (s[AT + k] + half) * share, variable, turns, k, s,
-            )  # fmt: skip
-            s[AT + k] += half if slope * upward > 0.0 else 0.0
-        half //= 2
-
-
-@inlined
-def next_hill(
-    upward: float, after: int, nodes: int, k: int, s: Floats, us: Floats, bounds: Floats
-) -> int:
-    """Next coarse node of a lane, behind `after`, whose hill may hold the extreme; -1: no more."""
-    best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
-    for node in range(after + 1, nodes):
-        row = (node + PAD) * LANES + k
-        u = upward * us[row]
-        # One node a hill: the first of equals.
-        if (
-            upward * bounds[node // CHUNK * LANES + k] >= best
-            and u > upward * us[row - LANES]
-            and u >= upward * us[row + LANES]
-        ):
-            return node
-    return -1
-
-
-@inlined
-def peaks_near(
-    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels,
-    s: Floats, us: Floats, rs: Floats,
-) -> None:  # fmt: skip
-    """PEAK and MISS of every lane get the extreme beside NODE where it is more than they hold."""
-    fine = levels.fine
-    for k in range(LANES):
-        take_node(int(s[NODE + k]), variable, rest, ratio, levels, k, s, us, rs)
-    second = TAKEN + TAKEN_A_NODE * LANES
-    for k in range(lanes):
-        s[AT_NODE + k] = s[second + 6 * LANES + k]
-    bracket(upward, variable, step, ratio, lanes, s)
-    search(upward, variable, step, ratio, lanes, fine, s)
-    for k in range(LANES):
-        place = int(s[BASE + k] + s[AT + k])
-        take_fine(place, TAKEN, 8, k, fine, s)
-        take_fine(place + 1, second, 8, k, fine, s)
-    share, turns = 1.0 / ratio, 1.0 / step
-    for k in range(lanes):
-        g, eta = s[GAS + k], s[ETA + k]
-        left, d_left = curve_at(
-            s[TAKEN + k], s[TAKEN + LANES + k], s[TAKEN + 2 * LANES + k],
-            s[TAKEN + 3 * LANES + k], s[TAKEN + 4 * LANES + k], s[TAKEN + 5 * LANES + k],
-            s[AT + k] * share, variable, turns, k, s,
-        )  # fmt: skip
-        right, d_right = curve_at(
-            s[second + k], s[second + LANES + k], s[second + 2 * LANES + k],
-            s[second + 3 * LANES + k], s[second + 4 * LANES + k], s[second + 5 * LANES + k],
-            (s[AT + k] + 1.0) * share, variable, turns, k, s,
-        )  # fmt: skip
+        w = (w1, d1, even - fourth, odd - fifth, fourth, fifth)
+        # Bisect the interval, of up to eight parts, down to two neighbouring fine nodes.
+        base = ratio * (node + 1)
+        at = 0 if ahead else -ratio
+        one = node_at(base + at + 4, k, fine, s)
+        _, slope = curve_at(one, (at + 4) * share, turns, g, eta, turn, beta, w)
+        at += 4 if (slope * upward > 0.0) & (ratio > 4) else 0
+        one = node_at(base + at + 2, k, fine, s)
+        _, slope = curve_at(one, (at + 2) * share, turns, g, eta, turn, beta, w)
+        at += 2 if slope * upward > 0.0 else 0
+        one = node_at(base + at + 1, k, fine, s)
+        _, slope = curve_at(one, (at + 1) * share, turns, g, eta, turn, beta, w)
+        at += 1 if slope * upward > 0.0 else 0
+        one, other = node_at(base + at, k, fine, s), node_at(base + at + 1, k, fine, s)
+        left, d_left = curve_at(one, at * share, turns, g, eta, turn, beta, w)
+        right, d_right = curve_at(other, (at + 1) * share, turns, g, eta, turn, beta, w)
+        mp, mv = pair_at(base + at, 3, k, fine, s)
         value, bump = extreme_between(
-            left, right, d_left, d_right, step * share, variable, g, eta,
-            s[TAKEN + 6 * LANES + k], s[TAKEN + 7 * LANES + k], s[TAKEN + LANES + k],
-            s[second + LANES + k], s[TAKEN + 5 * LANES + k], s[second + 5 * LANES + k],
+            left, right, d_left, d_right, step * share, g, eta, turn, mp, mv, one[1], other[1],
+            one[5], other[5],
         )  # fmt: skip
         # Rounding can leave both slopes of one sign; then the higher node is the extreme.
-        between = d_left * upward > 0.0 and d_right * upward < 0.0
-        node = upward * max(upward * left, upward * right)
-        value = value if between else node
+        between = (d_left * upward > 0.0) & (d_right * upward < 0.0)
+        value = value if between else upward * max(upward * left, upward * right)
         bump = bump if between else 0.0
-        ended = s[ENDED + k] != 0.0
-        value = s[AT_NODE + k] if ended else value
-        bump = s[ROUGH + k] + (0.0 if ended else bump)
+        # The chosen node itself is the extreme where the slope changes its sign nowhere.
+        inside = (begins > 0.0) & (ends < 0.0)
+        value = value if inside else u1
+        bump = rough + (bump if inside else 0.0)
+        found[k] = value
+        found[LANES + k] = bump
+    for k in range(lanes):
+        value, bump = found[k], found[LANES + k]
         more = upward * value > upward * s[PEAK + k]
         s[PEAK + k] = value if more else s[PEAK + k]
         s[MISS + k] = bump if more else s[MISS + k]
 
 
 @inlined
-def peaks(
-    upward: float, variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels,
-    s: Floats, us: Floats, rs: Floats, bounds: Floats,
-) -> None:  # fmt: skip
-    """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and the middle's share.
+def next_hill(
+    upward: float, after: int, last: int, best: float, k: int, us: Floats, bounds: Floats
+) -> int:
+    """Next coarse node of a lane whose hill may hold the extreme; -1: there is none.
 
-    Lanes with several hills take one after the other; the rest repeat what they have.
+    It lies behind the node `after`, in the chunk `last` at most. `best` is the highest node.
     """
-    nodes = us.size // LANES - 2 * PAD
-    bound = TOP if upward > 0.0 else BOTTOM
-    several = False
+    for group in range((after + 1) // CHUNK, last + 1):
+        bound = upward * bounds[group * LANES + k]
+        if bound < best:
+            continue
+        row = (CHUNK * group + PAD) * LANES + k
+        u0, u1 = upward * us[row - LANES], upward * us[row]
+        u2, u3 = upward * us[row + LANES], upward * us[row + 2 * LANES]
+        u4, u5 = upward * us[row + 3 * LANES], upward * us[row + 4 * LANES]
+        # No hill rises above its node by more than this chunk's bound above its highest node.
+        least = best - (bound - max(max(u1, u2), max(u3, u4)))
+        # One node a hill: the first of equals.
+        here = (u1 >= least) & (u1 > u0) & (u1 >= u2), (u2 >= least) & (u2 > u1) & (u2 >= u3)
+        there = (u3 >= least) & (u3 > u2) & (u3 >= u4), (u4 >= least) & (u4 > u3) & (u4 >= u5)
+        begin = after - CHUNK * group
+        if here[0] and begin < 0:
+            return CHUNK * group
+        if here[1] and begin < 1:
+            return CHUNK * group + 1
+        if there[0] and begin < 2:
+            return CHUNK * group + 2
+        if there[1] and begin < 3:
+            return CHUNK * group + 3
+    return -1
+
+
+@inlined
+def peaks(
+    upward: float, variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
+    us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
+) -> None:  # fmt: skip
+    """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and what it may miss.
+
+    Lanes with several hills take one after the other; the rest repeat what they have. `chosen` is
+    scratch.
+    """
+    first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
     for k in range(LANES):
         s[PEAK + k] = -1e300 * upward
-        node = chosen_node(upward, bound, k, s, us, bounds)
-        s[HILLS + k] = 0.0
-        if node < 0:
-            node = next_hill(upward, -1, nodes, k, s, us, bounds)
-            s[HILLS + k] = 1.0
-            several = several or s[CODE + k] == 0.0
-        if node < 0:
-            s[CODE + k] = s[CODE + k] if s[CODE + k] != 0.0 else LEFT
-            node = 0
-        s[NODE + k] = node
-    while True:
-        peaks_near(upward, variable, rest, step, ratio, lanes, levels, s, us, rs)
-        if not several:
-            break
+        best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
+        node = -1
+        if s[CODE + k] == 0.0:
+            before = CHUNK * int(s[first + k]) - 1
+            node = next_hill(upward, before, int(s[last + k]), best, k, us, bounds)
+            s[CODE + k] = LEFT if node < 0 else 0.0
+        chosen[k] = max(node, 0)
+    several = True
+    while several:
+        peaks_near(upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
         several = False
         for k in range(LANES):
-            if s[HILLS + k] != 0.0 and s[CODE + k] == 0.0:
-                node = next_hill(upward, int(s[NODE + k]), nodes, k, s, us, bounds)
+            if s[CODE + k] == 0.0:
+                best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
+                node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
                 if node >= 0:
-                    s[NODE + k] = node
+                    chosen[k] = node
                     several = True
-        if not several:
-            break
 
 
 @inlined
 def extremes(
-    variable: bool, rest: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats, us: Floats,
+    rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
-    peaks(1.0, variable, rest, step, ratio, lanes, levels, s, us, rs, tops)
+    for side in range(2):
+        upward = 1.0 if side == 0 else -1.0
+        bounds = tops if side == 0 else lows
+        place = TOP if side == 0 else BOTTOM
+        peaks(upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
+        for k in range(lanes):
+            s[place + k] = math.sqrt(1.0 + s[PEAK + k])
+            missed = 0.5 * s[MISS + k] / s[place + k]
+            s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
-        s[TOP + k] = math.sqrt(1.0 + s[PEAK + k])
-        s[ERROR + k] = 0.5 * s[MISS + k] / s[TOP + k]
-    peaks(-1.0, variable, rest, step, ratio, lanes, levels, s, us, rs, lows)
-    for k in range(lanes):
-        high, low = s[TOP + k], math.sqrt(1.0 + s[PEAK + k])
-        s[BOTTOM + k] = low
-        error = (s[ERROR + k] + 0.5 * s[MISS + k] / low + ROUNDING) / (high - low)
-        s[ERROR + k] = error if high > low else 0.0
+        span = s[TOP + k] - s[BOTTOM + k]
+        s[ERROR + k] = (s[ERROR + k] + ROUNDING) / span if span > 0.0 else 0.0

@@ -14,7 +14,15 @@ import numpy.typing as npt
 
 from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
 
-__all__ = ["INPUT_NAMES", "Packed", "Part", "aligned", "run_pieces", "split"]
+__all__ = [
+    "INPUT_NAMES",
+    "TABLE_NAMES",
+    "Packed",
+    "Part",
+    "aligned",
+    "run_pieces",
+    "split",
+]
 
 Integers = npt.NDArray[np.int64]
 Progress = Callable[[int], None]
@@ -25,6 +33,9 @@ INPUT_NAMES = (
     "passes", "start_angle",
 )  # fmt: skip
 """Inputs in the order of `product`."""
+
+TABLE_NAMES = INPUT_NAMES[:TABLE_INPUTS]
+"""What tables depend on."""
 
 PIECE = 16384
 """Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
@@ -62,7 +73,8 @@ class Part:
 def split(shape: tuple[int, ...], keys: Sequence[npt.NDArray[Any]]) -> list[Part]:
     """Split a product of axes so that every key has one value within a part.
 
-    A key may vary along one axis at most, as every parameter of a scene does.
+    Keys are whole numbers from 0 on. A key may vary along one axis at most, as every parameter of a
+    scene does.
     """
     along: list[list[int]] = [[] for _ in shape]
     for number, key in enumerate(keys):
@@ -76,14 +88,16 @@ def split(shape: tuple[int, ...], keys: Sequence[npt.NDArray[Any]]) -> list[Part
         if not along[axis]:
             choices.append([(np.arange(size), {})])
             continue
-        columns = np.stack([keys[number].reshape(-1) for number in along[axis]], axis=1)
-        unique, inverse = np.unique(columns, axis=0, return_inverse=True)
-        inverse = inverse.reshape(-1)
+        # Small whole numbers each: counted, not sorted, because the axis can be long.
+        which = np.zeros(size, dtype=np.int64)
+        taken: list[dict[int, Any]] = [{}]
+        for number in along[axis]:
+            key = keys[number].reshape(-1)
+            found = np.flatnonzero(np.bincount(key))
+            which = which * found.size + np.searchsorted(found, key)
+            taken = [{**one, number: value} for one in taken for value in found]
         choices.append(
-            [
-                (np.flatnonzero(inverse == i), dict(zip(along[axis], row, strict=True)))
-                for i, row in enumerate(unique)
-            ]
+            [(np.flatnonzero(which == i), taken[i]) for i in np.flatnonzero(np.bincount(which))]
         )
     fixed = {number: key.reshape(-1)[0] for number, key in enumerate(keys)}
     parts = []

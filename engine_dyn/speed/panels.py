@@ -81,6 +81,9 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+MOST_PANELS = 128
+"""More than there are panels for crank ratios up to 0.9999."""
+
 SHRINK = 0.92
 """Distance to crank ratio 1 at the end of a panel over that at its beginning."""
 
@@ -114,11 +117,28 @@ def panel_at(ratio: float) -> int:
     return int(math.floor(math.log1p(-ratio) / math.log(SHRINK)))
 
 
-def points_of(panel: int, count: int = POINTS) -> Floats:
-    """Crank ratios of a panel's points: Chebyshev's, of the first kind."""
-    first, last = SHRINK**panel, SHRINK ** (panel + 1)
+def points_of(used: Integers, count: int) -> Floats:
+    """Crank ratios of the points of some panels, Chebyshev's of the first kind: (panel, 0, point).
+
+    (panel, 1, point) are the denominators of Lagrange's polynomials through them.
+    """
     turn = np.cos(np.pi * (2.0 * np.arange(count) + 1.0) / (2.0 * count))
-    return np.asarray(1.0 - 0.5 * (first + last) + 0.5 * (first - last) * turn)
+    points = np.zeros((MOST_PANELS, 2, count))
+    first, last = SHRINK**used, SHRINK ** (used + 1)
+    points[used, 0] = 1.0 - 0.5 * (first + last)[:, None] + 0.5 * (first - last)[:, None] * turn
+    between = points[used, 0][:, :, None] - points[used, 0][:, None, :]
+    points[used, 1] = (between + np.eye(count)).prod(axis=-1)
+    return points
+
+
+@inlined
+def share_of(point: int, ratio: float, points: Floats) -> float:
+    """Share of a point of a panel in what is interpolated at `ratio`."""
+    above = 1.0
+    for other in range(points.shape[1]):
+        if other != point:
+            above *= ratio - points[0, other]
+    return above / points[1, point]
 
 
 def bytes_of_table(nodes: int, ratio: int) -> int:
@@ -232,17 +252,19 @@ def take_table(
         + crankcase * numbers[unit, TORQUE_RANGE]
     )
     for i in range(POINTS):
-        above = below = 1.0
-        for j in range(POINTS):
-            if j != i:
-                above *= ratio - points[j]
-                below *= points[i] - points[j]
-        s[POINT + i * LANES + k] = above / below
+        s[POINT + i * LANES + k] = share_of(i, ratio, points)
 
 
 @inlined
 def fill_block(
-    lanes: int, first: int, second: int, unit: int, panels: Panels, levels: Levels, s: Floats
+    form: tuple[int, ...],
+    lanes: int,
+    first: int,
+    second: int,
+    unit: int,
+    panels: Panels,
+    levels: Levels,
+    s: Floats,
 ) -> None:
     """Coarse levels of all lanes of a block, which share the shared tables."""
     shared, coarse, chunk, constants = panels.coarse, levels.coarse, levels.chunk, levels.constants
@@ -280,11 +302,6 @@ def fill_block(
             chunk[group, V_ABOVE, k] = bounds[unit + 1, group, 0]
             chunk[group, V_BELOW, k] = bounds[unit + 1, group, 1]
     for k in range(lanes):
-        constants[PP, k] = 0.0
-        constants[PV, k] = 0.0
-        constants[VV, k] = 0.0
-        for i in range(CUBES, FOURTHS + 5):
-            constants[i, k] = 0.0
         constants[HIGHEST_SLOPE, k] = (
             s[ROW_SHARE + k] * numbers[first, STEEPEST]
             + s[NEXT_SHARE + k] * numbers[second, STEEPEST]
@@ -307,21 +324,39 @@ def fill_block(
                 s[ROW_SHARE + k] * a + s[NEXT_SHARE + k] * b - s[CRANKCASE + k] * c
             )
             constants[ALIAS_V, k] += weight * v
+    if len(form) > 1:
+        fill_moments(form, lanes, coarse, constants)
+
+
+@inlined
+def fill_moments(form: tuple[int, ...], lanes: int, coarse: Floats, constants: Floats) -> None:
+    """Means of the products of P and V that the closure of `form` needs."""
+    nodes = coarse.shape[0]
     share = 1.0 / nodes
+    for i in range(CUBES, FOURTHS + 5):
+        for k in range(lanes):
+            constants[i, k] = 0.0
+    for k in range(lanes):
+        constants[PP, k] = 0.0
+        constants[PV, k] = 0.0
+        constants[VV, k] = 0.0
     for n in range(nodes):
         works, squares = coarse[n, P], coarse[n, V]
         for k in range(lanes):
             p, v = works[k], squares[k]
-            p2, v2 = share * p * p, share * v * v
-            constants[PP, k] += p2
+            constants[PP, k] += share * p * p
             constants[PV, k] += share * p * v
-            constants[VV, k] += v2
-            constants[CUBES, k] += p2 * p
-            constants[CUBES + 1, k] += p2 * v
-            constants[CUBES + 2, k] += v2 * p
-            constants[CUBES + 3, k] += v2 * v
-            constants[FOURTHS, k] += p2 * p * p
-            constants[FOURTHS + 1, k] += p2 * p * v
-            constants[FOURTHS + 2, k] += p2 * v * v
-            constants[FOURTHS + 3, k] += v2 * v * p
-            constants[FOURTHS + 4, k] += v2 * v * v
+            constants[VV, k] += share * v * v
+        if len(form) == 2:
+            for k in range(lanes):
+                p, v = works[k], squares[k]
+                p2, v2 = share * p * p, share * v * v
+                constants[CUBES, k] += p2 * p
+                constants[CUBES + 1, k] += p2 * v
+                constants[CUBES + 2, k] += v2 * p
+                constants[CUBES + 3, k] += v2 * v
+                constants[FOURTHS, k] += p2 * p * p
+                constants[FOURTHS + 1, k] += p2 * p * v
+                constants[FOURTHS + 2, k] += p2 * v * v
+                constants[FOURTHS + 3, k] += v2 * v * p
+                constants[FOURTHS + 4, k] += v2 * v * v

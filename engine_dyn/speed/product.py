@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 
-__all__ = ["INPUTS", "Product", "offsets_at"]
+__all__ = ["INPUTS", "Product", "offsets_at", "value_at"]
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -79,3 +79,17 @@ def offsets_at(
         index //= size
         for i in range(INPUTS):
             offsets[i] += product.strides[axis, i] * here
+
+
+@inlined
+def value_at(which: int, index: int, product: Product) -> float:
+    """Value of one input on which tables depend, at flat `index` over the axes of tables."""
+    axes = product.table_axes
+    place = product.value_start[which]
+    for back in range(axes.size):
+        axis = axes[axes.size - 1 - back]
+        size = product.shape[axis]
+        here = product.positions[product.position_start[axis] + index % size]
+        index //= size
+        place += product.strides[axis, which] * here
+    return product.values[place]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +55,12 @@ class PeriodicSpeed:
     iterations: int
     crank_angle: npt.NDArray[np.float64]
     omega: npt.NDArray[np.float64]
+
+
+@lru_cache(maxsize=8)
+def _family_of(diagram: Diagram) -> Family:
+    """Family of one diagram, kept because a search asks for the same one again and again."""
+    return family_from_diagrams([0.0], [diagram])
 
 
 def periodic_speed(
@@ -171,16 +178,10 @@ def periodic_speed(
         raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if not (np.isfinite(load_offset) and np.isfinite(friction_torque) and np.isfinite(offset)):
         raise ValueError("load_offset, friction_torque and offset must be finite numbers")
-    if passes is not None and (passes != int(passes) or passes < 1):
-        raise ValueError(f"passes = {passes}: must be a whole number from 1 on")
-    if start_speed is not None and not 0.0 < start_speed < np.inf:
-        raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
-    if not np.isfinite(start_angle):
-        raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
-    family: Family = family_from_diagrams([0.0], [diagram])
+    family = _family_of(diagram)
     engine = _cylinders(cylinders, diagram.period, firing_angles, pressure_factor, mass_factor)
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     offset_ratio = offset / (0.5 * throw)

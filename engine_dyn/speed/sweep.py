@@ -16,15 +16,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import is_cached
 from engine_dyn.cylinders import Cylinders, Member, even_cylinders
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
-from engine_dyn.speed import designs, lanes, panels
+from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.packing import Packed, Progress, aligned, run_pieces, split
+from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
@@ -47,7 +46,6 @@ __all__ = [
     "METHODS",
     "SPEED_RESULTS",
     "TORQUE_RESULTS",
-    "is_compiled",
     "mean_gas_torque",
     "solve",
     "torque_extremes",
@@ -77,22 +75,17 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, RATIOS = 2, (8, 4)
-"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and beyond: a load
-that acts over one coarse interval counts by its share of the period."""
+FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
+"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
+and beyond either: the load counts by its share of the period over one coarse interval, and by how
+steeply it grows."""
 
 PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 """What the nodes of a period are a multiple of."""
 
-PANEL_RATIO = 4
-"""As RATIOS, for designs that share no table."""
-
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
 then differs by about 1e-10 from what it is with a table of its own."""
-
-MOST_PANELS = 128
-"""More than there are panels for crank ratios up to 0.9999."""
 
 PANEL_BYTES = 64_000_000
 """Shared tables that are kept at a time."""
@@ -100,9 +93,9 @@ PANEL_BYTES = 64_000_000
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
 
-MANY_MEANS, POINTS_OF_MEANS = 32, 10
-"""From that many designs a panel and row on, mean torques are interpolated between that many crank
-ratios; the rest is rounding."""
+MANY_MEANS, POINTS_OF_MEANS = 4096, 10
+"""From that many on, mean torques are interpolated between that many crank ratios of a panel; what
+they miss is rounding."""
 
 MARCHING = (designs.THESIS, designs.PICARD)
 
@@ -139,6 +132,7 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
+    sharing: tuple[int, int] | None = None,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -177,6 +171,9 @@ def solve(
         tolerance unless given.
     general : bool
         Leave `lanes` out.
+    sharing : tuple of int, optional
+        Tables of the whole sweep, and designs that share one, where these designs are a block of
+        it: blocks must not decide for themselves how tables are made. Their own unless given.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
@@ -206,15 +203,21 @@ def solve(
     keys = [
         *(aligned(v, rank) for v in named.values()),
         np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
+        np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
         finer * _fewest_nodes(family, row, tolerance),
     ]
     size = int(np.prod(shape, dtype=np.int64))
+    if sharing is None:
+        of_tables = np.broadcast_shapes(*(np.shape(inputs[name]) for name in TABLE_NAMES))
+        tables_made = math.prod(of_tables)
+        sharing = tables_made, size // max(tables_made, 1)
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
             closure=closure, tolerance=tolerance, cylinders=cylinders,
             cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
-            progress=progress, finer=finer, iterated=iterated, general=general, **inputs,
+            progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
+            **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -233,20 +236,20 @@ def solve(
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, method_code, variable, kind, fewest = (int(key) for key in part.keys)
+        count, method_code, variable, kind, steep, fewest = (int(key) for key in part.keys)
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
             ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
-        in_lanes = not general and _fits_lanes(choice, angles)
+        in_lanes = not general and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
         engine = _engine(count, period, cylinders_by_count)
         times = engine.symmetry
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
-        ratio = RATIOS[count > FEW_CYLINDERS or kind == 3] if in_lanes else 1
+        ratio = RATIOS[count > FEW_CYLINDERS or steep] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
         grid = make_grid(family, rows, steps, engine.representatives)
@@ -268,16 +271,22 @@ def solve(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
         )
         cores = threads or os.cpu_count() or 1
-        if in_lanes and _shares_no_table(product) and not _may_be_offset(inputs["offset_ratio"]):
+        shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
+        interpolated = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
+        if in_lanes and interpolated:
             _march_panels(
-                part.size, family=family, product=product, nodes=nodes, width=width, grid=grid,
-                row_of=row_of, choice=choice, results=results, scratch=scratch, rest=rest,
-                threads=cores, progress=progress,
+                part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
+                grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
+                rest=rest, threads=cores, progress=progress,
             )  # fmt: skip
             continue
+        wanted_at = None
+        if in_lanes and angles.size:
+            wanted_at = traces.make_angles(angles, family, rows, engine, nodes, ratio)
         job = partial(
             _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
+            angles=wanted_at,
         )  # fmt: skip
         run_pieces(part.size, job, cores, progress)
 
@@ -287,8 +296,10 @@ def solve(
         if curves[name]:
             found[name] = array
     # More nodes help where the tolerance is missed; once they are tried where nothing converged.
-    failures = (TOLERANCE_NOT_MET, NOT_CONVERGED) if finer == 1 else (TOLERANCE_NOT_MET,)
-    missed = np.flatnonzero(np.isin(results.status, failures))
+    failed = results.status == TOLERANCE_NOT_MET
+    if finer == 1:
+        failed |= results.status == NOT_CONVERGED
+    missed = np.flatnonzero(failed)
     if iterated is not None:  # the finer one of two solutions: whatever it is
         missed = missed[:0]
 
@@ -310,16 +321,17 @@ def solve(
         for name, array in found.items():
             array[missed] = again[name]
     if "delta_error" in found and iterated is None:
-        known = np.isin(results.status, (CONVERGED, TOLERANCE_NOT_MET))
+        known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
-        known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if np.isin(keys[1], MARCHING).any():
+            known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
                 closure=closure, tolerance=tolerance, cylinders=cylinders,
                 cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
-                iterated=0.01 * ITERATED * tolerance, general=general, **inputs,
+                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
             _compare(found, known, refined, tolerance)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
@@ -344,14 +356,6 @@ def _compare(
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
         np.copyto(found["delta_error"][here], error, where=good)
         np.copyto(found["status"][here], met, where=good)
-
-
-def is_compiled() -> bool:
-    """Whether a kernel of the periodic speed starts at once; else the first call compiles.
-
-    Most scenes need one of them only: the lanes, or the general method.
-    """
-    return is_cached(designs.march_lanes) or is_cached(designs.march)
 
 
 def torque_extremes(
@@ -406,11 +410,13 @@ def mean_gas_torque(
     family: Family,
     offset_ratio: Any = 0.0,
     pressure_factor: float = 1.0,
+    tables: int | None = None,
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
     Times A r this is the mean torque of the absolute pressure, and of the gauge pressure too: the
-    crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees.
+    crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
+    are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
     offset = _may_be_offset(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
@@ -428,15 +434,13 @@ def mean_gas_torque(
     # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
-    used = np.unique(number)
-    if ratios.size < MANY_MEANS * used.size * rows.size or offset:
+    used = np.flatnonzero(np.bincount(number))
+    if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
         designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
     else:
-        points = np.zeros((MOST_PANELS, POINTS_OF_MEANS))
-        for panel in used:
-            points[panel] = panels.points_of(int(panel), POINTS_OF_MEANS)
-        means = np.zeros((MOST_PANELS, POINTS_OF_MEANS, rows.size))
-        at = np.tile(points[used].reshape(-1), rows.size)
+        points = panels.points_of(used, POINTS_OF_MEANS)
+        means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
+        at = np.tile(points[used, 0].reshape(-1), rows.size)
         of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
         found = np.empty(at.size)
         designs.mean_gas_torque(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
@@ -446,29 +450,44 @@ def mean_gas_torque(
     return result.reshape(row.shape)
 
 
-def _fits_lanes(choice: designs.Choice, angles: Floats) -> bool:
+def _fits_lanes(choice: designs.Choice) -> bool:
     """Whether the designs of a part are tried in lanes first."""
     return (
         choice.method == designs.AUTO
         and choice.closure == POWER_MEAN
         and choice.tolerance >= LANES_TOLERANCE
-        and angles.size == 0
     )
+
+
+def _form_of(choice: designs.Choice) -> tuple[int, ...]:
+    """What solves a block of these designs in lanes."""
+    if choice.kind == 0:
+        return lanes.FREE
+    return lanes.LINEAR if choice.kind == 2 and not choice.variable else lanes.ITERATED
 
 
 def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
+    angles: traces.Angles | None,
 ) -> None:  # fmt: skip
     memory = scratch()
     if not in_lanes:
         rest(np.arange(begin, end), memory)
         return
     left = np.empty(end - begin, dtype=np.int64)
-    count = designs.march_lanes(
-        begin, end, lanes.LANES, ratio, product, row_of, width, grid, choice, results, memory, left
-    )
+    size, blocks = end - begin, 0
+    if angles is not None:
+        size, blocks = traces.blocks_of(_designs_of_table(product))
+    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0])
+    form, count = _form_of(choice), 0
+    for first in range(begin, end, size):
+        last = min(first + size, end)
+        of_lanes = first, last, lanes.LANES, ratio, product, row_of, width, grid, choice, results
+        count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
+        if angles is not None:
+            designs.write_traces(*of_lanes, memory, angles, kept)
     rest(left[:count], memory)
 
 
@@ -485,17 +504,14 @@ def _march_rest(
         )  # fmt: skip
 
 
-def _shares_no_table(product: Product) -> bool:
-    """Whether there are so many tables, and so few designs for each, that building them is dear."""
-    sizes = product.shape
-    own = int(np.prod(sizes[product.table_axes], dtype=np.int64))
-    each = int(np.prod(sizes[product.other_axes], dtype=np.int64))
-    return own >= MANY_TABLES and each < FEW_DESIGNS
+def _designs_of_table(product: Product) -> int:
+    """Designs that share a table."""
+    return int(np.prod(product.shape[product.other_axes], dtype=np.int64))
 
 
 def _march_panels(
-    size: int, *, family: Family, product: Product, nodes: int, width: float, grid: Grid,
-    row_of: Integers, choice: designs.Choice, results: designs.Results,
+    size: int, *, family: Family, product: Product, nodes: int, ratio: int, width: float,
+    grid: Grid, row_of: Integers, choice: designs.Choice, results: designs.Results,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
     threads: int, progress: Progress | None,
 ) -> None:  # fmt: skip
@@ -505,21 +521,21 @@ def _march_panels(
     """
     rows = family.row_count + 1
     steps = grid.node_sine.size
-    seen = np.zeros(MOST_PANELS * rows, dtype=np.bool_)
+    seen = np.zeros(panels.MOST_PANELS * rows, dtype=np.bool_)
 
     def look(begin: int, end: int) -> None:
         keys = np.empty(end - begin, dtype=np.int64)
-        designs.keys_of(begin, end, rows, product, scratch(), keys)
+        designs.keys_of(begin, end, rows, product, keys)
         seen[keys] = True
 
     run_pieces(size, look, threads, None)
     wanted = np.flatnonzero(seen)
     small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
-    most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, PANEL_RATIO) // 3)
+    most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, ratio) // 3)
     for group in np.array_split(wanted, -(-wanted.size // most)):
         low, high = int(group[0]), int(group[-1])
         of_key, of_panel, points, bases = _shared_tables(
-            group, rows, nodes, steps, width, grid, row_of, threads
+            group, rows, nodes, ratio, steps, width, grid, row_of, threads
         )
 
         def job(
@@ -529,13 +545,13 @@ def _march_panels(
         ) -> None:  # fmt: skip
             memory = scratch()
             keys = np.empty(end - begin, dtype=np.int64)
-            designs.keys_of(begin, end, rows, product, memory, keys)
+            designs.keys_of(begin, end, rows, product, keys)
             order = np.argsort(keys.astype(small), kind="stable")
             first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
             left = np.empty(last - first, dtype=np.int64)
             count = designs.march_panels(
-                begin, order[first:last], keys, rows, of_key, of_panel, points, lanes.LANES,
-                PANEL_RATIO, width, product, bases, choice, results, memory, left,
+                _form_of(choice), begin, order[first:last], keys, rows, of_key, of_panel, points,
+                lanes.LANES, ratio, width, product, bases, choice, results, memory, left,
             )  # fmt: skip
             rest(np.sort(left[:count]), memory)
 
@@ -544,28 +560,26 @@ def _march_panels(
 
 
 def _shared_tables(
-    keys: Integers, rows: int, nodes: int, steps: int, width: float, grid: Grid, row_of: Integers,
-    threads: int,
+    keys: Integers, rows: int, nodes: int, ratio: int, steps: int, width: float, grid: Grid,
+    row_of: Integers, threads: int,
 ) -> tuple[Integers, Integers, Floats, panels.Panels]:  # fmt: skip
     """Shared tables of some keys: number of each key's and of each panel's, points, tables."""
     # The row behind a key's is the other end of what designs blend; the last one has none.
     both = np.union1d(keys, keys[row_of[keys % rows + 1] >= 0] + 1)
     used = np.unique(keys // rows)
-    of_key = np.full(MOST_PANELS * rows + 1, -1, dtype=np.int64)
+    of_key = np.full(panels.MOST_PANELS * rows + 1, -1, dtype=np.int64)
     of_key[both] = np.arange(both.size)
-    of_panel = np.full(MOST_PANELS, -1, dtype=np.int64)
+    of_panel = np.full(panels.MOST_PANELS, -1, dtype=np.int64)
     of_panel[used] = both.size + 2 * np.arange(used.size)
-    points = np.zeros((MOST_PANELS, lanes.POINTS))
-    for panel in used:
-        points[panel] = panels.points_of(int(panel))
-    bases = panels.make_panels(both.size + 2 * used.size, nodes, PANEL_RATIO)
+    points = panels.points_of(used, lanes.POINTS)
+    bases = panels.make_panels(both.size + 2 * used.size, nodes, ratio)
     work = [(int(of_key[k]), int(row_of[k % rows]), int(k // rows)) for k in both]
     work += [(int(of_panel[p]), -1, int(p)) for p in used]
 
     def build(begin: int, end: int) -> None:
-        memory = panels.make_build(nodes, steps, PANEL_RATIO)
+        memory = panels.make_build(nodes, steps, ratio)
         for number, row, panel in work[begin:end]:
-            panels.build_panel(number, row, points[panel], width, PANEL_RATIO, grid, bases, *memory)
+            panels.build_panel(number, row, points[panel, 0], width, ratio, grid, bases, *memory)
 
     run_pieces(len(work), build, threads, None, 8)
     return of_key, of_panel, points, bases
@@ -591,7 +605,12 @@ def _codes(names: tuple[str, ...], value: Any) -> Integers:
 def _rows_needed(row: Floats) -> Integers:
     """Rows of the family between which the (fractional) rows lie."""
     flat = row.ravel()
-    return np.unique(np.concatenate([np.floor(flat), np.ceil(flat)])).astype(np.int64)
+    if flat.size == 1:
+        return np.array(sorted({math.floor(flat[0]), math.ceil(flat[0])}))
+    seen = np.zeros(int(np.ceil(flat.max())) + 1, dtype=np.bool_)
+    seen[np.floor(flat).astype(np.int64)] = True
+    seen[np.ceil(flat).astype(np.int64)] = True
+    return np.flatnonzero(seen)
 
 
 def _row_map(family: Family, rows: Integers) -> Integers:

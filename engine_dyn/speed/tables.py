@@ -39,6 +39,7 @@ from engine_dyn.slider_crank import (
 
 __all__ = [
     "FEWEST_NODES",
+    "GAUSS_POINTS",
     "MOST_NODES",
     "Blend",
     "Grid",
@@ -54,7 +55,7 @@ FEWEST_NODES = 720
 MOST_NODES = 23040
 
 _THIRD = math.sqrt(0.15)
-_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
+GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss-Legendre with three points on [0, 1]."""
 
@@ -148,7 +149,7 @@ def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Fl
     """Nodes, middles and quadrature points of a cycle, as a cylinder of this phase counts."""
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
-    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in _POINTS])
+    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
     quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
     middle: Floats = np.asarray(node + 0.5 * width)
     return node + phase, middle + phase, quadrature + phase

@@ -32,6 +32,13 @@ SCENES: dict[str, dict[str, Any]] = {
         "axes": {"load": [0, 30, 60]},
         "output": {"quantities": ["delta", "omega_mean", "imep"]},
     },
+    "designs that share no table": {
+        "designs": {
+            "crank_ratio": np.linspace(0.2, 0.33, 70).tolist(),
+            "reciprocating_mass": np.linspace(3.0, 9.0, 70).tolist(),
+        },
+        "output": {"quantities": ["delta", "torque_mean"]},
+    },
     "curves, and throws that a block lacks": {
         "axes": {"cylinders": [1, 2, 4], "speed": [1000, 1200]},
         "output": {"quantities": ["delta", *CURVES], "angle_step": 10.0},
