@@ -40,6 +40,7 @@ from engine_dyn.first_law_kernel import (
     Case,
     integrate,
 )
+from engine_dyn.indicator import Diagram
 
 __all__ = [
     "FOUR_STROKE_UNITS",
@@ -240,6 +241,19 @@ class _ClosedCycle:
             If the step does not divide the cycle or is over 10 degrees; if the pressure does not
             repeat because the cylinder is open too briefly; if the gas becomes too hot.
         """
+        found = self._table(step_degrees)
+        return found.angle, found.pressure
+
+    def diagram(self, step_degrees: float = 0.5) -> Diagram:
+        """Indicator diagram with the exact slopes at its points; parameters and errors as `points`.
+
+        Where a combustion starts between two points it follows the curve closer than the spline
+        through the points would.
+        """
+        found = self._table(step_degrees)
+        return Diagram(found.angle, found.pressure, found.slope, self.period)
+
+    def _table(self, step_degrees: float) -> Diagrams:
         values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
         found = tabulate(type(self), values, step_degrees)
         if found.status == status.NOT_CONVERGED:
@@ -252,7 +266,7 @@ class _ClosedCycle:
                 f"heat = {self.heat / BAR:.6g} bar: must be less, the gas becomes hotter than "
                 f"{HOTTEST:g} K"
             )
-        return found.angle, found.pressure
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)
