@@ -42,7 +42,7 @@ ADIABATIC, POLYTROPIC, WOSCHNI = range(3)
 HOTTEST = 4000.0
 """Beyond this temperature [K] nothing supports a gamma that falls with a straight line."""
 
-# Woschni (1967) as in Heywood, eqs. 12.67 to 12.69: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in
+# Woschni (1967) as in Heywood, section 12.4: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in
 # kPa, w = 2.28 c_m + 3.24e-3 (V_h T_r)/(p_r V_r) (p - p_m); the second part from combustion on.
 WOSCHNI_FACTOR = 3.26 * 1000.0**-0.8
 WOSCHNI_PISTON = 2.28
