@@ -26,6 +26,8 @@ __all__ = [
     "Family",
     "diagram_from_points",
     "family_from_diagrams",
+    "morph",
+    "on_common_knots",
     "periodic_spline_slopes",
 ]
 
@@ -538,7 +540,7 @@ class Family:
                 known = self.diagrams[segment]
             else:
                 share = inside / int(self._row_steps[segment])
-                known = _morph(self.diagrams[segment], self.diagrams[segment + 1], share)
+                known = morph(self.diagrams[segment], self.diagrams[segment + 1], share)
             self._rows[index] = known
         return known
 
@@ -628,19 +630,22 @@ def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) ->
             f"peaks of the diagrams at {values[i]:g} and {values[i + 1]:g} percent load are "
             f"{_deg(shift[i])} degrees apart, allowed are {_deg(LARGEST_SHIFT)}"
         )
+    return Family(values, on_common_knots(diagrams))
+
+
+def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
+    """Bring diagrams of one period to the same knots, as `family_from_diagrams` says."""
+    first = diagrams[0]
     if all(np.array_equal(d.angle, first.angle) for d in diagrams):
-        return Family(values, tuple(diagrams))
+        return tuple(diagrams)
     count = round(first.period / COMMON_STEP)
     phi: FloatArray = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
     phi *= first.period / count
     common = [(d(phi), d.period, d.motored) for d in diagrams]
-    return Family(
-        values,
-        tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common),
-    )
+    return tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common)
 
 
-def _morph(start: Diagram, end: Diagram, share: float) -> Diagram:
+def morph(start: Diagram, end: Diagram, share: float) -> Diagram:
     """Make the diagram at a share (0..1) of the way between two with the same knots."""
     from_angle, to_angle = start.peak_angle, end.peak_angle
     peak = from_angle + share * (to_angle - from_angle)
