@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders
+from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Family
 
 __all__ = ["FOUR_STROKE", "Engine"]
@@ -29,8 +30,8 @@ class Engine:
         Angle of one cycle [rad], 4 pi for a four-stroke engine.
     values : mapping
         Value of each parameter that the engine gives, in the parameter's file unit.
-    family : Family
-        Indicator diagrams over load.
+    family : Family or FamilyGrid
+        Indicator diagrams over load, or over load and speed.
     pressure_scale : tuple of arrays, optional
         Speed [rpm] and the factor on the diagram at that speed; linear in between.
     firing_order : tuple of int, optional
@@ -47,7 +48,7 @@ class Engine:
     title: str
     period: float
     values: Mapping[str, float]
-    family: Family
+    family: Family | FamilyGrid
     pressure_scale: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None

@@ -10,7 +10,7 @@ Angles are in radians, pressures in pascal, speeds in rad/s. Messages speak in r
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -23,11 +23,12 @@ from engine_dyn.indicator import (
     LARGEST_SHIFT,
     Diagram,
     Family,
+    blend,
     morph,
     on_common_knots,
 )
 
-__all__ = ["FamilyGrid", "Place", "grid_from_diagrams"]
+__all__ = ["FamilyAtSpeeds", "FamilyGrid", "Place", "grid_from_diagrams"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -75,6 +76,37 @@ class FamilyGrid:
     def loads(self) -> FloatArray:
         """Given loads [percent], strictly ascending."""
         return self.columns[0].loads
+
+    @property
+    def low(self) -> float:
+        """Lowest load [percent]."""
+        return self.columns[0].low
+
+    @property
+    def high(self) -> float:
+        """Highest load [percent]."""
+        return self.columns[0].high
+
+    @property
+    def diagrams(self) -> tuple[Diagram, ...]:
+        """All given diagrams, those of one speed beside each other."""
+        return tuple(diagram for column in self.columns for diagram in column.diagrams)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyGrid:
+        """Grid of the diagrams that `change` makes of the given ones."""
+        return grid_from_diagrams(
+            [
+                (load, speed, change(diagram))
+                for speed, column in zip(self.speeds.tolist(), self.columns, strict=True)
+                for load, diagram in zip(column.loads.tolist(), column.diagrams, strict=True)
+            ]
+        )
+
+    def at_speeds(self, speeds: ArrayLike) -> FamilyAtSpeeds:
+        """Diagrams over load at some speeds [rad/s] within the grid, in any order."""
+        wanted = np.unique(np.asarray(speeds, dtype=np.float64))
+        self.locate(self.low, wanted)
+        return FamilyAtSpeeds(self.loads, self.diagrams, self, wanted)
 
     @property
     def row_count(self) -> int:
@@ -205,6 +237,61 @@ class FamilyGrid:
         """Find the row, over speed, of each given speed."""
         rows: IntArray = np.concatenate(([0], np.cumsum(self._steps))).astype(np.int64)
         return rows
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyAtSpeeds(Family):
+    """Families over load at some speeds of a grid, their rows behind each other in one table.
+
+    What blends two neighbouring rows then sees a family over load, at each of the speeds. Make it
+    with `FamilyGrid.at_speeds`. `diagrams` are those given, at all speeds of the grid.
+    """
+
+    grid: FamilyGrid
+    speeds: FloatArray
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        return self._rows_of_speed * len(self.speeds)
+
+    @property
+    def _rows_of_speed(self) -> int:
+        return self.grid.columns[0].row_count
+
+    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+        """Return the places in the table of loads [percent] at speeds [rad/s] out of `speeds`."""
+        row, weight = self.locate(load)
+        wanted = np.asarray(speed, dtype=np.float64)
+        above = np.searchsorted(self.speeds, wanted).clip(0, len(self.speeds) - 1)
+        below = np.maximum(above - 1, 0)
+        nearer = np.abs(self.speeds[below] - wanted) < np.abs(self.speeds[above] - wanted)
+        return np.asarray(row + weight + np.where(nearer, below, above) * self._rows_of_speed)
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table, made when first asked for.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        known = self._rows.get(index)
+        if known is None:
+            number, load_row = divmod(index, self._rows_of_speed)
+            place = self.grid.locate(self.low, self.speeds[number])
+            here = load_row * place.along + int(place.row)
+            known, share = self.grid.row(here), float(place.over_speed)
+            if share > 0.0:
+                known = blend(known, self.grid.row(here + place.across), share)
+            self._rows[index] = known
+        return known
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyAtSpeeds:
+        """Family of the diagrams that `change` makes of the given ones."""
+        return self.grid.each(change).at_speeds(self.speeds)
 
 
 def grid_from_diagrams(entries: Sequence[tuple[float, float, Diagram]]) -> FamilyGrid:

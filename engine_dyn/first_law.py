@@ -43,6 +43,7 @@ from engine_dyn.first_law_kernel import (
 from engine_dyn.indicator import Diagram
 
 __all__ = [
+    "FIELDS_OF_WALL",
     "FOUR_STROKE_UNITS",
     "TWO_STROKE_UNITS",
     "WALLS",
@@ -136,6 +137,11 @@ _PORTS = {
     "scavenge_opening": _Field("degree", 45.0, 180.0),
     "exhaust_closing": _Field("degree", -180.0, -45.0),
 }
+FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
+    word: tuple(_OF_WALL.get(code, ())) for code, word in enumerate(WALLS)
+}
+"""Fields that one model of the walls needs, and no other takes."""
+
 _WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
 
 

@@ -24,6 +24,7 @@ __all__ = [
     "TWO_STROKE",
     "Diagram",
     "Family",
+    "blend",
     "diagram_from_points",
     "family_from_diagrams",
     "morph",
@@ -553,17 +554,13 @@ class Family:
             For a load outside the family.
         """
         row, weight = self.locate(load)
-        lower, share = self.row(int(row)), float(weight)
-        if share == 0.0:
-            return lower
-        upper = self.row(int(row) + 1)
-        # The spline is linear in its values, so the blend of slopes is the slope of the blend.
-        return Diagram(
-            lower.angle,
-            (1.0 - share) * lower.pressure + share * upper.pressure,
-            (1.0 - share) * lower.slope + share * upper.slope,
-            lower.period,
-        )
+        return self.between(float(row + weight))
+
+    def between(self, place: float) -> Diagram:
+        """Diagram at a place in the table: a row, or so much of the way from it to the next."""
+        below = math.floor(place)
+        lower, share = self.row(below), place - below
+        return lower if share == 0.0 else blend(lower, self.row(below + 1), share)
 
     def peak(self, load: ArrayLike) -> FloatArray:
         """Return p_max [Pa] of the diagram at each load [percent], as `at(load).peak` gives it.
@@ -573,11 +570,19 @@ class Family:
         ValueError
             For a load outside the family.
         """
-        wanted = np.asarray(load, dtype=np.float64)
+        row, weight = self.locate(load)
+        return self.peak_between(row + weight)
+
+    def peak_between(self, place: ArrayLike) -> FloatArray:
+        """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
+        wanted = np.asarray(place, dtype=np.float64)
         values, places = np.unique(wanted, return_inverse=True)
-        self.locate(values)
-        peaks = np.array([self.at(float(value)).peak for value in values])
+        peaks = np.array([self.between(float(value)).peak for value in values])
         return peaks[places].reshape(wanted.shape)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> Family:
+        """Family of the diagrams that `change` makes of the given ones."""
+        return family_from_diagrams(self.loads.tolist(), [change(d) for d in self.diagrams])
 
     @cached_property
     def _row_steps(self) -> IntArray:
@@ -643,6 +648,17 @@ def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
     phi *= first.period / count
     common = [(d(phi), d.period, d.motored) for d in diagrams]
     return tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common)
+
+
+def blend(lower: Diagram, upper: Diagram, share: float) -> Diagram:
+    """Make the linear blend of two diagrams with the same knots, with `share` of the second."""
+    # The spline is linear in its values, so the blend of slopes is the slope of the blend.
+    return Diagram(
+        lower.angle,
+        (1.0 - share) * lower.pressure + share * upper.pressure,
+        (1.0 - share) * lower.slope + share * upper.slope,
+        lower.period,
+    )
 
 
 def morph(start: Diagram, end: Diagram, share: float) -> Diagram:

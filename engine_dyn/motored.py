@@ -30,7 +30,6 @@ from engine_dyn.indicator import (
     Diagram,
     Family,
     diagram_from_points,
-    family_from_diagrams,
     periodic_spline_slopes,
 )
 
@@ -118,8 +117,7 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
     known = _rows.setdefault(family, {})
     if (row, factor) not in known:
         if family not in _motored:
-            without = [motored(diagram) for diagram in family.diagrams]
-            _motored[family] = family_from_diagrams(family.loads.tolist(), without)
+            _motored[family] = family.each(motored)
         base = _motored[family].row(row)
         pressure, slope = base.pressure, base.slope
         if not np.array_equal(base.angle, whole.angle):
@@ -135,15 +133,15 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
     return known[row, factor]
 
 
-def peak_with_factor(load: npt.ArrayLike, family: Family, factor: float) -> Floats:
-    """Return p_max [Pa] at each load [percent] of a cylinder with this factor."""
+def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Floats:
+    """Return p_max [Pa] at each place of the family's table for a cylinder with this factor."""
     if factor == 1.0:
-        return family.peak(load)
-    wanted = np.asarray(load, dtype=np.float64)
+        return family.peak_between(place)
+    wanted = np.asarray(place, dtype=np.float64)
     values, places = np.unique(wanted, return_inverse=True)
-    rows, weights = family.locate(values)
     peaks = np.empty(values.size)
-    for i, (row, weight) in enumerate(zip(rows.tolist(), weights.tolist(), strict=True)):
+    for i, value in enumerate(values.tolist()):
+        row, weight = math.floor(value), value - math.floor(value)
         pressure = row_with_factor(family, row, factor).pressure
         if weight > 0.0:
             after = row_with_factor(family, row + 1, factor).pressure

@@ -19,11 +19,13 @@ import numpy as np
 
 from engine_dyn import arrangement, forces, friction, masses, slider_crank
 from engine_dyn.cylinders import CylindersByCount
+from engine_dyn.family_grid import FamilyAtSpeeds
 from engine_dyn.indicator import Family
 from engine_dyn.motored import peak_with_factor
 
 __all__ = [
     "CONSTANTS",
+    "NEUTRAL",
     "NODES",
     "PARAMETERS",
     "QUANTITIES",
@@ -196,6 +198,16 @@ _PARAMETERS = (
         low_included=True, source="Kakaitsas eq. 3.9",
     ),
     _parameter(
+        "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
+        "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
+        low_included=True, source="Chen and Flynn, SAE 650733",
+    ),
+    _parameter(
+        "auxiliary_torque", "M_{aux}", "N m",
+        "torque of the auxiliaries at the crankshaft, part of the friction", low=0.0,
+        low_included=True, source="this project",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -209,6 +221,11 @@ _PARAMETERS = (
         source="Kakaitsas section 4.2",
     ),
 )  # fmt: skip
+
+NEUTRAL = (
+    "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
+)  # fmt: skip
+"""Parameters that are 0 unless given."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
@@ -232,6 +249,10 @@ _CONSTANTS = tuple(
 def _row(load: Any, family: Family) -> Any:
     row, weight = family.locate(load)
     return row + weight
+
+
+def _row_at_speed(load: Any, speed: Any, family: FamilyAtSpeeds) -> Any:
+    return family.place(load, speed)
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -266,7 +287,7 @@ def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
 
 
 def _peaks(
-    load: Any, family: Family, scale: Any, cylinders: Any, by_count: CylindersByCount,
+    row: Any, family: Family, scale: Any, cylinders: Any, by_count: CylindersByCount,
     of_all: Callable[..., Any],
 ) -> Any:  # fmt: skip
     """Largest or mean p_max of unequal cylinders."""
@@ -274,14 +295,26 @@ def _peaks(
     total: Any = np.nan
     for count in np.unique(counts):
         factors = by_count[int(count)].pressure_factors
-        each = {f: peak_with_factor(load, family, f) for f in set(factors)}
+        each = {f: peak_with_factor(row, family, f) for f in set(factors)}
         peaks = of_all([each[f] for f in factors], axis=0)
         total = np.where(counts == count, peaks, total)
     return total * scale
 
 
-def _fmep(constant: Any, peak_share: Any, speed_share: Any, peak: Any, speed: Any) -> Any:
-    return friction.friction_mean_effective_pressure(constant, peak_share, speed_share, peak, speed)
+_RUBBING = (
+    "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+    "friction_mean_piston_speed_square", "mean_piston_speed",
+)  # fmt: skip
+
+
+def _rubbing(
+    friction_constant: Any, friction_peak_pressure: Any, friction_mean_piston_speed: Any,
+    friction_mean_piston_speed_square: Any, mean_piston_speed: Any, peak: Any,
+) -> Any:  # fmt: skip
+    return friction.friction_mean_effective_pressure(
+        friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak,
+        mean_piston_speed, friction_mean_piston_speed_square,
+    )  # fmt: skip
 
 
 def _speed_solution(**needs: Any) -> Any:
@@ -322,7 +355,30 @@ def _balance(plus: Any, minus: Any) -> Any:
 _STAGES = (
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        needs=("load", "family"), make=_row,
+        when="over_load", needs=("load", "family"), make=_row,
+    ),
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        when="over_speed", needs=("load", "speed", "family"), make=_row_at_speed,
+    ),
+    Node(
+        "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",
+        public=False, when="equal", needs=(*_RUBBING, "peak_pressure"),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        friction_mean_piston_speed_square, mean_piston_speed, peak_pressure: _rubbing(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+            friction_mean_piston_speed_square, mean_piston_speed, peak_pressure,
+        ),
+    ),
+    Node(
+        "rubbing", "", "Pa",
+        "friction mean effective pressure without the auxiliaries, the mean of the cylinders",
+        public=False, when="unequal", needs=(*_RUBBING, "mean_peak_pressure"),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure: _rubbing(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+            friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure,
+        ),
     ),
     Node(
         "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
@@ -369,9 +425,9 @@ _STAGES = (
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
-        needs=("load", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda load, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            load, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinders, cylinders_by_count, np.mean
         ),
     ),
     Node(
@@ -512,29 +568,14 @@ _QUANTITIES = (
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
-        when="equal",
-        needs=(
-            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-            "peak_pressure", "mean_piston_speed",
-        ),
-        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
-        peak_pressure, mean_piston_speed: _fmep(
-            friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak_pressure,
-            mean_piston_speed,
-        ),
+        when="bare", needs=("rubbing",), make=lambda rubbing: rubbing,
     ),
     Node(
-        "fmep", "p_{fr}", "bar", "friction mean effective pressure",
-        "Kakaitsas eq. 3.9, the mean of the cylinders", si=BAR, when="unequal",
-        needs=(
-            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-            "mean_peak_pressure", "mean_piston_speed",
-        ),
-        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
-        mean_peak_pressure, mean_piston_speed: _fmep(
-            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
-            mean_peak_pressure, mean_piston_speed,
-        ),
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure, with the auxiliaries",
+        "Kakaitsas eq. 3.9", si=BAR, when="auxiliaries",
+        needs=("rubbing", "auxiliary_torque", "displacement", "period"),
+        make=lambda rubbing, auxiliary_torque, displacement, period: rubbing
+        + auxiliary_torque * period / displacement,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
@@ -567,15 +608,15 @@ _QUANTITIES = (
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("load", "family", "pressure_scale"),
-        make=lambda load, family, pressure_scale: family.peak(load) * pressure_scale,
+        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("row", "family", "pressure_scale"),
+        make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
         "Kakaitsas eq. 3.9", si=BAR, when="unequal",
-        needs=("load", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda load, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            load, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinders, cylinders_by_count, np.max
         ),
     ),
     Node(

@@ -426,9 +426,11 @@ def _engine_text(engine: Any) -> str:
     if engine.own_cylinders is not None:
         lines.append(f"  {engine.own_cylinders.solved}")
     lines += ["", "diagrams"]
-    for load, diagram in zip(family.loads, family.diagrams, strict=True):
+    speeds = [f" at {s * 30.0 / math.pi:g} rpm" for s in getattr(family, "speeds", ())] or [""]
+    points = [(load, speed) for speed in speeds for load in family.loads]
+    for (load, speed), diagram in zip(points, family.diagrams, strict=True):
         lines.append(
-            f"  load {load:g} percent: p_max {diagram.peak / 1e5:.4g} bar at "
+            f"  load {load:g} percent{speed}: p_max {diagram.peak / 1e5:.4g} bar at "
             f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
         )
     if engine.pressure_scale is not None:

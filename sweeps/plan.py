@@ -18,8 +18,9 @@ import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS
 from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import family_from_diagrams
-from engine_dyn.quantities import CONSTANTS, PARAMETERS, SOLVER_COLUMNS, Node, select
+from engine_dyn.quantities import CONSTANTS, NEUTRAL, PARAMETERS, SOLVER_COLUMNS, Node, select
 from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
 from sweeps.scene import DESIGN, Scene
@@ -247,8 +248,7 @@ def _given(scene: Scene) -> dict[str, Value]:
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
-        "pin_offset": Value(np.float64(0.0)),
-        "crank_offset": Value(np.float64(0.0)),
+        **{key: Value(np.float64(0.0)) for key in NEUTRAL},
         **engine,
         **mine,
     }
@@ -262,6 +262,8 @@ def _leaves(scene: Scene) -> dict[str, Value]:
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
+    if isinstance(family, FamilyGrid):
+        family = family.at_speeds(leaves["speed"].si)
     if engine.pressure_scale is None or scene.indicator is not None:
         leaves["pressure_scale"] = Value(np.float64(1.0))
     if "centred" in scene.words:

@@ -22,11 +22,13 @@ from pydantic import Field
 from engine_dyn import arrangement, status
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import Engine
+from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
 from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.quantities import (
     CONSTANTS,
+    NEUTRAL,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
@@ -78,6 +80,10 @@ STEPPING_METHODS = ("thesis", "picard")
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 SMALLEST_STEP = 0.01
 LARGEST_AXIS = 10_000_000
+RPM = math.pi / 30.0
+MOST_SPEEDS = 256
+"""Speeds of one scene at which diagrams over speed are tabulated: some megabytes each."""
+
 SAME = 1e-6
 """Relative difference up to which a value of a reference file is the same as the scene's."""
 
@@ -224,16 +230,25 @@ class Scene:
     path: Path | None
 
     @property
-    def words(self) -> tuple[str, str, str]:
-        """What selects variants of quantities: closure, offset, whether cylinders differ."""
-        places = (self.settings, self.axes, self.designs)
-        centred = True
-        for key in ("pin_offset", "crank_offset"):
-            mine = [place[key] for place in places if key in place]
-            values = mine[0] if mine else self.engine.values.get(key, 0.0)
-            centred = centred and not np.any(np.asarray(values, dtype=float))
+    def words(self) -> tuple[str, ...]:
+        """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
+        centred = not (self._has("pin_offset") or self._has("crank_offset"))
         equal = self.own_cylinders is None or self.own_cylinders.equal
-        return self.closure, "centred" if centred else "offset", "equal" if equal else "unequal"
+        over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
+        return (
+            self.closure,
+            "centred" if centred else "offset",
+            "equal" if equal else "unequal",
+            "over_speed" if over_speed else "over_load",
+            "auxiliaries" if self._has("auxiliary_torque") else "bare",
+        )
+
+    def _has(self, key: str) -> bool:
+        """Whether a parameter is anything but zero somewhere in the scene."""
+        places = (self.settings, self.axes, self.designs)
+        mine = [place[key] for place in places if key in place]
+        values = mine[0] if mine else self.engine.values.get(key, 0.0)
+        return bool(np.any(np.asarray(values, dtype=float)))
 
 
 def built_in_scenes() -> dict[str, Path]:
@@ -687,10 +702,32 @@ def _check_values(scene: Scene, name: str) -> None:
                 f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be from {low:g} to {high:g} "
                 f"rpm, where the diagram of engine {scene.engine.name} is known"
             )
+    if given is not None and isinstance(family, FamilyGrid) and scene.indicator is None:
+        _check_speeds(*given, family, scene, name)
     _check_rod(scene, name)
     _check_offset(scene, name)
     _check_motored(scene, name)
     _check_needs(scene, name)
+
+
+def _check_speeds(
+    table: str, speeds: FloatArray, family: FamilyGrid, scene: Scene, name: str
+) -> None:
+    """Check that the engine's diagrams over speed cover all speeds, and are not too many."""
+    low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
+    bad = (speeds < low * (1.0 - 1e-12)) | (speeds > high * (1.0 + 1e-12))
+    if bad.any():
+        allowed = f"from {low:g} to {high:g}" if low < high else f"the one speed {low:g}"
+        raise SceneError(
+            f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be {allowed} rpm, where engine "
+            f"{scene.engine.name} has diagrams"
+        )
+    count = np.unique(speeds).size
+    if count > MOST_SPEEDS:
+        raise SceneError(
+            f"{name}: [{table}] speed: {count} different values: must be at most {MOST_SPEEDS} "
+            f"for engine {scene.engine.name}, whose diagrams change with speed"
+        )
 
 
 def _check_needs(scene: Scene, name: str) -> None:
@@ -699,7 +736,7 @@ def _check_needs(scene: Scene, name: str) -> None:
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     # What `sweeps.plan` takes as known, as long as nothing is given.
-    given |= {"pin_offset", "crank_offset"}
+    given |= set(NEUTRAL)
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     for quantity in scene.quantities:

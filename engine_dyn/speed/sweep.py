@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders, Member, even_cylinders
+from engine_dyn.family_grid import FamilyAtSpeeds
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
@@ -621,7 +622,14 @@ def _row_map(family: Family, rows: Integers) -> Integers:
 
 
 def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
-    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for."""
+    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for.
+
+    Over load and speed rows vary along two axes, where `split` allows one: what the roughest of all
+    given diagrams asks for.
+    """
+    if isinstance(family, FamilyAtSpeeds):
+        most = max(_nodes_of_diagram(diagram, tolerance) for diagram in family.diagrams)
+        return np.full((1,) * row.ndim, most)
     needed = _rows_needed(row)
     counts = np.zeros(family.row_count + 1, dtype=np.int64)
     counts[needed] = [_nodes_of_diagram(family.row(int(i)), tolerance) for i in needed]

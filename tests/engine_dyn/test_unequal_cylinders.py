@@ -312,5 +312,5 @@ def test_factors_between() -> None:
     assert peak_with_factor(0.0, family, 0.0) == none.peak
     assert peak_with_factor(0.0, family, 1.0) == whole.peak
     two = family_from_diagrams([0.0, 10.0], [whole.scaled(0.8), whole])
-    peaks = peak_with_factor(np.array([0.0, 3.3, 10.0]), two, 0.5)
+    peaks = peak_with_factor(np.array([0.0, 0.33, 1.0]) * (two.row_count - 1), two, 0.5)
     assert (np.diff(peaks) > 0.0).all()
