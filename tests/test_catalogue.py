@@ -116,7 +116,7 @@ def test_every_assumed_number_is_named_with_its_reason(path: Path) -> None:
     known = {*raw["values"], *(key for table in tables for key in table), "arrangement", "diagram"}
     for key, reason in raw["assumed"].items():
         assert key in known
-        assert len(reason) > 10 or reason == "Atmosphere."
+        assert len(reason) > 10
     for line in path.read_text(encoding="utf-8").splitlines():
         if line.endswith(("; assumed", "; fitted", "# assumed")):
             assert line.split(" = ")[0] in raw["assumed"], line
