@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.family_grid import FamilyGrid
-from engine_dyn.indicator import Family
+from engine_dyn.indicator import Diagram, Family
 
 __all__ = ["FOUR_STROKE", "Engine"]
 
@@ -32,6 +32,9 @@ class Engine:
         Value of each parameter that the engine gives, in the parameter's file unit.
     family : Family or FamilyGrid
         Indicator diagrams over load, or over load and speed.
+    cycles : tuple of callables, optional
+        For each diagram of the family, in its order, what makes it again with other fields (SI) of
+        its modelled cycle; None where a diagram is not so modelled.
     pressure_scale : tuple of arrays, optional
         Speed [rpm] and the factor on the diagram at that speed; linear in between.
     firing_order : tuple of int, optional
@@ -50,6 +53,7 @@ class Engine:
     values: Mapping[str, float]
     family: Family | FamilyGrid
     pressure_scale: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
+    cycles: tuple[Callable[..., Diagram], ...] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)

@@ -28,7 +28,7 @@ from engine_dyn.indicator import (
     on_common_knots,
 )
 
-__all__ = ["FamilyAtSpeeds", "FamilyGrid", "Place", "grid_from_diagrams"]
+__all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_diagrams"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -292,6 +292,55 @@ class FamilyAtSpeeds(Family):
     def each(self, change: Callable[[Diagram], Diagram]) -> FamilyAtSpeeds:
         """Family of the diagrams that `change` makes of the given ones."""
         return self.grid.each(change).at_speeds(self.speeds)
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyStack(Family):
+    """Families of one engine whose modelled cycles differ, their rows behind each other.
+
+    All have the same loads and as many rows. Make it with `FamilyStack.of`.
+    """
+
+    members: tuple[Family, ...]
+
+    @classmethod
+    def of(cls, members: Sequence[Family]) -> FamilyStack:
+        """Stack families of the same loads and speeds."""
+        diagrams = tuple(diagram for member in members for diagram in member.diagrams)
+        return cls(members[0].loads, diagrams, tuple(members))
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        return self.members[0].row_count * len(self.members)
+
+    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+        """Places of loads and speeds in the table of one member, where they have speeds."""
+        first = self.members[0]
+        assert isinstance(first, FamilyAtSpeeds)
+        return first.place(load, speed)
+
+    def row_of(self, number: ArrayLike, place: ArrayLike) -> FloatArray:
+        """Places in the table of the members `number`, by the places in their own tables."""
+        before = np.asarray(number, dtype=np.float64) * self.members[0].row_count
+        return np.asarray(before + np.asarray(place))
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        number, row = divmod(index, self.members[0].row_count)
+        return self.members[number].row(row)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyStack:
+        """Stack of the families of the diagrams that `change` makes."""
+        return FamilyStack.of([member.each(change) for member in self.members])
 
 
 def grid_from_diagrams(entries: Sequence[tuple[float, float, Diagram]]) -> FamilyGrid:

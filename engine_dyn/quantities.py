@@ -19,12 +19,13 @@ import numpy as np
 
 from engine_dyn import arrangement, forces, friction, masses, slider_crank
 from engine_dyn.cylinders import CylindersByCount
-from engine_dyn.family_grid import FamilyAtSpeeds
+from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
 from engine_dyn.motored import peak_with_factor
 
 __all__ = [
     "CONSTANTS",
+    "CYCLE_KEYS",
     "NEUTRAL",
     "NODES",
     "PARAMETERS",
@@ -208,6 +209,30 @@ _PARAMETERS = (
         low_included=True, source="this project",
     ),
     _parameter(
+        "compression_ratio", r"\varepsilon", "1",
+        "modelled cycle: largest over smallest cylinder volume", low=1.5, high=40.0,
+        source="Heywood (1988), ch. 2",
+    ),
+    _parameter(
+        "intake_pressure", "p_i", "bar",
+        "modelled cycle: absolute pressure of intake manifold or scavenge air", si=BAR, low=0.0,
+        high=20.0, source="Heywood (1988), ch. 6",
+    ),
+    _parameter(
+        "heat", "q", "bar", "modelled cycle: heat released per cycle over the swept volume",
+        si=BAR, low=0.0, low_included=True, high=200.0, high_included=True,
+        source="Heywood (1988), ch. 9",
+    ),
+    _parameter(
+        "combustion_start", r"\varphi_b", "degree", "modelled cycle: start of the combustion",
+        si=DEGREE, low=-90.0, high=90.0, source="Heywood (1988), eq. 9.30",
+    ),
+    _parameter(
+        "combustion_duration", r"\Delta\varphi_b", "degree",
+        "modelled cycle: duration of the combustion", si=DEGREE, low=2.0, high=270.0,
+        source="Heywood (1988), eq. 9.30",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -222,6 +247,11 @@ _PARAMETERS = (
     ),
 )  # fmt: skip
 
+CYCLE_KEYS = (
+    "compression_ratio", "intake_pressure", "heat", "combustion_start", "combustion_duration",
+)  # fmt: skip
+"""Parameters of a modelled cycle that a scene may replace in the engine's diagrams."""
+
 NEUTRAL = (
     "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
 )  # fmt: skip
@@ -234,6 +264,7 @@ _CONSTANTS = tuple(
     Node(name, "", "1", long_name, kind="constant", public=False)
     for name, long_name in (
         ("family", "indicator diagrams over load"),
+        ("cycle", "which of the scene's modelled cycles"),
         ("period", "angle of one cycle"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
@@ -246,12 +277,16 @@ _CONSTANTS = tuple(
 )
 
 
-def _row(load: Any, family: Family) -> Any:
+def _row(place: Any, cycle: Any, family: FamilyStack) -> Any:
+    return family.row_of(cycle, place)
+
+
+def _place(load: Any, family: Family) -> Any:
     row, weight = family.locate(load)
     return row + weight
 
 
-def _row_at_speed(load: Any, speed: Any, family: FamilyAtSpeeds) -> Any:
+def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
     return family.place(load, speed)
 
 
@@ -354,12 +389,20 @@ def _balance(plus: Any, minus: Any) -> Any:
 
 _STAGES = (
     Node(
-        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="over_load", needs=("load", "family"), make=_row,
+        "place", "", "1", "place of load and speed in the table of one family", kind="value",
+        public=False, when="over_load", needs=("load", "family"), make=_place,
+    ),
+    Node(
+        "place", "", "1", "place of load and speed in the table of one family", kind="value",
+        public=False, when="over_speed", needs=("load", "speed", "family"), make=_place_at_speed,
     ),
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="over_speed", needs=("load", "speed", "family"), make=_row_at_speed,
+        when="given_cycles", needs=("place",), make=lambda place: place,
+    ),
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        when="own_cycles", needs=("place", "cycle", "family"), make=_row,
     ),
     Node(
         "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",

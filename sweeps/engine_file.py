@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -30,7 +30,7 @@ from engine_dyn.indicator import (
     diagram_from_points,
     family_from_diagrams,
 )
-from engine_dyn.quantities import PARAMETERS
+from engine_dyn.quantities import CYCLE_KEYS, PARAMETERS
 from engine_dyn.slider_crank import crank_radius
 from sweeps.checks import (
     Strict,
@@ -43,7 +43,7 @@ from sweeps.checks import (
 )
 from sweeps.cylinder_keys import KEYS, read_keys, resolve
 from sweeps.errors import SceneError, not_known, one_line, shown
-from sweeps.modelled import KINDS, modelled, no_more, taken
+from sweeps.modelled import KINDS, Again, modelled, no_more, taken
 from sweeps.table import Table, read_table, read_text
 
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
@@ -231,6 +231,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         period=period,
         values=values,
         family=family,
+        cycles=_cycles(diagrams),
         pressure_scale=scale,
         firing_order=order,
         own_cylinders=own,
@@ -244,6 +245,8 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     values: dict[str, float] = {}
     for key, item in raw.items():
         where = f"{name}: [values] {key}"
+        if key in CYCLE_KEYS:
+            raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
         node = known_key(key, f"{name}: [values]")
         assert node is not None
         values[key] = number(item, where, node)
@@ -302,10 +305,19 @@ def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
     return speed, scale
 
 
+class _Entry(NamedTuple):
+    """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields."""
+
+    load: float
+    speed: float | None
+    diagram: Diagram
+    again: Again | None
+
+
 def _diagram(
     table: Mapping[str, Any], where: str, folder: Path, period: float, values: Mapping[str, float]
-) -> tuple[float, float | None, Diagram]:
-    """One [[diagram]]: its load [percent], its speed [rpm] if it has one, and its curve."""
+) -> _Entry:
+    """One [[diagram]]."""
     rest = dict(table)
     load_node, speed_node = PARAMETERS["load"], PARAMETERS["speed"]
     load = number(taken(rest, "load", where), f"{where} load", load_node)
@@ -320,21 +332,19 @@ def _diagram(
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
         no_more(rest, where, ("load", "speed", "kind", "file"))
-        return load, speed, read_indicator(folder / file, f"{where} {file}", period)
+        return _Entry(load, speed, read_indicator(folder / file, f"{where} {file}", period), None)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
-    return load, speed, modelled(kind, rest, where, period, here)
+    return _Entry(load, speed, *modelled(kind, rest, where, period, here))
 
 
-def _family(diagrams: list[tuple[float, float | None, Diagram]], name: str) -> Family | FamilyGrid:
+def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
     """Diagrams over load, or where all have a speed, over load and speed."""
-    with_speed = [
-        (load, speed * RPM, diagram) for load, speed, diagram in diagrams if speed is not None
-    ]
+    with_speed = [(d.load, d.speed * RPM, d.diagram) for d in diagrams if d.speed is not None]
     if with_speed and len(with_speed) < len(diagrams):
-        number = [speed is None for _, speed, _ in diagrams].index(True) + 1
+        number = [d.speed is None for d in diagrams].index(True) + 1
         raise SceneError(
             f"{name}: [[diagram]] number {number} speed: missing; must be given, as other diagrams "
             "have one"
@@ -342,9 +352,16 @@ def _family(diagrams: list[tuple[float, float | None, Diagram]], name: str) -> F
     try:
         if with_speed:
             return grid_from_diagrams(with_speed)
-        return family_from_diagrams([d[0] for d in diagrams], [d[2] for d in diagrams])
+        return family_from_diagrams([d.load for d in diagrams], [d.diagram for d in diagrams])
     except ValueError as error:
         raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
+
+
+def _cycles(diagrams: list[_Entry]) -> tuple[Again, ...] | None:
+    """What makes each diagram again, in the family's order; None unless all can be."""
+    in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
+    found = tuple(d.again for d in in_order if d.again is not None)
+    return found if len(found) == len(diagrams) else None
 
 
 def _check_own_point(

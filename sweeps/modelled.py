@@ -6,7 +6,7 @@ What a cycle needs of the engine itself (`crank_ratio`, and for the loss to the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -19,7 +19,7 @@ from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "modelled", "no_more", "taken"]
+__all__ = ["KINDS", "Again", "modelled", "no_more", "taken"]
 
 KINDS: Mapping[str, tuple[type[Any], float]] = {
     "diesel_cycle": (DieselCycle, FOUR_STROKE),
@@ -29,6 +29,8 @@ KINDS: Mapping[str, tuple[type[Any], float]] = {
 }
 """Kinds of modelled diagrams: what makes them, and the period of the engine [rad]."""
 
+Again = Callable[..., Diagram]
+
 STEP = 0.5
 """Degrees between two points of a diagram."""
 
@@ -37,8 +39,10 @@ _OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
 
 def modelled(
     kind: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
-) -> Diagram:
+) -> tuple[Diagram, Again | None]:
     """Model the diagram of a [[diagram]] table, whose load and speed are taken out.
+
+    Beside it, what makes it again with other fields (SI): for cycles by the first law.
 
     Raises
     ------
@@ -83,9 +87,15 @@ def modelled(
             raise SceneError(f"{where} {key}: missing; must be a number{words}{also}")
     step = number(rest["step"], f"{where} step") if "step" in rest else STEP
     try:
-        return _diagram_of(made(**given), step)
+        cycle_given = made(**given)
+        again = partial(_changed, cycle_given, step) if wall is not None else None
+        return _diagram_of(cycle_given, step), again
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def _changed(made: Any, step: float, **changes: float) -> Diagram:
+    return _diagram_of(replace(made, **changes), step)
 
 
 @lru_cache(maxsize=256)

@@ -18,8 +18,8 @@ import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS
 from engine_dyn.cylinders import Cylinders, even_cylinders
-from engine_dyn.family_grid import FamilyGrid
-from engine_dyn.indicator import family_from_diagrams
+from engine_dyn.family_grid import FamilyGrid, FamilyStack
+from engine_dyn.indicator import Family, family_from_diagrams
 from engine_dyn.quantities import CONSTANTS, NEUTRAL, PARAMETERS, SOLVER_COLUMNS, Node, select
 from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
@@ -197,6 +197,8 @@ def make_plan(scene: Scene) -> Plan:
     tables = math.prod(sizes[d] for d in of_tables)
     designs = math.prod(sizes[d] for d in scene.dimensions)
     leaves["sharing"] = Value((tables, designs // tables))
+    if "cycle" in used:
+        used.update(scene.cycle_keys)
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
@@ -262,8 +264,7 @@ def _leaves(scene: Scene) -> dict[str, Value]:
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
-    if isinstance(family, FamilyGrid):
-        family = family.at_speeds(leaves["speed"].si)
+    family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if engine.pressure_scale is None or scene.indicator is not None:
         leaves["pressure_scale"] = Value(np.float64(1.0))
     if "centred" in scene.words:
@@ -284,6 +285,8 @@ def _leaves(scene: Scene) -> dict[str, Value]:
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:
+        if name in leaves:
+            continue
         if name in words:
             varies = name in scene.dimensions
             data = np.asarray(words[name]) if varies else words[name][0]
@@ -291,6 +294,39 @@ def _leaves(scene: Scene) -> dict[str, Value]:
         else:
             leaves[name] = Value(constants[name])
     return leaves
+
+
+def _with_cycles(
+    scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
+) -> tuple[Family, Value]:
+    """Family of the scene, with the cycles that it asks for, and which of them a design has."""
+
+    def of_speeds(found: Family | FamilyGrid) -> Family:
+        return found.at_speeds(leaves["speed"].si) if isinstance(found, FamilyGrid) else found
+
+    keys = scene.cycle_keys
+    if not keys:
+        return of_speeds(family), Value(np.zeros(()))
+    dims = tuple(d for d in scene.dimensions if any(d in leaves[k].dims for k in keys))
+    shaped = [
+        np.asarray(leaves[k].si).reshape([-1 if d in leaves[k].dims else 1 for d in dims])
+        for k in keys
+    ]
+    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
+    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+    again = scene.engine.cycles or ()
+    shape = np.broadcast_shapes(*(c.shape for c in shaped))
+    members = []
+    for combination in distinct.tolist():
+        fields = dict(zip(keys, combination, strict=True))
+        made = iter(again)
+        try:
+            members.append(of_speeds(family.each(lambda _: next(made)(**fields))))  # noqa: B023
+        except ValueError as error:
+            name = scene.path.name if scene.path else "scene"
+            raise SceneError(f"{name}: {scene.engine.name}: {error}") from None
+    index = number.reshape(shape).astype(np.float64)
+    return FamilyStack.of(members), Value(index, dims)
 
 
 def cylinders_of_count(scene: Scene, count: int) -> Cylinders:

@@ -28,6 +28,7 @@ from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.quantities import (
     CONSTANTS,
+    CYCLE_KEYS,
     NEUTRAL,
     PARAMETERS,
     QUANTITIES,
@@ -81,8 +82,9 @@ SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 SMALLEST_STEP = 0.01
 LARGEST_AXIS = 10_000_000
 RPM = math.pi / 30.0
-MOST_SPEEDS = 256
-"""Speeds of one scene at which diagrams over speed are tabulated: some megabytes each."""
+MOST_DIAGRAMS = 1024
+"""Cycles times speeds times loads of one scene, where diagrams change with speed or cycle: each is
+tabulated, which takes about a tenth of a megabyte."""
 
 SAME = 1e-6
 """Relative difference up to which a value of a reference file is the same as the scene's."""
@@ -241,7 +243,14 @@ class Scene:
             "equal" if equal else "unequal",
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
+            "own_cycles" if self.cycle_keys else "given_cycles",
         )
+
+    @property
+    def cycle_keys(self) -> tuple[str, ...]:
+        """Parameters of the modelled cycle that the scene replaces."""
+        places = (self.settings, self.axes, self.designs)
+        return tuple(key for key in CYCLE_KEYS if any(key in place for place in places))
 
     def _has(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
@@ -704,16 +713,34 @@ def _check_values(scene: Scene, name: str) -> None:
             )
     if given is not None and isinstance(family, FamilyGrid) and scene.indicator is None:
         _check_speeds(*given, family, scene, name)
+    _check_cycles(scene, name)
+    _check_count(scene, name)
     _check_rod(scene, name)
     _check_offset(scene, name)
     _check_motored(scene, name)
     _check_needs(scene, name)
 
 
+def _check_cycles(scene: Scene, name: str) -> None:
+    """Check that the engine has modelled cycles where the scene changes them."""
+    if not scene.cycle_keys:
+        return
+    key = scene.cycle_keys[0]
+    table, _ = _places(scene, key) or ("set", None)
+    where = f"{name}: [{table}] {key}"
+    if scene.indicator is not None:
+        raise SceneError(f"{where}: not allowed together with [indicator], which is measured")
+    if scene.engine.cycles is None:
+        raise SceneError(
+            f"{where}: not allowed: engine {scene.engine.name} has diagrams that are not modelled "
+            "by the first law; must be one whose [[diagram]] are all 'first_law' or 'two_stroke'"
+        )
+
+
 def _check_speeds(
     table: str, speeds: FloatArray, family: FamilyGrid, scene: Scene, name: str
 ) -> None:
-    """Check that the engine's diagrams over speed cover all speeds, and are not too many."""
+    """Check that the engine's diagrams over speed cover all speeds."""
     low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
     bad = (speeds < low * (1.0 - 1e-12)) | (speeds > high * (1.0 + 1e-12))
     if bad.any():
@@ -722,11 +749,27 @@ def _check_speeds(
             f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be {allowed} rpm, where engine "
             f"{scene.engine.name} has diagrams"
         )
-    count = np.unique(speeds).size
-    if count > MOST_SPEEDS:
+
+
+def _check_count(scene: Scene, name: str) -> None:
+    """Check that diagrams that change with speed or cycle are not too many."""
+    varying = {"cycles": scene.cycle_keys, "loads": ("load",)}
+    if "over_speed" in scene.words:
+        varying["speeds"] = ("speed",)
+    elif not scene.cycle_keys:
+        return
+    counts = {}
+    for what, keys in varying.items():
+        count = math.prod(len(scene.axes[key]) for key in keys if key in scene.axes)
+        columns = [scene.designs[key] for key in keys if key in scene.designs]
+        counts[what] = count * (np.unique(np.stack(columns), axis=1).shape[1] if columns else 1)
+    total = math.prod(counts.values())
+    if total > MOST_DIAGRAMS:
+        listed = ", ".join(f"{count} {what}" for what, count in counts.items() if count > 1)
+        named = ", ".join(k for some in varying.values() for k in some if _places(scene, k))
         raise SceneError(
-            f"{name}: [{table}] speed: {count} different values: must be at most {MOST_SPEEDS} "
-            f"for engine {scene.engine.name}, whose diagrams change with speed"
+            f"{name}: {named}: {total} diagrams ({listed}): must be at most {MOST_DIAGRAMS} where "
+            "they change with speed or cycle"
         )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders, Member, even_cylinders
-from engine_dyn.family_grid import FamilyAtSpeeds
+from engine_dyn.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
@@ -624,10 +624,10 @@ def _row_map(family: Family, rows: Integers) -> Integers:
 def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for.
 
-    Over load and speed rows vary along two axes, where `split` allows one: what the roughest of all
-    given diagrams asks for.
+    Over load and speed, or where cycles differ, rows vary along several axes, of which `split`
+    allows one: what the roughest of all given diagrams asks for.
     """
-    if isinstance(family, FamilyAtSpeeds):
+    if isinstance(family, FamilyAtSpeeds | FamilyStack):
         most = max(_nodes_of_diagram(diagram, tolerance) for diagram in family.diagrams)
         return np.full((1,) * row.ndim, most)
     needed = _rows_needed(row)

@@ -17,7 +17,7 @@ from engine_dyn.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.indicator import Diagram
 from sweeps.engine_file import load_engine
 from sweeps.errors import SceneError
-from sweeps.scene import MOST_SPEEDS, read_scene
+from sweeps.scene import MOST_DIAGRAMS, read_scene
 
 RPM = math.pi / 30.0
 
@@ -239,9 +239,11 @@ def test_speeds_of_a_scene(tmp_path: Path) -> None:
     scene: dict[str, Any] = {"engine": path, "output": {"quantities": ["delta"]}}
     with pytest.raises(SceneError, match="speed = 1900: must be from 2000 to 5000 rpm"):
         read_scene({**scene, "axes": {"speed": [1900, 3000]}})
-    many = {"start": 2000, "stop": 5000, "num": MOST_SPEEDS + 1}
-    with pytest.raises(SceneError, match=f"{MOST_SPEEDS + 1} different values: must be at most"):
-        read_scene({**scene, "axes": {"speed": many}})
+    many = {"start": 2000, "stop": 5000, "num": MOST_DIAGRAMS // 2 + 1}
+    read_scene({**scene, "axes": {"speed": many}})
+    total = r"load, speed: 1026 diagrams \(2 loads, 513 speeds\): must be at most 1024"
+    with pytest.raises(SceneError, match=total):
+        read_scene({**scene, "axes": {"speed": many, "load": [50, 60]}})
     with pytest.raises(SceneError, match="load = 20: must be from 30 to 100 percent"):
         read_scene({**scene, "axes": {"load": [20]}})
     scaled = "[pressure_scale]\nspeed = [1000, 5000]\nscale = [1, 1]"
@@ -271,3 +273,77 @@ def test_square_of_the_piston_speed_and_auxiliaries(tmp_path: Path) -> None:
     np.testing.assert_allclose(plain["torque_mean"] - driven["torque_mean"], 7.0)
     np.testing.assert_allclose(driven["imep"] - driven["fmep"], driven["bmep"])
     assert plain["fmep"].dims == driven["fmep"].dims == ("speed",)
+
+
+# --- cycles of a scene --------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+def test_parameters_of_the_cycle_as_axes(tmp_path: Path) -> None:
+    """Each design is the engine whose file has these numbers."""
+    loads = [{**FOUR, "load": 50, "heat": 12.0}, {**FOUR, "load": 100}]
+    path = written(tmp_path, *loads)
+    axes: dict[str, list[float]] = {
+        "combustion_start": [-25.0, -12.0], "inertia": [0.1, 0.3], "compression_ratio": [8.0, 11.0],
+        "load": [50.0, 80.0],
+    }  # fmt: skip
+    found = run(path, axes=axes)
+    assert found["delta"].dims == tuple(axes)
+    assert found["imep"].dims == ("combustion_start", "compression_ratio", "load")
+    assert (found["status"] == 0).all()
+    for start in axes["combustion_start"]:
+        for ratio in axes["compression_ratio"]:
+            own = {"combustion_start": start, "compression_ratio": ratio}
+            engine = written(tmp_path, *({**table, **own} for table in loads))
+            alone = run(engine, axes={"inertia": axes["inertia"], "load": axes["load"]})
+            for name in QUANTITIES:
+                expected = alone[name].transpose(*[d for d in found[name].dims if d not in own])
+                np.testing.assert_allclose(found[name].sel(own), expected, rtol=1e-8)
+
+
+@pytest.mark.compiled
+def test_parameters_of_the_cycle_as_designs_and_setting(tmp_path: Path) -> None:
+    path = written(tmp_path, *CORNERS)
+    heat, pressure = [10.0, 22.0, 10.0], [0.5, 0.9, 0.5]
+    found = run(
+        path, designs={"heat": heat, "intake_pressure": pressure, "inertia": [0.1, 0.1, 0.2]},
+        axes={"speed": [2500, 4000]}, set={"combustion_duration": 70.0},
+    )  # fmt: skip
+    assert (found["status"] == 0).all()
+    own = {"heat": 22.0, "intake_pressure": 0.9, "combustion_duration": 70.0}
+    alone = run(
+        written(tmp_path, *({**corner, **own} for corner in CORNERS)),
+        axes={"speed": [2500, 4000]}, set={"inertia": 0.1},
+    )  # fmt: skip
+    for name in QUANTITIES:
+        one = found[name].isel(design=1) if "design" in found[name].dims else found[name]
+        np.testing.assert_allclose(one, alone[name], rtol=1e-8)
+    assert (found["imep"].isel(design=0) == found["imep"].isel(design=2)).all()
+
+
+@pytest.mark.parametrize(
+    ("engine", "tables", "message"),
+    [
+        ("ntua", {"set": {"heat": 10.0}}, "[set] heat: not allowed: engine ntua has diagrams that"),
+        ("mine", {"axes": {"combustion_duration": [-5.0]}}, "combustion_duration = -5"),
+        ("mine", {"axes": {"heat": {"start": 1, "stop": 20, "num": 1025}}},
+         "heat: 1025 diagrams (1025 cycles): must be at most 1024"),
+        ("mine", {"axes": {"combustion_start": [-5.0, 80.0]}, "set": {"combustion_duration": 1.0}},
+         "combustion_duration = 1"),
+        ("mine", {"set": {"heat": 199.0}}, "heat = 199 bar: must be less, the gas becomes hotter"),
+    ],
+)  # fmt: skip
+def test_cycles_that_are_refused(
+    tmp_path: Path, engine: str, tables: dict[str, Any], message: str
+) -> None:
+    path = written(tmp_path, FOUR) if engine == "mine" else engine
+    with pytest.raises(SceneError) as caught:
+        run(path, **tables)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_values_of_an_engine_have_no_cycle(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUR, heat=20.0)
+    with pytest.raises(SceneError, match=r"\[values\] heat: not allowed; belongs to a \[\[diagram"):
+        load_engine(path, tmp_path)
