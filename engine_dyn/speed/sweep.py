@@ -83,7 +83,7 @@ PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
-then differs by about 1e-10 from what it is with a table of its own."""
+then differs by some 1e-9 from what it is with a table of its own."""
 
 PANEL_BYTES = 64_000_000
 """Shared tables that are kept at a time."""
@@ -200,9 +200,8 @@ def solve(
     ]
     size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
-        of_tables = np.broadcast_shapes(*(np.shape(inputs[name]) for name in TABLE_NAMES))
-        tables_made = math.prod(of_tables)
-        sharing = tables_made, size // max(tables_made, 1)
+        tables = math.prod(np.broadcast_shapes(*(np.shape(inputs[n]) for n in TABLE_NAMES)))
+        sharing = tables, size // max(tables, 1)
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
@@ -238,7 +237,11 @@ def solve(
         in_lanes = in_lanes and (iterated is None or kind != 3)
         steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // count, period / steps
-        ratio = RATIOS[count > FEW_CYLINDERS or steep] if in_lanes else 1
+        tables, each = sharing
+        apart = in_lanes and not angles.size and tables >= MANY_TABLES and each < FEW_DESIGNS
+        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
+        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
         samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
@@ -257,7 +260,7 @@ def solve(
         )  # fmt: skip
         scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
         cores = threads or os.cpu_count() or 1
-        if in_lanes and not angles.size and sharing[0] >= MANY_TABLES and sharing[1] < FEW_DESIGNS:
+        if apart:
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
