@@ -91,7 +91,7 @@ PANEL_BYTES = 64_000_000
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
 
-MANY_MEANS, POINTS_OF_MEANS = 4096, 10
+MANY_MEANS, POINTS_OF_MEANS = 512, 10
 """From that many on, mean torques are interpolated between that many crank ratios of a panel; what
 they miss is rounding."""
 
@@ -406,22 +406,22 @@ def mean_gas_torque(
     rows = _rows_needed(places)
     row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES)
     rates = np.empty(6 * FEWEST_NODES)
+    if (ratios.size if tables is None else tables) < MANY_MEANS:
+        designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
+        return result.reshape(row.shape)
     # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
     used = np.flatnonzero(np.bincount(number))
-    if (ratios.size if tables is None else tables) < MANY_MEANS:
-        designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
-    else:
-        points = panels.points_of(used, POINTS_OF_MEANS)
-        means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
-        at = np.tile(points[used, 0].reshape(-1), rows.size)
-        of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
-        found = np.empty(at.size)
-        designs.mean_gas_torque(at, of_rows, row_of, grid, rates, found)
-        shape = (rows.size, used.size, POINTS_OF_MEANS)
-        means[used] = np.moveaxis(found.reshape(shape), 0, -1)
-        designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
+    points = panels.points_of(used, POINTS_OF_MEANS)
+    means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
+    at = np.tile(points[used, 0].reshape(-1), rows.size)
+    of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
+    found = np.empty(at.size)
+    designs.mean_gas_torque(at, of_rows, row_of, grid, rates, found)
+    shape = (rows.size, used.size, POINTS_OF_MEANS)
+    means[used] = np.moveaxis(found.reshape(shape), 0, -1)
+    designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
     return result.reshape(row.shape)
 
 
