@@ -24,7 +24,7 @@ help:
 	@echo "make coverage    tests/engine_dyn with the compiler off, and which lines of the kernels ran"
 	@echo "make lint types  ruff, mypy"
 	@echo "make validation  docs/validation.md: every published number beside ours"
-	@echo "make calibrate   fit the modelled diagrams of the catalogue engine ntua again"
+	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
@@ -55,6 +55,7 @@ validation: $(VENV)/.installed-test
 
 calibrate: $(VENV)/.installed-test
 	$(python) tools/calibrate_ntua.py
+	$(python) tools/calibrate_catalogue.py
 
 # Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
 bench: $(VENV)/.installed-bench

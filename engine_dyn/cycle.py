@@ -16,7 +16,7 @@ and Sawyer, SAE paper 850107, 1985: both parts as Wiebe functions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -182,6 +182,10 @@ class DieselCycle:
         unit, size = FILE_UNITS[name]
         words = "" if unit == "1" else f" {unit}"
         return f"{name} = {getattr(self, name) / size:.6g}{words}: must be {allowed}"
+
+    def motored(self) -> DieselCycle:
+        """Return the cycle without combustion: no heat, no burnt gas to change the exponent."""
+        return replace(self, heat=0.0, expansion_exponent=self.compression_exponent)
 
     def volume(self, phi: ArrayLike) -> FloatArray:
         """Cylinder volume over the swept volume [1] at crank angles [rad]."""

@@ -6,15 +6,16 @@ last dimension. Torque is positive in the sense of rotation and is the whole eng
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import slider_crank
-from engine_dyn.arrangement import phases_along_shaft
+from engine_dyn.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 from engine_dyn.indicator import Family
+from engine_dyn.motored import row_with_factor
 
 __all__ = [
     "gas_torque",
@@ -22,6 +23,7 @@ __all__ = [
     "inertia_torque_actual",
     "piston_area",
     "pressure",
+    "pressure_of_first",
     "superpose",
     "torque_after_throw",
 ]
@@ -34,10 +36,11 @@ def piston_area(bore: Any) -> Any:
     return 0.25 * np.pi * bore**2
 
 
-def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0) -> Floats:
+def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float = 1.0) -> Floats:
     """Absolute cylinder pressure [Pa] at `phi` [rad] of the diagrams at (fractional) rows.
 
-    `phi`, `row` and `scale` broadcast. See `indicator.Family.locate` for rows.
+    `phi`, `row` and `scale` broadcast. See `indicator.Family.locate` for rows, `motored` for the
+    factor of a cylinder.
     """
     phi, row = np.broadcast_arrays(np.asarray(phi, float), np.asarray(row, float))
     result = np.empty(phi.shape)
@@ -45,23 +48,48 @@ def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0) -> Floats:
         here = row == value
         first = int(np.floor(value))
         weight = value - first
-        curve = (1.0 - weight) * family.row(first)(phi[here])
+        curve = (1.0 - weight) * row_with_factor(family, first, factor)(phi[here])
         if weight > 0.0:
-            curve += weight * family.row(first + 1)(phi[here])
+            curve += weight * row_with_factor(family, first + 1, factor)(phi[here])
         result[here] = curve
     return result * scale
 
 
-def superpose(curve: Callable[[Any], Any], phi: Any, cylinders: Any, period: float) -> Any:
-    """Sum of one cylinder's curve over evenly firing cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
+def pressure_of_first(
+    phi: Any, family: Family, row: Any, scale: Any, cylinders: Any, by_count: CylindersByCount
+) -> Any:
+    """Pressure in cylinder 1 of engines whose cylinders have unequal factors: see `pressure`."""
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        factor = by_count[int(count)].pressure_factors[0]
+        total = np.where(counts == count, pressure(phi, family, row, scale, factor), total)
+    return total
 
-    The curve is evaluated at the shifted angles themselves; `cylinders` broadcasts with `phi`.
+
+def superpose(
+    curve: Callable[[Any, Member], Any],
+    phi: Any,
+    cylinders: Any,
+    period: float,
+    by_count: CylindersByCount | None = None,
+) -> Any:
+    """Sum of a cylinder's curve over all cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
+
+    The curve is evaluated at the shifted angles themselves, for a cylinder whose factors it may
+    use; `cylinders` broadcasts with `phi`. Evenly firing and equal unless `by_count` has others.
     """
-    cylinders = np.asarray(cylinders, float)
+    counts = np.asarray(cylinders)
+    others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}
     total: Any = 0.0
-    for i in range(int(cylinders.max())):
-        term = curve(phi - i * period / cylinders)
-        total = total + (term if i == 0 else np.where(i < cylinders, term, 0.0))
+    if not np.isin(counts, list(others)).all():
+        numbers = counts.astype(float)
+        for i in range(int(numbers.max())):
+            term = curve(phi - i * period / numbers, EQUAL)
+            total = total + (term if i == 0 else np.where(i < numbers, term, 0.0))
+    for count, engine in others.items():
+        whole = sum(curve(phi + member.phase, member) for member in engine.members)
+        total = np.where(counts == count, whole, total)
     return total
 
 
@@ -76,29 +104,43 @@ def gas_torque(
     stroke: Any,
     cylinders: Any,
     period: float,
+    offset: Any = 0.0,
+    by_count: CylindersByCount | None = None,
 ) -> Any:
-    """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6."""
+    """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6.
 
-    def one(angle: Any) -> Any:
-        over = pressure(angle, family, row, scale) - crankcase_pressure
-        return over * slider_crank.velocity(angle, crank_ratio)
+    Here and below, `stroke` is two crank radii where there is an offset, and `offset` that of the
+    pin's line over the crank radius; `by_count` as in `superpose`.
+    """
 
-    return piston_area(bore) * 0.5 * stroke * superpose(one, phi, cylinders, period)
+    def one(angle: Any, member: Member) -> Any:
+        gas = pressure(angle, family, row, scale, member.pressure_factor)
+        return (gas - crankcase_pressure) * slider_crank.velocity(angle, crank_ratio, offset)
+
+    return piston_area(bore) * 0.5 * stroke * superpose(one, phi, cylinders, period, by_count)
 
 
 def inertia_torque(
-    phi: Any, crank_ratio: Any, mass: Any, stroke: Any, speed: Any, cylinders: Any, period: float
+    phi: Any,
+    crank_ratio: Any,
+    mass: Any,
+    stroke: Any,
+    speed: Any,
+    cylinders: Any,
+    period: float,
+    offset: Any = 0.0,
+    by_count: CylindersByCount | None = None,
 ) -> Any:
     """Torque of the reciprocating masses at constant `speed` [rad/s]: -m r^2 omega^2 b v [N m].
 
     Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and velocity v.
     """
 
-    def one(angle: Any) -> Any:
-        v = slider_crank.velocity(angle, crank_ratio)
-        return -slider_crank.acceleration(angle, crank_ratio) * v
+    def one(angle: Any, member: Member) -> Any:
+        v = slider_crank.velocity(angle, crank_ratio, offset)
+        return -slider_crank.acceleration(angle, crank_ratio, offset) * v * member.mass_factor
 
-    return mass * (0.5 * stroke * speed) ** 2 * superpose(one, phi, cylinders, period)
+    return mass * (0.5 * stroke * speed) ** 2 * superpose(one, phi, cylinders, period, by_count)
 
 
 def inertia_torque_actual(
@@ -110,6 +152,8 @@ def inertia_torque_actual(
     acceleration: Any,
     cylinders: Any,
     period: float,
+    offset: Any = 0.0,
+    by_count: CylindersByCount | None = None,
 ) -> Any:
     """Torque of the reciprocating masses at the solved speed and angular acceleration [N m].
 
@@ -117,11 +161,12 @@ def inertia_torque_actual(
     m r^2 v^2 omega^2/2 (Eksergian's equation for one degree of freedom).
     """
 
-    def one(angle: Any) -> Any:
-        v = slider_crank.velocity(angle, crank_ratio)
-        return -v * (omega**2 * slider_crank.acceleration(angle, crank_ratio) + acceleration * v)
+    def one(angle: Any, member: Member) -> Any:
+        v = slider_crank.velocity(angle, crank_ratio, offset)
+        b = slider_crank.acceleration(angle, crank_ratio, offset)
+        return -v * (omega**2 * b + acceleration * v) * member.mass_factor
 
-    return mass * (0.5 * stroke) ** 2 * superpose(one, phi, cylinders, period)
+    return mass * (0.5 * stroke) ** 2 * superpose(one, phi, cylinders, period, by_count)
 
 
 def torque_after_throw(
@@ -137,14 +182,15 @@ def torque_after_throw(
     speed: Any,
     friction_torque: Any,
     cylinders: Any,
-    orders: Mapping[int, tuple[int, ...]],
-    period: float,
+    by_count: CylindersByCount,
+    offset: Any = 0.0,
 ) -> Any:
     """Torque in the shaft after each throw, from the last cylinder to the take-off at the first.
 
     Kakaitsas (2015), section 5.4: T_Z, T_(Z-1) = T_Z + ..., T_1 the whole engine's. Shape
-    (..., cylinder, crank angle); throw i is entry i - 1, entries past an engine's own count hold
-    NaN. Each cylinder bears an equal share of the friction.
+    (..., cylinder, crank angle); throw i along the shaft, with all cylinders on it, is entry i - 1,
+    entries past an engine's own throws hold NaN. Each cylinder bears an equal share of the
+    friction.
     """
     counts = np.unique(np.asarray(cylinders)).astype(int)
     throws = int(counts.max())
@@ -154,17 +200,26 @@ def torque_after_throw(
     for throw in range(throws):
         total: Any = np.nan
         for count in counts:
-            if throw >= count:
+            engine = by_count[int(count)]
+            if throw >= len(_places(engine)):
                 continue
-            phase = phases_along_shaft(orders[int(count)], period)
             part: Any = 0.0
-            for cylinder in range(throw, count):
-                angle = phi + phase[cylinder]
-                v = slider_crank.velocity(angle, crank_ratio)
-                over = pressure(angle, family, row, scale) - crankcase_pressure
-                part = part + lever * over * v
-                part = part - moment * slider_crank.acceleration(angle, crank_ratio) * v
+            for cylinder in (c for place in _places(engine)[throw:] for c in place):
+                member = engine.members[cylinder]
+                angle = phi + member.phase
+                v = slider_crank.velocity(angle, crank_ratio, offset)
+                gas = pressure(angle, family, row, scale, member.pressure_factor)
+                part = part + lever * (gas - crankcase_pressure) * v
+                b = slider_crank.acceleration(angle, crank_ratio, offset)
+                part = part - moment * member.mass_factor * b * v
                 part = part - friction_torque / count
             total = np.where(np.asarray(cylinders) == count, part, total)
         pieces.append(total)
     return np.stack(np.broadcast_arrays(*pieces), axis=-2)
+
+
+def _places(engine: Cylinders) -> tuple[tuple[int, ...], ...]:
+    places = engine.along_shaft
+    if places is None:
+        raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
+    return places

@@ -12,7 +12,7 @@ degrees and bar, because people read them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,8 +24,11 @@ __all__ = [
     "TWO_STROKE",
     "Diagram",
     "Family",
+    "blend",
     "diagram_from_points",
     "family_from_diagrams",
+    "morph",
+    "on_common_knots",
     "periodic_spline_slopes",
 ]
 
@@ -135,12 +138,15 @@ class Diagram:
         polynomial of the two values and slopes.
     period : float
         4 pi (four-stroke) or 2 pi (two-stroke).
+    motored : callable, optional
+        Makes the diagram without combustion, where that is known: see `engine_dyn.motored`.
     """
 
     angle: FloatArray
     pressure: FloatArray
     slope: FloatArray
     period: float = FOUR_STROKE
+    motored: Callable[[], Diagram] | None = field(default=None, repr=False)
 
     def __call__(self, phi: ArrayLike) -> FloatArray:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
@@ -216,7 +222,11 @@ class Diagram:
         """
         if not (math.isfinite(factor) and factor > 0.0):
             raise ValueError(f"pressure scale {factor:g} is not allowed: it must be positive")
-        return Diagram(self.angle, self.pressure * factor, self.slope * factor, self.period)
+        without = self.motored
+        motored = None if without is None else lambda: without().scaled(factor)
+        return Diagram(
+            self.angle, self.pressure * factor, self.slope * factor, self.period, motored
+        )
 
     def _pieces(self, phi: ArrayLike) -> tuple[FloatArray, ...]:
         """Find values, slopes, step and local coordinate of the interval of each angle."""
@@ -531,7 +541,7 @@ class Family:
                 known = self.diagrams[segment]
             else:
                 share = inside / int(self._row_steps[segment])
-                known = _morph(self.diagrams[segment], self.diagrams[segment + 1], share)
+                known = morph(self.diagrams[segment], self.diagrams[segment + 1], share)
             self._rows[index] = known
         return known
 
@@ -544,17 +554,13 @@ class Family:
             For a load outside the family.
         """
         row, weight = self.locate(load)
-        lower, share = self.row(int(row)), float(weight)
-        if share == 0.0:
-            return lower
-        upper = self.row(int(row) + 1)
-        # The spline is linear in its values, so the blend of slopes is the slope of the blend.
-        return Diagram(
-            lower.angle,
-            (1.0 - share) * lower.pressure + share * upper.pressure,
-            (1.0 - share) * lower.slope + share * upper.slope,
-            lower.period,
-        )
+        return self.between(float(row + weight))
+
+    def between(self, place: float) -> Diagram:
+        """Diagram at a place in the table: a row, or so much of the way from it to the next."""
+        below = math.floor(place)
+        lower, share = self.row(below), place - below
+        return lower if share == 0.0 else blend(lower, self.row(below + 1), share)
 
     def peak(self, load: ArrayLike) -> FloatArray:
         """Return p_max [Pa] of the diagram at each load [percent], as `at(load).peak` gives it.
@@ -564,11 +570,19 @@ class Family:
         ValueError
             For a load outside the family.
         """
-        wanted = np.asarray(load, dtype=np.float64)
+        row, weight = self.locate(load)
+        return self.peak_between(row + weight)
+
+    def peak_between(self, place: ArrayLike) -> FloatArray:
+        """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
+        wanted = np.asarray(place, dtype=np.float64)
         values, places = np.unique(wanted, return_inverse=True)
-        self.locate(values)
-        peaks = np.array([self.at(float(value)).peak for value in values])
+        peaks = np.array([self.between(float(value)).peak for value in values])
         return peaks[places].reshape(wanted.shape)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> Family:
+        """Family of the diagrams that `change` makes of the given ones."""
+        return family_from_diagrams(self.loads.tolist(), [change(d) for d in self.diagrams])
 
     @cached_property
     def _row_steps(self) -> IntArray:
@@ -621,18 +635,33 @@ def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) ->
             f"peaks of the diagrams at {values[i]:g} and {values[i + 1]:g} percent load are "
             f"{_deg(shift[i])} degrees apart, allowed are {_deg(LARGEST_SHIFT)}"
         )
+    return Family(values, on_common_knots(diagrams))
+
+
+def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
+    """Bring diagrams of one period to the same knots, as `family_from_diagrams` says."""
+    first = diagrams[0]
     if all(np.array_equal(d.angle, first.angle) for d in diagrams):
-        return Family(values, tuple(diagrams))
+        return tuple(diagrams)
     count = round(first.period / COMMON_STEP)
     phi: FloatArray = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
     phi *= first.period / count
-    common = [(d(phi), d.period) for d in diagrams]
-    return Family(
-        values, tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t) for p, t in common)
+    common = [(d(phi), d.period, d.motored) for d in diagrams]
+    return tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common)
+
+
+def blend(lower: Diagram, upper: Diagram, share: float) -> Diagram:
+    """Make the linear blend of two diagrams with the same knots, with `share` of the second."""
+    # The spline is linear in its values, so the blend of slopes is the slope of the blend.
+    return Diagram(
+        lower.angle,
+        (1.0 - share) * lower.pressure + share * upper.pressure,
+        (1.0 - share) * lower.slope + share * upper.slope,
+        lower.period,
     )
 
 
-def _morph(start: Diagram, end: Diagram, share: float) -> Diagram:
+def morph(start: Diagram, end: Diagram, share: float) -> Diagram:
     """Make the diagram at a share (0..1) of the way between two with the same knots."""
     from_angle, to_angle = start.peak_angle, end.peak_angle
     peak = from_angle + share * (to_angle - from_angle)

@@ -60,23 +60,31 @@ def crank_mass_at_pin(throw_mass: Any, throw_radius: Any, crank_radius: Any) -> 
     return throw_mass * throw_radius / crank_radius
 
 
-def mean_square_velocity(crank_ratio: npt.ArrayLike) -> Any:
+def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
     """Mean of (c/(r omega))^2 over a revolution [1], for any shape of `crank_ratio`.
+
+    `offset` is that of the piston pin's line over the crank radius, and broadcasts.
 
     The trapezoidal rule on a smooth periodic function converges geometrically: 720 points hold
     rounding up to a crank ratio of 0.98.
     """
-    ratio = np.asarray(crank_ratio, dtype=float)
+    ratio, beside = np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     phi = np.arange(720) * (2.0 * np.pi / 720)
-    return (slider_crank.velocity(phi, ratio[..., None]) ** 2).mean(axis=-1)
+    return (slider_crank.velocity(phi, ratio[..., None], beside[..., None]) ** 2).mean(axis=-1)
 
 
 def engine_inertia(
-    reciprocating_mass: Any, rotating_mass: Any, crank_radius: Any, crank_ratio: Any, cylinders: Any
+    reciprocating_mass: Any,
+    rotating_mass: Any,
+    crank_radius: Any,
+    crank_ratio: Any,
+    cylinders: Any,
+    offset: Any = 0.0,
 ) -> Any:
     """Cycle mean of the running gear's inertia [kg m2]: Z (m r^2 mean (c/(r omega))^2 + m_r r^2).
 
-    Kakaitsas (2015), eq. 3.2, without the auxiliaries; the reciprocating part is its mean.
+    Kakaitsas (2015), eq. 3.2, without the auxiliaries; the reciprocating part is its mean, also
+    over cylinders of unequal mass. `offset` is over the crank radius.
     """
-    reciprocating = reciprocating_mass * mean_square_velocity(crank_ratio)
+    reciprocating = reciprocating_mass * mean_square_velocity(crank_ratio, offset)
     return cylinders * crank_radius**2 * (reciprocating + rotating_mass)

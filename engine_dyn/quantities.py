@@ -11,16 +11,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn.cylinders import CylindersByCount
+from engine_dyn.family_grid import FamilyAtSpeeds
 from engine_dyn.indicator import Family
+from engine_dyn.motored import peak_with_factor
 
 __all__ = [
     "CONSTANTS",
+    "NEUTRAL",
     "NODES",
     "PARAMETERS",
     "QUANTITIES",
@@ -54,7 +59,8 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Closure for which this variant of a name holds; empty: any.
+        Word of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders); empty: any.
     can_fail : bool
         The stage writes `status`.
     low, high : float
@@ -109,7 +115,15 @@ _PARAMETERS = (
     ),
     _parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
-        source="Kakaitsas eq. 1.3", low=0.0, high=1.0,
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="offset",
+        needs=("rod_length", "stroke", "pin_line"),
+        make=lambda rod_length, stroke, pin_line: slider_crank.crank_radius(
+            stroke, rod_length, pin_line
+        ) / rod_length,
+    ),
+    _parameter(
+        "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="centred",
         needs=("rod_length", "stroke"),
         make=lambda rod_length, stroke: 0.5 * stroke / rod_length,
     ),
@@ -119,6 +133,16 @@ _PARAMETERS = (
     ),
     _parameter("bore", "D", "m", "cylinder bore", low=0.0, source="Kakaitsas table 4.1"),
     _parameter("stroke", "s", "m", "piston stroke", low=0.0, source="Kakaitsas table 4.1"),
+    _parameter(
+        "pin_offset", "e_p", "m",
+        "offset of the piston pin from the cylinder's axis, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank",
+    ),
+    _parameter(
+        "crank_offset", "e_c", "m",
+        "offset of the cylinder's axis from the crank's, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank",
+    ),
     _parameter(
         "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
     ),
@@ -174,6 +198,16 @@ _PARAMETERS = (
         low_included=True, source="Kakaitsas eq. 3.9",
     ),
     _parameter(
+        "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
+        "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
+        low_included=True, source="Chen and Flynn, SAE 650733",
+    ),
+    _parameter(
+        "auxiliary_torque", "M_{aux}", "N m",
+        "torque of the auxiliaries at the crankshaft, part of the friction", low=0.0,
+        low_included=True, source="this project",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -188,6 +222,11 @@ _PARAMETERS = (
     ),
 )  # fmt: skip
 
+NEUTRAL = (
+    "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
+)  # fmt: skip
+"""Parameters that are 0 unless given."""
+
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
 
@@ -199,7 +238,7 @@ _CONSTANTS = tuple(
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
-        ("firing_orders", "firing order for each number of cylinders"),
+        ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
@@ -212,15 +251,70 @@ def _row(load: Any, family: Family) -> Any:
     return row + weight
 
 
+def _row_at_speed(load: Any, speed: Any, family: FamilyAtSpeeds) -> Any:
+    return family.place(load, speed)
+
+
 def _scale(speed: Any, scale_table: Any) -> Any:
     return np.interp(np.asarray(speed) / RPM, *scale_table)
 
 
-def _mean_gas(crank_ratio: Any, row: Any, family: Family, sharing: tuple[int, int]) -> Any:
+def _mean_gas(
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any,
+    sharing: tuple[int, int],
+) -> Any:  # fmt: skip
     # The kernels come in only when asked for: importing this table compiles and loads nothing.
     from engine_dyn.speed import sweep
 
-    return sweep.mean_gas_torque(crank_ratio, row, family, tables=sharing[0])
+    of_tables = partial(
+        sweep.mean_gas_torque, crank_ratio, row, family, offset_ratio, tables=sharing[0]
+    )
+    whole = of_tables()
+    share = np.asarray(pressure_share)
+    if (share == 1.0).all():
+        return whole
+    motored = of_tables(pressure_factor=0.0)
+    return np.where(share == 1.0, whole, motored + share * (whole - motored))
+
+
+def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
+    """Take a value for each number of cylinders."""
+    counts = np.asarray(cylinders)
+    found = np.empty(counts.shape)
+    for count in np.unique(counts):
+        found[counts == count] = values(int(count))
+    return found
+
+
+def _peaks(
+    row: Any, family: Family, scale: Any, cylinders: Any, by_count: CylindersByCount,
+    of_all: Callable[..., Any],
+) -> Any:  # fmt: skip
+    """Largest or mean p_max of unequal cylinders."""
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        factors = by_count[int(count)].pressure_factors
+        each = {f: peak_with_factor(row, family, f) for f in set(factors)}
+        peaks = of_all([each[f] for f in factors], axis=0)
+        total = np.where(counts == count, peaks, total)
+    return total * scale
+
+
+_RUBBING = (
+    "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+    "friction_mean_piston_speed_square", "mean_piston_speed",
+)  # fmt: skip
+
+
+def _rubbing(
+    friction_constant: Any, friction_peak_pressure: Any, friction_mean_piston_speed: Any,
+    friction_mean_piston_speed_square: Any, mean_piston_speed: Any, peak: Any,
+) -> Any:  # fmt: skip
+    return friction.friction_mean_effective_pressure(
+        friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak,
+        mean_piston_speed, friction_mean_piston_speed_square,
+    )  # fmt: skip
 
 
 def _speed_solution(**needs: Any) -> Any:
@@ -231,6 +325,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["offset"] = needs.pop("load_offset")
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
+    needs["stroke"] = needs.pop("throw")
     needs.pop("period")
     return sweep.solve(**needs)
 
@@ -240,6 +335,7 @@ def _torque_solution(**needs: Any) -> Any:
 
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["scale"] = needs.pop("pressure_scale")
+    needs["stroke"] = needs.pop("throw")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
 
@@ -259,7 +355,30 @@ def _balance(plus: Any, minus: Any) -> Any:
 _STAGES = (
     Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        needs=("load", "family"), make=_row,
+        when="over_load", needs=("load", "family"), make=_row,
+    ),
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        when="over_speed", needs=("load", "speed", "family"), make=_row_at_speed,
+    ),
+    Node(
+        "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",
+        public=False, when="equal", needs=(*_RUBBING, "peak_pressure"),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        friction_mean_piston_speed_square, mean_piston_speed, peak_pressure: _rubbing(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+            friction_mean_piston_speed_square, mean_piston_speed, peak_pressure,
+        ),
+    ),
+    Node(
+        "rubbing", "", "Pa",
+        "friction mean effective pressure without the auxiliaries, the mean of the cylinders",
+        public=False, when="unequal", needs=(*_RUBBING, "mean_peak_pressure"),
+        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+        friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure: _rubbing(
+            friction_constant, friction_peak_pressure, friction_mean_piston_speed,
+            friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure,
+        ),
     ),
     Node(
         "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
@@ -267,20 +386,62 @@ _STAGES = (
         source="diesel_105x137: curve times peak pressure over speed",
     ),
     Node(
-        "rod", "l", "m", "connecting rod length", public=False, needs=("stroke", "crank_ratio"),
-        make=lambda stroke, crank_ratio: 0.5 * stroke / crank_ratio,
+        "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
+        make=lambda throw, crank_ratio: 0.5 * throw / crank_ratio,
+    ),
+    Node(
+        "pin_line", "e", "m", "offset of the piston pin's line from the crank's axis",
+        public=False, needs=("pin_offset", "crank_offset"),
+        make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="centred", needs=("stroke",),
+        make=lambda stroke: stroke,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="offset",
+        needs=("stroke", "crank_ratio", "pin_line"),
+        make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
+            stroke, crank_ratio, pin_line
+        ),
+    ),
+    Node(
+        "offset_ratio", "e/r", "1", "offset of the pin's line over the crank radius", public=False,
+        needs=("pin_line", "throw"), make=lambda pin_line, throw: pin_line / (0.5 * throw),
+    ),
+    Node(
+        "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
+        needs=("cylinders", "cylinders_by_count"),
+        make=lambda cylinders, cylinders_by_count: _by_count(
+            cylinders, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
+        ),
+    ),
+    Node(
+        "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
+        needs=("cylinders", "cylinders_by_count"),
+        make=lambda cylinders, cylinders_by_count: _by_count(
+            cylinders, lambda z: np.mean(cylinders_by_count[z].mass_factors)
+        ),
+    ),
+    Node(
+        "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
+        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        ),
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        needs=("crank_ratio", "row", "family", "sharing"), make=_mean_gas,
+        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
+        make=_mean_gas,
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
-            "reciprocating_mass", "speed", "friction_torque", "cylinders", "family", "period",
-            "tolerance",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
+            "cylinders_by_count", "family", "period", "tolerance",
         ),
         make=_torque_solution,
     ),
@@ -292,10 +453,11 @@ _STAGES = (
             "delta_error", "iterations", "omega", "angular_acceleration", "status",
         ),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "bore", "stroke",
-            "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
-            "torque_mean", "friction_torque", "cylinders", "passes", "start_speed",
-            "start_angle", "family", "period", "closure", "tolerance", "sharing", "method",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
+            "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
+            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
+            "method",
             "inertia_model", "crank_angle",
         ),
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
@@ -376,9 +538,9 @@ _QUANTITIES = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
-        needs=("mean_gas", "pressure_scale", "bore", "stroke", "cylinders", "friction_torque"),
-        make=lambda mean_gas, pressure_scale, bore, stroke, cylinders, friction_torque: _balance(
-            cylinders * forces.piston_area(bore) * 0.5 * stroke * pressure_scale * mean_gas,
+        needs=("mean_gas", "pressure_scale", "bore", "throw", "cylinders", "friction_torque"),
+        make=lambda mean_gas, pressure_scale, bore, throw, cylinders, friction_torque: _balance(
+            cylinders * forces.piston_area(bore) * 0.5 * throw * pressure_scale * mean_gas,
             friction_torque,
         ),
     ),
@@ -406,20 +568,25 @@ _QUANTITIES = (
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
-        needs=(
-            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-            "peak_pressure", "mean_piston_speed",
-        ),
-        make=lambda friction_constant, friction_peak_pressure, friction_mean_piston_speed,
-        peak_pressure, mean_piston_speed: friction.friction_mean_effective_pressure(
-            friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak_pressure,
-            mean_piston_speed,
-        ),
+        when="bare", needs=("rubbing",), make=lambda rubbing: rubbing,
+    ),
+    Node(
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure, with the auxiliaries",
+        "Kakaitsas eq. 3.9", si=BAR, when="auxiliaries",
+        needs=("rubbing", "auxiliary_torque", "displacement", "period"),
+        make=lambda rubbing, auxiliary_torque, displacement, period: rubbing
+        + auxiliary_torque * period / displacement,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        needs=("mean_gas", "pressure_scale", "period"),
+        when="centred", needs=("mean_gas", "pressure_scale", "period"),
         make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+    ),
+    Node(
+        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
+        when="offset", needs=("mean_gas", "pressure_scale", "period", "throw", "stroke"),
+        make=lambda mean_gas, pressure_scale, period, throw, stroke: 0.5 * throw / stroke * period
+        * pressure_scale * mean_gas,
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
@@ -441,8 +608,16 @@ _QUANTITIES = (
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", si=BAR, needs=("load", "family", "pressure_scale"),
-        make=lambda load, family, pressure_scale: family.peak(load) * pressure_scale,
+        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("row", "family", "pressure_scale"),
+        make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", si=BAR, when="unequal",
+        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        ),
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
@@ -460,10 +635,12 @@ _QUANTITIES = (
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
-        needs=("reciprocating_mass", "rotating_mass", "stroke", "crank_ratio", "cylinders"),
-        make=lambda reciprocating_mass, rotating_mass, stroke, crank_ratio, cylinders:
-        masses.engine_inertia(
-            reciprocating_mass, rotating_mass, 0.5 * stroke, crank_ratio, cylinders
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "offset_ratio", "mass_share"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+        offset_ratio, mass_share: masses.engine_inertia(
+            mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
+            offset_ratio,
         ),
     ),
     *_LOAD,
@@ -482,58 +659,78 @@ _QUANTITIES = (
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
-        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.position(crank_angle, crank_ratio),
+        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
-        kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.velocity(crank_angle, crank_ratio),
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
-        kind="curve", needs=("crank_angle", "crank_ratio"),
-        make=lambda crank_angle, crank_ratio: slider_crank.acceleration(crank_angle, crank_ratio),
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
+            crank_angle, crank_ratio, offset_ratio
+        ),
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
-        kind="curve", needs=("crank_angle", "family", "row", "pressure_scale"),
+        kind="curve", when="equal", needs=("crank_angle", "family", "row", "pressure_scale"),
         make=lambda crank_angle, family, row, pressure_scale: forces.pressure(
             crank_angle, family, row, pressure_scale
+        ),
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
+        kind="curve", when="unequal",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinders",
+               "cylinders_by_count"),
+        make=lambda crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count:
+        forces.pressure_of_first(
+            crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count
         ),
     ),
     Node(
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "stroke", "cylinders", "period"),
+               "crankcase_pressure", "bore", "throw", "cylinders", "period", "offset_ratio",
+               "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, stroke, cylinders, period: forces.gas_torque(
+        bore, throw, cylinders, period, offset_ratio, cylinders_by_count: forces.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            stroke, cylinders, period,
+            throw, cylinders, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "speed", "cylinders",
-               "period"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders,
-        period: forces.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, stroke, speed, cylinders, period
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinders",
+               "period", "offset_ratio", "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders,
+        period, offset_ratio, cylinders_by_count: forces.inertia_torque(
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders, period,
+            offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "stroke", "omega",
-               "angular_acceleration", "cylinders", "period"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, stroke, omega,
-        angular_acceleration, cylinders, period: forces.inertia_torque_actual(
-            crank_angle, crank_ratio, reciprocating_mass, stroke, omega, angular_acceleration,
-            cylinders, period,
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
+               "angular_acceleration", "cylinders", "period", "offset_ratio",
+               "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
+        angular_acceleration, cylinders, period, offset_ratio, cylinders_by_count:
+        forces.inertia_torque_actual(
+            crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
+            cylinders, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
@@ -547,13 +744,14 @@ _QUANTITIES = (
         "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "stroke", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "firing_orders", "period"),
+               "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
+               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders,
-        period: forces.torque_after_throw(
+        bore, throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
+        offset_ratio: forces.torque_after_throw(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            stroke, reciprocating_mass, speed, friction_torque, cylinders, firing_orders, period,
+            throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
+            offset_ratio,
         ),
     ),
 )  # fmt: skip
@@ -590,10 +788,10 @@ QUANTITIES = MappingProxyType(dict(sorted(QUANTITIES.items())))
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 
 
-def select(name: str, closure: str) -> Node:
-    """Return the variant of a node that holds for a closure."""
+def select(name: str, *words: str) -> Node:
+    """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
     for node in NODES[name]:
-        if node.when in ("", closure):
+        if node.when in ("", *words):
             return node
     raise KeyError(name)
 

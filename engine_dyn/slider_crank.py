@@ -1,93 +1,288 @@
-"""Exact kinematics of the slider-crank mechanism (piston pin on the crank's centre line).
+"""Exact kinematics of the slider-crank mechanism, also with an offset cylinder (desaxe).
 
 Angle zero is top dead centre; the piston's travel, velocity and acceleration are positive towards
-bottom dead centre. All three are reduced: they depend on the crank ratio lambda = r/l alone.
+bottom dead centre. All three are reduced: they depend on the crank ratio lambda = r/l and on the
+offset e/r alone.
+
+Offset
+------
+The piston pin moves on a line at a distance e from the crank's axis. Two constructions give it,
+and they add up, because only the line of the pin matters to the mechanism:
+
+    e = crank_offset + pin_offset,
+
+`crank_offset` from the crank's axis to the cylinder's axis, `pin_offset` from the cylinder's axis
+to the pin. Both are positive towards the side on which the crank pin goes down. The connecting rod
+then stands more upright in the expansion stroke and the side thrust N = F tan(beta) of that stroke
+is smaller; a pin moved towards the major thrust side, as is usual against noise, is negative.
+
+What differs is where the forces act: an offset crank leaves the piston's own balance alone, while
+an offset pin gives the gas force, which acts on the cylinder's axis, a moment F pin_offset about
+the pin, which the skirt takes up. Travel, velocity, acceleration, torque and size of the side
+thrust depend on e only.
+
+Derivation
+----------
+With the crank at theta from the direction of the cylinder, all over the crank radius and e/r = E,
+the crank pin stands at (sin(theta), cos(theta)) and the piston pin at (E, y). The rod's length
+closes the triangle: with u = sin(theta) - E, sin(beta) = lambda u and
+W = cos(beta) = sqrt(1 - lambda^2 u^2),
+
+    y = cos(theta) + W/lambda.
+
+Dead centres are where crank and rod lie on one line, stretched or folded:
+
+    sin(theta_T) = e/(l + r),    sin(theta_B - pi) = e/(l - r),
+
+so the crank turns if |e| + r < l, and the stroke is sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2), more
+than 2 r. The engine's angle is phi = theta - theta_T. With x = y(theta_T) - y and derivatives over
+phi, u' = cos(theta), u'' = -sin(theta):
+
+    v = sin(theta) + lambda u u'/W
+    b = cos(theta) + lambda (u'^2 + u u'' W^2)/W^3
+
+The same mechanism, as series in lambda and e: Mettig, Die Konstruktion schnellaufender
+Verbrennungsmotoren, de Gruyter 1973; exact: Norton, Design of Machinery, McGraw-Hill (position
+analysis of the offset fourbar slider-crank).
+Rods that hang on a master rod (radial engines, some V engines) move otherwise: not covered.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 
-__all__ = ["acceleration", "position", "rod_angle", "velocity"]
+__all__ = [
+    "DeadCentres",
+    "acceleration",
+    "crank_radius",
+    "crank_radius_of_ratio",
+    "dead_centres",
+    "position",
+    "rod_angle",
+    "velocity",
+]
 
 
-def _checked(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> tuple[Any, Any]:
+class _Crank(NamedTuple):
+    """Crank and rod at some angles: both are over the crank radius."""
+
+    ratio: Any
+    offset: Any
+    sine: Any  # of the crank's angle to the cylinder
+    cosine: Any
+    root: Any  # cosine of the rod's angle
+
+
+def _checked(
+    phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
+) -> tuple[Any, Any, Any]:
     ratio = np.asarray(crank_ratio, dtype=float)
     if not np.all((ratio > 0.0) & (ratio < 1.0)):
         bad = ratio[~((ratio > 0.0) & (ratio < 1.0))].flat[0]
         raise ValueError(f"crank_ratio = {bad:g}: must lie between 0 and 1, both excluded")
-    return np.asarray(phi, dtype=float), ratio
+    beside = np.asarray(offset, dtype=float)
+    if beside.any():  # NaN counts as true
+        turns = ratio * (1.0 + np.abs(beside)) < 1.0
+        if not np.all(turns):
+            bad = np.broadcast_to(beside, turns.shape)[~turns].flat[0]
+            most = 1.0 / np.broadcast_to(ratio, turns.shape)[~turns].flat[0] - 1.0
+            raise ValueError(
+                f"offset = {bad:g} crank radii: the crank cannot turn; offset and crank radius "
+                f"must together be below the rod's length, here offset below {most:g}"
+            )
+    return np.asarray(phi, dtype=float), ratio, beside
 
 
-def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:
+def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> _Crank:
+    angle, ratio, beside = _checked(phi, crank_ratio, offset)
+    theta = angle + np.arcsin(ratio * beside / (1.0 + ratio)) if beside.any() else angle
+    sine = np.sin(theta)
+    root = np.sqrt(1.0 - (ratio * (sine - beside)) ** 2)
+    return _Crank(ratio, beside, sine, np.cos(theta), root)
+
+
+def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
     """Piston travel from top dead centre over the crank radius, x/r.
 
     Parameters
     ----------
     phi : array_like
-        Crank angle from top dead centre [rad]; broadcasts with `crank_ratio`.
+        Crank angle from top dead centre [rad]; broadcasts with `crank_ratio` and `offset`.
     crank_ratio : array_like
         Crank radius over rod length, lambda = r/l [1], in (0, 1).
+    offset : array_like, optional
+        Distance of the piston pin's line from the crank's axis over the crank radius, e/r [1],
+        positive towards the side on which the crank pin goes down.
 
     Returns
     -------
     numpy.ndarray or numpy.float64
-        x/r, from 0 at top to 2 at bottom dead centre.
+        x/r, from 0 at top dead centre to the stroke over r at bottom dead centre (2 without
+        offset).
 
     Raises
     ------
     ValueError
-        If a crank ratio lies outside (0, 1).
+        If a crank ratio lies outside (0, 1), or an offset does not let the crank turn.
 
     Notes
     -----
     Kakaitsas (2015), eq. 1.4; Mosakowski, eq. 1 (there measured from the crank's axis). Written
-    without the difference of near numbers, so that small lambda and small angles lose no digits.
+    without the difference of near numbers, so that small lambda and small angles lose no digits:
+    with an offset, x solves x^2 - 2 x h + k = 0, the distance of crank pin and piston pin, where
+    the rod's share of the height h - x = W/lambda is known and positive.
     """
-    angle, ratio = _checked(phi, crank_ratio)
-    sine = np.sin(angle)
-    root = np.sqrt(1.0 - (ratio * sine) ** 2)
-    return 2.0 * np.sin(0.5 * angle) ** 2 + ratio * sine**2 / (1.0 + root)
+    crank = _crank(phi, crank_ratio, offset)
+    ratio, sine, root = crank.ratio, crank.sine, crank.root
+    half = np.sin(0.5 * np.asarray(phi, dtype=float)) ** 2
+    plain = 2.0 * half + ratio * sine**2 / (1.0 + root)
+    if not crank.offset.any():
+        return plain
+    top = (1.0 + ratio) * np.sqrt(1.0 - (ratio * crank.offset / (1.0 + ratio)) ** 2)
+    beside = 4.0 * (1.0 + ratio) * half / (top - ratio * crank.cosine + root)
+    return np.where(crank.offset == 0.0, plain, beside)[()]
 
 
-def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:
+def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
     """Piston velocity over the crank pin's, c/(r omega); positive towards bottom dead centre.
 
     Parameters and errors as `position`. Kakaitsas (2015), eq. 1.6; Mosakowski, eq. 2 (opposite
     sign there).
     """
-    phi, ratio = _checked(phi, crank_ratio)
-    sine, cosine = np.sin(phi), np.cos(phi)
-    root = np.sqrt(1.0 - (ratio * sine) ** 2)
-    return sine * (1.0 + ratio * cosine / root)
+    ratio, offset, sine, cosine, root = _crank(phi, crank_ratio, offset)
+    return sine * (1.0 + ratio * cosine / root) - offset * (ratio * cosine / root)
 
 
-def acceleration(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:
+def acceleration(
+    phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
+) -> Any:
     """Piston acceleration at constant speed over the crank pin's, b/(r omega^2).
 
     Positive towards bottom dead centre. Parameters and errors as `position`. Kakaitsas (2015),
     eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
     """
-    phi, ratio = _checked(phi, crank_ratio)
-    sine, cosine = np.sin(phi), np.cos(phi)
-    square = 1.0 - (ratio * sine) ** 2
+    ratio, offset, sine, cosine, _ = _crank(phi, crank_ratio, offset)
+    square = 1.0 - (ratio * (sine - offset)) ** 2
     bracket = cosine**2 - sine**2 + ratio**2 * sine**4
+    # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
+    bracket = bracket + offset * sine * (
+        1.0 - ratio**2 * (3.0 * sine**2 - offset * (3.0 * sine - offset))
+    )
     return cosine + ratio * bracket / (square * np.sqrt(square))
 
 
-def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Any:
-    """Angle beta of the connecting rod to the cylinder axis [rad]; sin(beta) = lambda sin(phi).
+def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
+    """Angle beta of the connecting rod to the cylinder axis [rad].
 
-    Parameters and errors as `position`. Kakaitsas (2015), eq. 1.3.
+    Positive while the big end stands on the side on which the crank pin goes down:
+    sin(beta) = lambda (sin(theta) - e/r). Parameters and errors as `position`. Kakaitsas (2015),
+    eq. 1.3.
     """
-    phi, ratio = _checked(phi, crank_ratio)
-    return np.arcsin(ratio * np.sin(phi))
+    ratio, offset, sine, _, _ = _crank(phi, crank_ratio, offset)
+    return np.arcsin(ratio * (sine - offset))
+
+
+class DeadCentres(NamedTuple):
+    """Where the piston turns back.
+
+    Attributes
+    ----------
+    top : ndarray or float
+        Angle of the crank to the cylinder axis at top dead centre [rad], theta_T; positive for a
+        positive offset. The engine's angle phi is 0 there.
+    bottom : ndarray or float
+        The engine's angle phi at bottom dead centre [rad], from top dead centre on; pi without
+        offset, more with a positive one.
+    stroke : ndarray or float
+        Stroke over two crank radii [1]; 1 without offset, more with any.
+    """
+
+    top: Any
+    bottom: Any
+    stroke: Any
+
+
+def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> DeadCentres:
+    """Dead centres and stroke of a slider-crank with offset. Parameters and errors as `position`.
+
+    Examples
+    --------
+    >>> centres = dead_centres(0.25, 0.4)
+    >>> round(float(np.degrees(centres.bottom)), 3), round(float(centres.stroke), 6)
+    (183.074, 1.00538)
+    """
+    _, ratio, beside = _checked(0.0, crank_ratio, offset)
+    reduced = ratio * beside
+    top = np.arcsin(reduced / (1.0 + ratio))
+    folded = np.arcsin(reduced / (1.0 - ratio))
+    # the difference of the two roots over 2 lambda, times their sum over their sum
+    far, near = (1.0 + ratio) ** 2 - reduced**2, (1.0 - ratio) ** 2 - reduced**2
+    stroke = 2.0 / (np.sqrt(far) + np.sqrt(near))
+    return DeadCentres(top, np.pi + (folded - top), stroke)
+
+
+def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.ArrayLike) -> Any:
+    """Crank radius [m] that gives a stroke [m] with a rod of `rod_length` and an offset e, all [m].
+
+    Squaring the stroke of `dead_centres` twice leaves r^2 = (s/2)^2 (1 - e^2/(l^2 - (s/2)^2)).
+
+    Raises
+    ------
+    ValueError
+        If half the stroke is not above 0 and below the rod's length, or the crank cannot turn.
+    """
+    half = 0.5 * np.asarray(stroke, dtype=float)
+    rod, beside = np.asarray(rod_length, dtype=float), np.asarray(offset, dtype=float)
+    wrong = ~((half > 0.0) & (half < rod))
+    if wrong.any():
+        bad = 2.0 * np.broadcast_to(half, wrong.shape)[wrong].flat[0]
+        raise ValueError(f"stroke = {bad:g} m: must lie between 0 and twice the rod's length")
+    # |e| + r < l and this r together are |e| < l - (s/2)^2/l.
+    wrong = ~(np.abs(beside) < rod - half**2 / rod)
+    if wrong.any():
+        bad = np.broadcast_to(beside, wrong.shape)[wrong].flat[0]
+        most = np.broadcast_to(rod - half**2 / rod, wrong.shape)[wrong].flat[0]
+        raise ValueError(
+            f"offset = {bad:g} m: the crank cannot turn; must be below {most:g} m with this stroke "
+            "and rod"
+        )
+    return half * np.sqrt(1.0 - beside**2 / (rod**2 - half**2))
+
+
+def crank_radius_of_ratio(
+    stroke: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
+) -> Any:
+    """Crank radius [m] that gives a stroke [m] with a crank ratio lambda and an offset e [m].
+
+    The equation of `crank_radius` with l = r/lambda is quadratic in r^2:
+    r^4 - (s/2)^2 (1 + lambda^2) r^2 + lambda^2 (s/2)^2 ((s/2)^2 + e^2) = 0. Half the stroke, bit
+    for bit, without offset.
+
+    Raises
+    ------
+    ValueError
+        If a crank ratio lies outside (0, 1), or the crank cannot turn.
+    """
+    half, beside = 0.5 * np.asarray(stroke, dtype=float), np.asarray(offset, dtype=float)
+    ratio = np.asarray(crank_ratio, dtype=float)
+    reduced = (beside / half) ** 2
+    gap = (1.0 - ratio**2) ** 2 - 4.0 * ratio**2 * reduced
+    square = 0.5 * (1.0 + ratio**2 + np.sqrt(np.maximum(gap, 0.0)))
+    radius = np.where(beside == 0.0, half, half * np.sqrt(square))
+    wrong = ~((gap >= 0.0) & (ratio * (radius + np.abs(beside)) < radius))
+    if wrong.any():
+        bad = np.broadcast_to(beside, wrong.shape)[wrong].flat[0]
+        raise ValueError(
+            f"offset = {bad:g} m: the crank cannot turn; offset and crank radius must together be "
+            "below the rod's length"
+        )
+    return radius[()]
 
 
 # The same formulas for kernels: sine and cosine come from tables, crank ratios are checked before.
@@ -126,3 +321,64 @@ def jerk_at(sine: float, cosine: float, ratio: float) -> float:
         slope / (square * math.sqrt(square))
         + 3.0 * ratio * ratio * sine * cosine * bracket / (square * square * math.sqrt(square))
     )
+
+
+# With an offset. Tables hold sine and cosine of the engine's angle; the crank stands theta_T ahead
+# of it, so a kernel turns them once a point (four products) and hands the result to the others.
+
+
+@inlined
+def sine_of_top(ratio: float, offset: float) -> float:
+    """Sine of the crank's angle to the cylinder axis at top dead centre, e/(l + r)."""
+    return ratio * offset / (1.0 + ratio)
+
+
+@inlined
+def turned(sine: float, cosine: float, top_sine: float, top_cosine: float) -> tuple[float, float]:
+    """Sine and cosine of theta = phi + theta_T from those of phi and of theta_T."""
+    return (
+        sine * top_cosine + cosine * top_sine,
+        cosine * top_cosine - sine * top_sine,
+    )
+
+
+@inlined
+def offset_position_at(
+    sine: float, cosine: float, ratio: float, offset: float, versine: float, top_cosine: float
+) -> float:
+    """Return x/r with an offset, from sine and cosine of theta; `versine` is 1 - cos(phi)."""
+    lean = ratio * (sine - offset)
+    height = (1.0 + ratio) * top_cosine - ratio * cosine + math.sqrt(1.0 - lean * lean)
+    return 2.0 * (1.0 + ratio) * versine / height
+
+
+@inlined
+def offset_velocity_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+    """c/(r omega) with an offset, from sine and cosine of theta."""
+    lean = ratio * (sine - offset)
+    return sine + lean * cosine / math.sqrt(1.0 - lean * lean)
+
+
+@inlined
+def offset_acceleration_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+    """b/(r omega^2) with an offset, from sine and cosine of theta."""
+    lean = ratio * (sine - offset)
+    square = 1.0 - lean * lean
+    bracket = ratio * cosine * cosine - lean * sine * square
+    return cosine + bracket / (square * math.sqrt(square))
+
+
+@inlined
+def offset_jerk_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+    """Return db/dphi over r omega^2 with an offset, from sine and cosine of theta.
+
+    The derivative of the quotient in `offset_acceleration_at`, with lean' = lambda cos(theta).
+    """
+    lean = ratio * (sine - offset)
+    square = 1.0 - lean * lean
+    cube = square * math.sqrt(square)
+    bracket = ratio * cosine * cosine - lean * sine * square
+    slope = -cosine * (
+        2.0 * ratio * sine + (ratio * sine + lean) * square - 2.0 * ratio * lean * lean * sine
+    )
+    return -sine + slope / cube + 3.0 * ratio * lean * cosine * bracket / (cube * square)

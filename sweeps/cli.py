@@ -423,10 +423,14 @@ def _engine_text(engine: Any) -> str:
         lines.append(f"  {key} = {value:.10g} [{node.unit}] {node.long_name}{mark}")
     if engine.firing_order is not None:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
+    if engine.own_cylinders is not None:
+        lines.append(f"  {engine.own_cylinders.solved}")
     lines += ["", "diagrams"]
-    for load, diagram in zip(family.loads, family.diagrams, strict=True):
+    speeds = [f" at {s * 30.0 / math.pi:g} rpm" for s in getattr(family, "speeds", ())] or [""]
+    points = [(load, speed) for speed in speeds for load in family.loads]
+    for (load, speed), diagram in zip(points, family.diagrams, strict=True):
         lines.append(
-            f"  load {load:g} percent: p_max {diagram.peak / 1e5:.4g} bar at "
+            f"  load {load:g} percent{speed}: p_max {diagram.peak / 1e5:.4g} bar at "
             f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
         )
     if engine.pressure_scale is not None:
@@ -456,8 +460,10 @@ def _quantity_lines() -> list[tuple[str, str]]:
 def _key_lines() -> list[tuple[str, str]]:
     from engine_dyn.quantities import PARAMETERS
     from sweeps.checks import allowed
+    from sweeps.cylinder_keys import KEYS
 
-    return [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
+    keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
+    return [*keys, *KEYS.items()]
 
 
 def _engine_lines() -> list[tuple[str, str]]:

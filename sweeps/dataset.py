@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import platform
 import sys
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ import pandas as pd
 import xarray as xr
 
 from engine_dyn import status
+from engine_dyn.cylinders import Cylinders
 from engine_dyn.quantities import PARAMETERS, Node, load_coefficient_unit, select
 from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, crank_angles
 from sweeps.scene import DESIGN
@@ -44,7 +46,7 @@ def label(
     dims = {s.node.name: s.dims for s in plan.stages}
     variables: dict[str, xr.Variable] = {}
     for name in plan.outputs:
-        node = select(name, scene.closure)
+        node = select(name, *scene.words)
         here = dims.get(name, plan.leaves[name].dims if name in plan.leaves else ())
         data = results[name]
         if name == "status":
@@ -55,7 +57,7 @@ def label(
             data = np.divide(data, node.si, out=data if data.flags.writeable else None)
         variables[name] = _variable(here, data, _attributes(plan, node))
     for name, column in (scene.reference.columns if scene.reference else {}).items():
-        node = select(name, scene.closure)
+        node = select(name, *scene.words)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
         attributes["comment"] = f"from {scene.reference.name}" if scene.reference else ""
@@ -143,7 +145,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
                 {"long_name": text, "units": "1"},
             )
     if CRANK_ANGLE in used:
-        node = select(CRANK_ANGLE, scene.closure)
+        node = select(CRANK_ANGLE, *scene.words)
         coordinates[CRANK_ANGLE] = (
             (CRANK_ANGLE,),
             crank_angles(scene),
@@ -187,6 +189,7 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
         "engine_title": engine.title,
         "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
         "parameters": json.dumps(given),
+        "arrangement": _arrangement(scene.own_cylinders),
         "solver": json.dumps(
             {
                 "method": list(scene.methods),
@@ -207,6 +210,28 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
     if seconds is not None:
         attributes["seconds"] = round(seconds, 3)
     return {key: value for key, value in attributes.items() if value != ""}
+
+
+def _arrangement(own: Cylinders | None) -> str:
+    """JSON of the engine's own cylinders, angles in degree; empty where none are described."""
+    if own is None or own.arrangement is None:
+        return ""
+    made = own.arrangement
+
+    def degrees(angle: float) -> float:
+        return round(math.degrees(angle), 6)
+
+    return json.dumps(
+        {
+            "name": made.name,
+            "firing_angles": [degrees(c.firing_angle) for c in made.cylinders],
+            "throws": [degrees(made.throws[c.throw].angle) for c in made.cylinders],
+            "positions": [made.throws[c.throw].position for c in made.cylinders],
+            "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
+            "pressure_factor": list(own.pressure_factors),
+            "mass_factor": list(own.mass_factors),
+        }
+    )
 
 
 @cache

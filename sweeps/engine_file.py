@@ -1,9 +1,10 @@
 """Engines and indicator diagrams from files, and the catalogue of engines.
 
-An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`; `[values]` with the keys
-of a scene; one `[[diagram]]` for each load, modelled (`kind = "diesel_cycle"`) or read from a CSV
-file (`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a reason for
-every value that the sources do not give; `[[source]]` with the citations.
+An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
+else `sweeps.cylinder_keys` knows of single cylinders; `[values]` with the keys of a scene; one
+`[[diagram]]` for each load, or each load at each `speed`, modelled (see `sweeps.modelled`) or read
+from a CSV file (`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a
+reason for every value that the sources do not give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from engine_dyn.cycle import FILE_UNITS, DieselCycle
+from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import FOUR_STROKE, Engine
+from engine_dyn.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.indicator import (
     TWO_STROKE,
     Diagram,
@@ -29,6 +31,7 @@ from engine_dyn.indicator import (
     family_from_diagrams,
 )
 from engine_dyn.quantities import PARAMETERS
+from engine_dyn.slider_crank import crank_radius
 from sweeps.checks import (
     Strict,
     check_range,
@@ -38,13 +41,16 @@ from sweeps.checks import (
     number,
     plain,
 )
+from sweeps.cylinder_keys import KEYS, read_keys, resolve
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.modelled import KINDS, modelled, no_more, taken
 from sweeps.table import Table, read_table, read_text
 
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
 
 ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 DEGREE = math.pi / 180.0
+RPM = math.pi / 30.0
 BAR = 1e5
 
 # What every engine must say about itself; a scene can give the rest.
@@ -69,6 +75,10 @@ class _EngineFile(Strict):
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
     )
+    arrangement: Any = Field(default=None, description=KEYS["arrangement"])
+    firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
+    pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
+    mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1
@@ -194,7 +204,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     period = _PERIODS[given.cycle]
     values = _values(given.values, name)
     diagrams = [
-        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period)
+        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
         for i, table in enumerate(given.diagram, start=1)
     ]
     family = _family(diagrams, name)
@@ -212,6 +222,9 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"{name}: firing_order = {list(order)}: must name each of the cylinders "
                 f"1 to {cylinders} once"
             )
+    own = _cylinders(given, order, int(values["cylinders"]), period, name)
+    if order is None and own is not None and own.arrangement is not None:
+        order = own.arrangement.firing_order
     return Engine(
         name=given.name or path.stem,
         title=one_line(given.title),
@@ -220,6 +233,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         family=family,
         pressure_scale=scale,
         firing_order=order,
+        own_cylinders=own,
         assumed=dict(given.assumed),
         sources=tuple(source.text for source in given.source),
     )
@@ -246,8 +260,28 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
             raise SceneError(
                 f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
             )
+        offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+        if offset != 0.0:
+            try:
+                crank = float(crank_radius(values["stroke"], rod, offset))
+            except ValueError as error:
+                raise SceneError(f"{name}: [values] {mentioned(error)}") from None
         values["crank_ratio"] = crank / rod
     return values
+
+
+def _cylinders(
+    given: _EngineFile, order: tuple[int, ...] | None, count: int, period: float, name: str
+) -> Cylinders | None:
+    """Cylinders that the file describes; None where it says nothing of them."""
+    keys = read_keys(given.model_dump(include=set(KEYS)), f"{name}: ")
+    if order is not None:
+        for key in ("arrangement", "firing_angles"):
+            if key in keys.given:
+                raise SceneError(f"{name}: has both firing_order and {key}: give one of them")
+    if order is None and not keys.given:
+        return None
+    return resolve(keys, even_cylinders(count, period, order), count, f"{name}: ")
 
 
 def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
@@ -269,70 +303,55 @@ def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
 
 
 def _diagram(
-    table: Mapping[str, Any], where: str, folder: Path, period: float
-) -> tuple[float, Diagram]:
-    """One [[diagram]]: its load [percent] and its curve."""
+    table: Mapping[str, Any], where: str, folder: Path, period: float, values: Mapping[str, float]
+) -> tuple[float, float | None, Diagram]:
+    """One [[diagram]]: its load [percent], its speed [rpm] if it has one, and its curve."""
     rest = dict(table)
-    load_node = PARAMETERS["load"]
-    load = number(_taken(rest, "load", where), f"{where} load", load_node)
+    load_node, speed_node = PARAMETERS["load"], PARAMETERS["speed"]
+    load = number(taken(rest, "load", where), f"{where} load", load_node)
     check_range(load, f"{where} load", load_node)
-    kind = _taken(rest, "kind", where)
+    speed = None
+    if "speed" in rest:
+        speed = number(rest.pop("speed"), f"{where} speed", speed_node)
+        check_range(speed, f"{where} speed", speed_node)
+    kind = taken(rest, "kind", where)
     if kind == "points":
-        file = _taken(rest, "file", where)
+        file = taken(rest, "file", where)
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
-        _no_more(rest, where, ("load", "kind", "file"))
-        return load, read_indicator(folder / file, f"{where} {file}", period)
-    if kind == "diesel_cycle":
-        if period != FOUR_STROKE:
-            raise SceneError(f"{where} kind = 'diesel_cycle': must belong to a four-stroke engine")
-        return load, _modelled(rest, where)
-    raise SceneError(f"{where} kind = {shown(kind)}: must be 'diesel_cycle' or 'points'")
+        no_more(rest, where, ("load", "speed", "kind", "file"))
+        return load, speed, read_indicator(folder / file, f"{where} {file}", period)
+    if not isinstance(kind, str) or kind not in KINDS:
+        known = "', '".join(("points", *KINDS))
+        raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
+    here = values if speed is None else {**values, "speed": speed}
+    return load, speed, modelled(kind, rest, where, period, here)
 
 
-def _modelled(rest: Mapping[str, Any], where: str) -> Diagram:
-    """Model a diagram: the fields of `DieselCycle` in file units, `step` [degree] of points."""
-    known = ("load", "kind", "step", *FILE_UNITS)
-    _no_more(rest, where, known)
-    values: dict[str, float] = {}
-    for key, (unit, size) in FILE_UNITS.items():
-        if key not in rest:
-            raise SceneError(f"{where} {key}: missing; must be a number in {unit}")
-        values[key] = number(rest[key], f"{where} {key}") * size
-    step = number(rest["step"], f"{where} step") if "step" in rest else 0.5
+def _family(diagrams: list[tuple[float, float | None, Diagram]], name: str) -> Family | FamilyGrid:
+    """Diagrams over load, or where all have a speed, over load and speed."""
+    with_speed = [
+        (load, speed * RPM, diagram) for load, speed, diagram in diagrams if speed is not None
+    ]
+    if with_speed and len(with_speed) < len(diagrams):
+        number = [speed is None for _, speed, _ in diagrams].index(True) + 1
+        raise SceneError(
+            f"{name}: [[diagram]] number {number} speed: missing; must be given, as other diagrams "
+            "have one"
+        )
     try:
-        return _diagram_of_cycle(DieselCycle(**values), step)
-    except ValueError as error:
-        raise SceneError(f"{where}: {mentioned(error)}") from None
-
-
-@lru_cache(maxsize=64)
-def _diagram_of_cycle(cycle: DieselCycle, step: float) -> Diagram:
-    # Integrating a cycle takes far longer than reading a scene, and sessions read many.
-    return diagram_from_points(*cycle.points(step))
-
-
-def _taken(table: dict[str, Any], key: str, where: str) -> Any:
-    if key not in table:
-        raise SceneError(f"{where} {key}: missing")
-    return table.pop(key)
-
-
-def _no_more(rest: Mapping[str, Any], where: str, known: tuple[str, ...]) -> None:
-    for key in rest:
-        if key not in known:
-            raise SceneError(f"{where} {key}: unknown key{not_known(key, known)}")
-
-
-def _family(diagrams: list[tuple[float, Diagram]], name: str) -> Family:
-    try:
-        return family_from_diagrams([load for load, _ in diagrams], [d for _, d in diagrams])
+        if with_speed:
+            return grid_from_diagrams(with_speed)
+        return family_from_diagrams([d[0] for d in diagrams], [d[2] for d in diagrams])
     except ValueError as error:
         raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
 
 
 def _check_own_point(
-    values: Mapping[str, float], family: Family, scale: tuple[Any, Any] | None, name: str
+    values: Mapping[str, float],
+    family: Family | FamilyGrid,
+    scale: tuple[Any, Any] | None,
+    name: str,
 ) -> None:
     """Check that the engine's own load and speed lie where its diagrams are known."""
     load = values["load"]
@@ -341,9 +360,20 @@ def _check_own_point(
             f"{name}: [values] load = {load:g}: must be within the engine's diagrams, "
             f"{family.low:g} to {family.high:g} percent"
         )
+    speed = values["speed"]
+    if isinstance(family, FamilyGrid):
+        if scale is not None:
+            raise SceneError(
+                f"{name}: has both [pressure_scale] and diagrams with a speed: give one of them"
+            )
+        low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
+        if not low * (1.0 - 1e-12) <= speed <= high * (1.0 + 1e-12):
+            raise SceneError(
+                f"{name}: [values] speed = {speed:g}: must be within the engine's diagrams, "
+                f"{low:g} to {high:g} rpm"
+            )
     if scale is not None:
         low, high = float(scale[0][0]), float(scale[0][-1])
-        speed = values["speed"]
         if not low <= speed <= high:
             raise SceneError(
                 f"{name}: [values] speed = {speed:g}: must be within [pressure_scale], {low:g} to "

@@ -31,7 +31,9 @@ RATES = {
 """Work a second and core (curves and bytes: a second), for the estimate of time and for nothing
 else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
 
-TABLE_INPUTS = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "cylinders")
+TABLE_INPUTS = (
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "cylinders",
+)  # fmt: skip
 """What a table of work depends on; designs that agree in all of it share one."""
 
 DIRECT = {
@@ -145,7 +147,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
         count = f"{'up to ' if DESIGN in stage.dims else ''}{counted(tables, 'table')}"
         each = f", each shared by {shared}" if shared > 1 else ""
         lines.append(f"  {count} of work for {counted(stage.size, 'design')}{each}")
-        lines.append(f"  {_part_of_cycle(plan)}")
+        lines += [f"  {line}" for line in _part_of_cycle(plan)]
     if speed:
         if solved:
             lines += [f"  method {', '.join(solved)}: {how}" for how in _iteration(plan, solved)]
@@ -157,14 +159,23 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     return lines
 
 
-def _part_of_cycle(plan: Plan) -> str:
+def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
+    engines = plan.leaves["cylinders_by_count"].data
+    numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
     parts = [
-        f"{cycle / z:.4g} ({counted(z, 'cylinder') if i == 0 else z})"
-        for i, z in enumerate(plan.leaves["firing_orders"].data)
+        f"{cycle / engine.symmetry:.4g} ({number})"
+        for number, engine in zip(numbers, engines.values(), strict=True)
     ]
-    return f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}"
+    periods = [
+        f"{number}: {engine.solved}"
+        for number, engine in zip(numbers, engines.values(), strict=True)
+    ]
+    return [
+        f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
+        f"period of the torque: {'; '.join(periods)}",
+    ]
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:

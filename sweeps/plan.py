@@ -16,9 +16,11 @@ import numpy as np
 import numpy.typing as npt
 import psutil
 
-from engine_dyn.arrangement import MOST_CYLINDERS, customary_order
+from engine_dyn.arrangement import MOST_CYLINDERS
+from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import family_from_diagrams
-from engine_dyn.quantities import CONSTANTS, PARAMETERS, SOLVER_COLUMNS, Node, select
+from engine_dyn.quantities import CONSTANTS, NEUTRAL, PARAMETERS, SOLVER_COLUMNS, Node, select
 from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
 from sweeps.scene import DESIGN, Scene
@@ -141,7 +143,7 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
-_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure")
+_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
 """What the tables of the kernels depend on."""
 
 
@@ -156,6 +158,7 @@ def make_plan(scene: Scene) -> Plan:
     """
     leaves = _leaves(scene)
     sizes = _sizes(scene)
+    words = scene.words
     order = (*scene.dimensions, CYLINDER, CRANK_ANGLE)
     stages: dict[str, Stage] = {}
     used: set[str] = set()
@@ -166,7 +169,7 @@ def make_plan(scene: Scene) -> Plan:
             return leaves[name].dims
         if name in stages:
             return stages[name].dims
-        node = select(name, scene.closure)
+        node = select(name, *words)
         if node.make is None and not node.gives and node.kind == "parameter":
             raise SceneError(
                 f"engine {scene.engine.name}: gives no {name} [{node.unit}], which "
@@ -245,6 +248,7 @@ def _given(scene: Scene) -> dict[str, Value]:
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
+        **{key: Value(np.float64(0.0)) for key in NEUTRAL},
         **engine,
         **mine,
     }
@@ -258,11 +262,16 @@ def _leaves(scene: Scene) -> dict[str, Value]:
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
+    if isinstance(family, FamilyGrid):
+        family = family.at_speeds(leaves["speed"].si)
     if engine.pressure_scale is None or scene.indicator is not None:
         leaves["pressure_scale"] = Value(np.float64(1.0))
+    if "centred" in scene.words:
+        leaves["offset_ratio"] = Value(np.float64(0.0))
+    if "equal" in scene.words:
+        leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
     cylinders = leaves["cylinders"].data
     counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
-    orders = {n: _order(scene, n) for n in counts}
     leaves[CRANK_ANGLE] = Value(np.radians(crank_angles(scene)), (CRANK_ANGLE,))
     constants = {
         "family": family,
@@ -270,7 +279,7 @@ def _leaves(scene: Scene) -> dict[str, Value]:
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
-        "firing_orders": orders,
+        "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
         "sharing": None,  # known with the stages
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
@@ -284,14 +293,17 @@ def _leaves(scene: Scene) -> dict[str, Value]:
     return leaves
 
 
-def _order(scene: Scene, cylinders: int) -> tuple[int, ...] | None:
-    own = scene.engine.firing_order
-    return own if own is not None and len(own) == cylinders else customary_order(cylinders)
+def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
+    """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
+    own = scene.own_cylinders
+    if own is not None and len(own.members) == count:
+        return own
+    return even_cylinders(count, scene.engine.period)
 
 
 def _check_orders(scene: Scene, leaves: Mapping[str, Value]) -> None:
-    for count, order in leaves["firing_orders"].data.items():
-        if order is None:
+    for count, cylinders in leaves["cylinders_by_count"].data.items():
+        if cylinders.along_shaft is None:
             raise SceneError(
                 f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
                 "'torque_after_throw' needs throws, and no firing order is known for "

@@ -8,6 +8,7 @@ take, stands in `engine_dyn.quantities` alone.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,27 +20,34 @@ import numpy.typing as npt
 from pydantic import Field
 
 from engine_dyn import arrangement, status
+from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import Engine
+from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
+from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.motored import motored
 from engine_dyn.quantities import (
     CONSTANTS,
-    NODES,
+    NEUTRAL,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
     Node,
     select,
 )
+from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
 from sweeps.checks import (
     Strict,
     check_range,
     check_structure,
     known_key,
+    mentioned,
     number,
     numbers,
     plain,
     shortened,
 )
+from sweeps.cylinder_keys import KEYS, CylinderKeys, read_keys, resolve
 from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
@@ -72,6 +80,10 @@ STEPPING_METHODS = ("thesis", "picard")
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 SMALLEST_STEP = 0.01
 LARGEST_AXIS = 10_000_000
+RPM = math.pi / 30.0
+MOST_SPEEDS = 256
+"""Speeds of one scene at which diagrams over speed are tabulated: some megabytes each."""
+
 SAME = 1e-6
 """Relative difference up to which a value of a reference file is the same as the scene's."""
 
@@ -166,7 +178,10 @@ class Scene:
     labels : dict of tuple of str
         Names of the designs (`case`).
     settings : dict of float
-        [set], in file units.
+        Parameters of [set], in file units.
+    own_cylinders : Cylinders, optional
+        Arrangement and factors of the cylinders, the scene's over the engine's; they hold where an
+        engine has as many.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
     methods, inertia_models : tuple of str
@@ -198,6 +213,7 @@ class Scene:
     designs: dict[str, FloatArray]
     labels: dict[str, tuple[str, ...]]
     settings: dict[str, float]
+    own_cylinders: Cylinders | None
     indicator: Diagram | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
@@ -212,6 +228,27 @@ class Scene:
     reference: Reference | None
     source: dict[str, Any]
     path: Path | None
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
+        centred = not (self._has("pin_offset") or self._has("crank_offset"))
+        equal = self.own_cylinders is None or self.own_cylinders.equal
+        over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
+        return (
+            self.closure,
+            "centred" if centred else "offset",
+            "equal" if equal else "unequal",
+            "over_speed" if over_speed else "over_load",
+            "auxiliaries" if self._has("auxiliary_torque") else "bare",
+        )
+
+    def _has(self, key: str) -> bool:
+        """Whether a parameter is anything but zero somewhere in the scene."""
+        places = (self.settings, self.axes, self.designs)
+        mine = [place[key] for place in places if key in place]
+        values = mine[0] if mine else self.engine.values.get(key, 0.0)
+        return bool(np.any(np.asarray(values, dtype=float)))
 
 
 def built_in_scenes() -> dict[str, Path]:
@@ -271,7 +308,8 @@ def _find(scene: str | Path) -> tuple[Path, str]:
 def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Scene:
     given = check_structure(_SceneFile, raw, name)
     engine = load_engine(given.engine, base, f"{name}: engine")
-    settings = _settings(given.set, name)
+    settings = _settings({k: v for k, v in given.set.items() if k not in KEYS}, name)
+    keys = read_keys(given.set, f"{name}: [set] ")
     axes: dict[str, FloatArray | tuple[str, ...]] = {}
     for key, item in given.axes.items():
         axes[key] = _axis(key, item, name)
@@ -310,6 +348,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
             f"{name}: [indicator] {given.indicator.file}",
             engine.period,
         )
+    counts = _counts(settings, axes, designs, engine)
     scene = Scene(
         title=one_line(given.title or f"Scene on {engine.title}"),
         engine=engine,
@@ -318,6 +357,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         designs=designs,
         labels=labels,
         settings=settings,
+        own_cylinders=_own_cylinders(keys, counts, engine, name),
         indicator=indicator,
         methods=methods,
         inertia_models=models,
@@ -355,8 +395,50 @@ def _settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     return values
 
 
+def _counts(
+    settings: Mapping[str, float], axes: Mapping[str, Any], designs: Mapping[str, Any],
+    engine: Engine,
+) -> list[int]:  # fmt: skip
+    """Numbers of cylinders that the scene has."""
+    given = [table["cylinders"] for table in (settings, axes, designs) if "cylinders" in table]
+    values = given[0] if given else engine.values["cylinders"]
+    return [int(count) for count in np.unique(np.asarray(values, dtype=float))]
+
+
+def _own_cylinders(
+    keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+) -> Cylinders | None:
+    """Cylinders of the scene's keys over the engine's; they say for which number of cylinders."""
+    own = engine.own_cylinders
+    if not keys.given:
+        return own
+    where = f"{name}: [set] "
+    count = counts[0]
+    if len(counts) > 1:
+        lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
+        if keys.arrangement is not None:
+            try:
+                made = arrangement_from_text(keys.arrangement, engine.period)
+            except ValueError as error:
+                raise SceneError(f"{where}{mentioned(error)}") from None
+            lengths = {len(made.cylinders)}
+        count = min(lengths)
+        if count not in counts:
+            listed = ", ".join(str(z) for z in counts)
+            key = next(iter(keys.given))
+            raise SceneError(
+                f"{where}{key}: is for {count} cylinders, which the scene does not have; must be "
+                f"for one of {listed}"
+            )
+    fits = own is not None and len(own.members) == count
+    base = own if own is not None and fits else even_cylinders(count, engine.period)
+    return resolve(keys, base, count, where)
+
+
 def _key(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
+    if key in KEYS:
+        raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file")
     if key in SOLVER_COLUMNS:
         raise SceneError(
             f"{name}: [{table}] {key}: must stand in [solver] or as a column of [designs]"
@@ -620,8 +702,32 @@ def _check_values(scene: Scene, name: str) -> None:
                 f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be from {low:g} to {high:g} "
                 f"rpm, where the diagram of engine {scene.engine.name} is known"
             )
+    if given is not None and isinstance(family, FamilyGrid) and scene.indicator is None:
+        _check_speeds(*given, family, scene, name)
     _check_rod(scene, name)
+    _check_offset(scene, name)
+    _check_motored(scene, name)
     _check_needs(scene, name)
+
+
+def _check_speeds(
+    table: str, speeds: FloatArray, family: FamilyGrid, scene: Scene, name: str
+) -> None:
+    """Check that the engine's diagrams over speed cover all speeds, and are not too many."""
+    low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
+    bad = (speeds < low * (1.0 - 1e-12)) | (speeds > high * (1.0 + 1e-12))
+    if bad.any():
+        allowed = f"from {low:g} to {high:g}" if low < high else f"the one speed {low:g}"
+        raise SceneError(
+            f"{name}: [{table}] speed = {speeds[bad][0]:g}: must be {allowed} rpm, where engine "
+            f"{scene.engine.name} has diagrams"
+        )
+    count = np.unique(speeds).size
+    if count > MOST_SPEEDS:
+        raise SceneError(
+            f"{name}: [{table}] speed: {count} different values: must be at most {MOST_SPEEDS} "
+            f"for engine {scene.engine.name}, whose diagrams change with speed"
+        )
 
 
 def _check_needs(scene: Scene, name: str) -> None:
@@ -629,6 +735,10 @@ def _check_needs(scene: Scene, name: str) -> None:
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
+    # What `sweeps.plan` takes as known, as long as nothing is given.
+    given |= set(NEUTRAL)
+    given |= {"offset_ratio"} if "centred" in scene.words else set()
+    given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {"crank_angle", *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
@@ -636,7 +746,7 @@ def _check_needs(scene: Scene, name: str) -> None:
             if need in seen:
                 continue
             seen.add(need)
-            node = select(need, scene.closure)
+            node = select(need, *scene.words)
             if node.make is None and need in PARAMETERS:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "
@@ -644,7 +754,7 @@ def _check_needs(scene: Scene, name: str) -> None:
                     "in [set], [axes] or [designs]"
                 )
             waiting += node.needs
-        if any("firing_orders" in node.needs for node in NODES[quantity]):
+        if quantity == "torque_after_throw":
             _check_throws(scene, quantity, name)
 
 
@@ -652,7 +762,7 @@ def _check_throws(scene: Scene, quantity: str, name: str) -> None:
     """Check that the order of the throws is known for every number of cylinders."""
     given = _places(scene, "cylinders")
     counts = [scene.engine.values["cylinders"]] if given is None else np.unique(given[1])
-    own = len(scene.engine.firing_order or ())
+    own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
     for count in counts:
         if int(count) != own and arrangement.customary_order(int(count)) is None:
             orders = ", ".join(str(z) for z in sorted({*arrangement.CUSTOMARY_ORDERS, own} - {0}))
@@ -680,6 +790,54 @@ def _check_rod(scene: Scene, name: str) -> None:
             f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
             f"{length / 2.0:g} m"
         )
+
+
+def _check_offset(scene: Scene, name: str) -> None:
+    """Check that the crank turns in every combination of the scene: |e| + r < l."""
+    if "centred" in scene.words:
+        return
+    rod = _places(scene, "rod_length")
+    key = "crank_ratio" if rod is None else "rod_length"
+    columns: dict[str, list[FloatArray]] = {}
+    for parameter in ("pin_offset", "crank_offset", "stroke", key):
+        given = _places(scene, parameter)
+        table, values = ("", np.array([scene.engine.values.get(parameter, np.nan)]))
+        if given is not None:
+            table, values = given
+        elif parameter.endswith("offset") and np.isnan(values).all():
+            values = np.zeros(1)
+        # Each is worst at an end of its axis; columns of designs go together.
+        columns[parameter] = (
+            [values]
+            if table == "designs"
+            else [np.array([v]) for v in {values.min(), values.max()}]
+        )
+    for pin, crank, stroke, length in itertools.product(*columns.values()):
+        if np.isnan(stroke).any() or np.isnan(length).any():
+            continue  # what is missing is told elsewhere
+        try:
+            if rod is None:
+                crank_radius_of_ratio(stroke, length, pin + crank)
+            else:
+                crank_radius(stroke, length, pin + crank)
+        except ValueError as error:
+            offset = next(k for k in ("pin_offset", "crank_offset") if columns[k][0].any())
+            where = _places(scene, offset)
+            table = f"[{where[0]}] " if where is not None else f"engine {scene.engine.name} "
+            raise SceneError(f"{name}: {table}{offset}: {mentioned(error)}") from None
+
+
+def _check_motored(scene: Scene, name: str) -> None:
+    """Check that a pressure without combustion is known where a cylinder needs one."""
+    own = scene.own_cylinders
+    if own is None or set(own.pressure_factors) == {1.0}:
+        return
+    mine = scene.indicator
+    for diagram in scene.engine.family.diagrams if mine is None else (mine,):
+        try:
+            motored(diagram)
+        except ValueError as error:
+            raise SceneError(f"{name}: [set] pressure_factor: {mentioned(error)}") from None
 
 
 # --- published values ---------------------------------------------------------------------------

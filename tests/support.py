@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -28,7 +29,12 @@ def design_of(name: str) -> Design:
 def diagram_of(design: Design, step_degree: float = 0.5) -> Diagram:
     """The pressure curve as a file would give it."""
     degrees, bar = table(design.pressure, step_degree)
-    return diagram_from_points(np.radians(degrees), bar * BAR)
+    made = diagram_from_points(np.radians(degrees), bar * BAR)
+    if design.motored is None:
+        return made
+    _, bar = table(design.motored, step_degree)
+    without = diagram_from_points(np.radians(degrees), bar * BAR)
+    return replace(made, motored=lambda: without)
 
 
 def family_of(design: Design, step_degree: float = 0.5) -> Family:
@@ -51,6 +57,10 @@ def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> Periodic
         "crankcase_pressure": design.crankcase_pressure,
         "inertia_model": design.inertia_model,
         "closure": design.closure,
+        "offset": design.offset,
+        "firing_angles": design.firing_angles,
+        "pressure_factor": design.pressure_factors,
+        "mass_factor": design.mass_factors,
     }
     return periodic_speed(diagram_of(design, step_degree), **{**values, **changes})
 

@@ -107,7 +107,9 @@ def diagrams() -> dict[str, Family]:
             made.append(diagram_from_points(np.radians(degrees), bar * 1e5))
         found[f"smooth curves, {step:g}°"] = Family(0.5 * np.arange(float(CURVES)), tuple(made))
     for name in ENGINES:
-        found[f"engine {name}"] = load_engine(name, Path()).family
+        family = load_engine(name, Path()).family
+        assert isinstance(family, Family)
+        found[f"engine {name}"] = family
     return found
 
 

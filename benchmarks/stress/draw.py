@@ -110,7 +110,9 @@ def designs_of(columns: dict[str, Any], closure: Any) -> Designs:
 @cache
 def family() -> Family:
     """The diagrams of the catalogue engine."""
-    return load_engine(ENGINE, Path()).family
+    found = load_engine(ENGINE, Path()).family
+    assert isinstance(found, Family)
+    return found
 
 
 @cache

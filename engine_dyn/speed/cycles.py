@@ -13,7 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.slider_crank import acceleration_at, velocity_at
+from engine_dyn.slider_crank import (
+    acceleration_at,
+    offset_acceleration_at,
+    offset_velocity_at,
+    sine_of_top,
+    turned,
+    velocity_at,
+)
 from engine_dyn.speed.euler import march_cycles
 from engine_dyn.speed.picard import MOST_CYCLES
 from engine_dyn.speed.product import (
@@ -41,12 +48,14 @@ Integers = npt.NDArray[np.int64]
 class Samples(NamedTuple):
     """Pressure and angle of every cylinder at the samples of the thesis's method.
 
-    `pressure` is (diagram, cylinder, sample), sine and cosine (cylinder, sample).
+    `pressure` is (diagram, cylinder, sample), sine and cosine (cylinder, sample); `masses` has the
+    factor on the mass of each cylinder.
     """
 
     pressure: Floats
     sine: Floats
     cosine: Floats
+    masses: Floats
 
 
 SAMPLE_ROWS = 9
@@ -56,9 +65,16 @@ GAS_SHAPE, MASS_SHAPE, SQUARES, SQUARES_SLOPE, TORQUES, THETA, THETA_SLOPE, SPEE
 
 
 @inlined
-def sample_shapes(ratio: float, blend: Blend, samples: Samples, sampled: Floats) -> None:
+def sample_shapes(
+    ratio: float, offset: float, blend: Blend, samples: Samples, sampled: Floats
+) -> None:
     """Sums over cylinders at each sample: (p - p_c) v, -b v, v^2 less its mean, 2 v b."""
     cylinders, count = samples.sine.shape
+    plain = offset == 0.0
+    for i in range(cylinders):
+        plain = plain and samples.masses[i] == 1.0
+    top = sine_of_top(ratio, offset)
+    upright = math.sqrt(1.0 - top * top)
     mean = 0.0
     for j in range(count):
         gas = shape = square = slope = 0.0
@@ -69,9 +85,18 @@ def sample_shapes(ratio: float, blend: Blend, samples: Samples, sampled: Floats)
                 (1.0 - blend.weight) * samples.pressure[blend.first, i, j]
                 + blend.weight * samples.pressure[blend.second, i, j]
             )
+            if plain:
+                gas += (pressure - blend.crankcase) * v
+                shape -= b * v
+                square += v * v
+                slope += 2.0 * v * b
+                continue
+            s, c = turned(samples.sine[i, j], samples.cosine[i, j], top, upright)
+            v = offset_velocity_at(s, c, ratio, offset)
+            b = samples.masses[i] * offset_acceleration_at(s, c, ratio, offset)
             gas += (pressure - blend.crankcase) * v
             shape -= b * v
-            square += v * v
+            square += samples.masses[i] * v * v
             slope += 2.0 * v * b
         sampled[GAS_SHAPE, j] = gas
         sampled[MASS_SHAPE, j] = shape

@@ -41,6 +41,7 @@ from engine_dyn.speed.product import (
     MASS,
     MEAN_TORQUE,
     OFFSET,
+    OFFSET_RATIO,
     OUTPUT,
     PASSES,
     RATIO,
@@ -191,7 +192,7 @@ class Scratch(NamedTuple):
 
 
 def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
-    """Working memory for designs with `nodes` nodes a period and `steps` a cycle."""
+    """Working memory for designs with `nodes` nodes a period and `steps` in the whole grid."""
     records, running = make_records(nodes)
     return Scratch(
         table=np.empty((TABLE_ROWS, nodes)),
@@ -503,7 +504,7 @@ def speeds_of(
 
 @inlined
 def run_picard(
-    design: Design, width: float, cylinders: int, choice: Choice, values: Floats, at: Integers,
+    design: Design, width: float, periods: int, choice: Choice, values: Floats, at: Integers,
     scratch: Scratch,
 ) -> tuple[int, bool, bool]:  # fmt: skip
     """Repeat cycles in the energy form; how many, whether closed, whether stalled.
@@ -517,7 +518,7 @@ def run_picard(
     cycles, closed, stalled = repeat_cycles(
         design.kappa, design.half, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
         curve[S], (start_speed(values, at) / design.nominal) ** 2,
-        int(round(values[at[START_ANGLE]] / width)) % nodes, cylinders, passes,
+        int(round(values[at[START_ANGLE]] / width)) % nodes, periods, passes,
         1e-3 * choice.tolerance,
     )  # fmt: skip
     # No load torque that depends on speed: every cycle closes, whatever its speed; the closure
@@ -549,8 +550,8 @@ def march(
     """
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
     nodes = table.shape[1]
-    cylinders = grid.node_sine.size // nodes
-    period = width * grid.node_sine.size
+    periods = tables.steps_of(grid) // nodes
+    period = width * tables.steps_of(grid)
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
@@ -561,13 +562,16 @@ def march(
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             blend = blend_of(values, shared, row_of)
             tables.build(
-                values[shared[RATIO]], blend, nodes, width, grid, table, scratch.middles,
-                scratch.rates,
+                values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, nodes, width, grid,
+                table, scratch.middles, scratch.rates,
             )  # fmt: skip
             spread(table, scratch.records)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
             if choice.method == THESIS:
-                sample_shapes(values[shared[RATIO]], blend, samples, scratch.sampled)
+                sample_shapes(
+                    values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, samples,
+                    scratch.sampled,
+                )  # fmt: skip
         offsets_at(index % designs, product.other_axes, product, shared, at)
         design, code = reduce(values, at, choice, table, ranges)
         answerable = code == CONVERGED
@@ -595,7 +599,7 @@ def march(
                 )
             else:
                 cycles, closed, stalled = run_picard(
-                    design, width, cylinders, choice, values, at, scratch
+                    design, width, periods, choice, values, at, scratch
                 )
                 if not stalled:
                     high, low, mean, _ = speeds_of(design, mu, width, choice, segments, scratch)
@@ -740,8 +744,9 @@ def march_lanes(
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             tables.build(
-                product.values[shared[RATIO]], blend_of(product.values, shared, row_of), nodes,
-                width, grid, table, scratch.middles, scratch.rates,
+                product.values[shared[RATIO]], product.values[shared[OFFSET_RATIO]],
+                blend_of(product.values, shared, row_of), nodes, width, grid, table,
+                scratch.middles, scratch.rates,
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
@@ -799,12 +804,16 @@ def write_traces(
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             crank_ratio = product.values[shared[RATIO]]
+            offset = product.values[shared[OFFSET_RATIO]]
             blend = blend_of(product.values, shared, row_of)
             tables.build(
-                crank_ratio, blend, nodes, width, grid, table, scratch.middles, scratch.rates
-            )
+                crank_ratio, offset, blend, nodes, width, grid, table, scratch.middles,
+                scratch.rates,
+            )  # fmt: skip
             fill_levels(table, width, ratio, levels)
-            traces.fill_points(crank_ratio, blend, grid, table, levels.fine, ratio, angles, points)
+            traces.fill_points(
+                crank_ratio, offset, blend, grid, table, levels.fine, ratio, angles, points
+            )
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
             count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
@@ -1028,8 +1037,9 @@ def extremes_of_torque(
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             tables.build(
-                values[shared[RATIO]], blend_of(values, shared, row_of), table.shape[1], width,
-                grid, table, middles, rates,
+                values[shared[RATIO]], values[shared[OFFSET_RATIO]],
+                blend_of(values, shared, row_of), table.shape[1], width, grid, table, middles,
+                rates,
             )  # fmt: skip
         offsets_at(index % designs, product.other_axes, product, shared, at)
         radius = 0.5 * values[at[STROKE]]
@@ -1056,9 +1066,10 @@ def extremes_of_torque(
 
 @kernel
 def mean_gas_torque(
-    ratio: Floats, row: Floats, row_of: Integers, grid: Grid, rates: Floats, result: Floats
-) -> None:
-    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired crank ratios and rows.
+    ratio: Floats, offset: Floats, row: Floats, row_of: Integers, grid: Grid, rates: Floats,
+    result: Floats,
+) -> None:  # fmt: skip
+    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired ratios, offsets and rows.
 
     `rates` is scratch.
     """
@@ -1067,7 +1078,11 @@ def mean_gas_torque(
         weight = row[i] - whole
         first = row_of[whole]
         second = row_of[whole + 1] if weight > 0.0 else first
-        tables.rates_of_work(ratio[i], Blend(first, second, weight, 1.0, 0.0), grid, rates)
+        blend = Blend(first, second, weight, 1.0, 0.0)
+        if offset[i] == 0.0:
+            tables.rates_of_work(ratio[i], blend, grid, rates)
+        else:
+            tables.rates_with_offset(ratio[i], offset[i], blend, grid, rates)
         total = 0.0
         for place in range(0, rates.size, 3):
             total += tables.work_of_half(rates, place)

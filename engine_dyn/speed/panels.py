@@ -205,7 +205,7 @@ def build_panel(
             panels.chunk[number + quantity, group, 0] = 0.0
             panels.chunk[number + quantity, group, 1] = 0.0
     for i in range(POINTS):
-        tables.build(points[i], blend, nodes, width, grid, table, middles, rates)
+        tables.build(points[i], 0.0, blend, nodes, width, grid, table, middles, rates)
         fill_levels(table, width, ratio, levels)
         for quantity in range(2 if unit else 1):
             here = number + quantity

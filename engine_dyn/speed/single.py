@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -9,8 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.arrangement import Arrangement, Cylinder, Throw
+from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.forces import piston_area
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
+from engine_dyn.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import sweep
 
 __all__ = ["PeriodicSpeed", "periodic_speed"]
@@ -69,6 +73,10 @@ def periodic_speed(
     inertia: float,
     speed: float,
     cylinders: int = 1,
+    offset: float = 0.0,
+    firing_angles: Sequence[float] | None = None,
+    pressure_factor: Sequence[float] | None = None,
+    mass_factor: Sequence[float] | None = None,
     load_exponent: float = 2.0,
     load_offset: float = 0.0,
     friction_torque: float = 0.0,
@@ -82,7 +90,7 @@ def periodic_speed(
     start_angle: float = -np.pi,
     crank_angle: npt.ArrayLike | None = None,
 ) -> PeriodicSpeed:
-    """Find the periodic crank speed of one evenly firing engine.
+    """Find the periodic crank speed of one engine.
 
     Parameters
     ----------
@@ -99,7 +107,15 @@ def periodic_speed(
     speed : float
         Nominal crank speed [rad/s].
     cylinders : int
-        Evenly firing.
+        How many; firing evenly unless `firing_angles` are given.
+    offset : float
+        Of the piston pin's line from the crank's axis [m], positive towards the side on which the
+        crank pin goes down; with it, `stroke` is more than two crank radii.
+    firing_angles : sequence of float, optional
+        Crank angle at which each cylinder fires [rad], the first 0.
+    pressure_factor, mass_factor : sequence of float, optional
+        One a cylinder: f in p_motored + f (p - p_motored), see `engine_dyn.motored`, and the factor
+        on its reciprocating mass.
     load_exponent, load_offset : float
         alpha and a [N m] of the load torque a + k omega^alpha.
     friction_torque : float
@@ -160,14 +176,21 @@ def periodic_speed(
         raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
     if not np.isfinite(start_angle):
         raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
-    if not (np.isfinite(load_offset) and np.isfinite(friction_torque)):
-        raise ValueError("load_offset and friction_torque must be finite numbers")
+    if not (np.isfinite(load_offset) and np.isfinite(friction_torque) and np.isfinite(offset)):
+        raise ValueError("load_offset, friction_torque and offset must be finite numbers")
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
     family = _family_of(diagram)
-    mean_gas = float(sweep.mean_gas_torque(crank_ratio, 0.0, family))
-    lever = float(piston_area(bore)) * 0.5 * stroke
+    engine = _cylinders(cylinders, diagram.period, firing_angles, pressure_factor, mass_factor)
+    throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
+    offset_ratio = offset / (0.5 * throw)
+    means = [
+        float(sweep.mean_gas_torque(crank_ratio, 0.0, family, offset_ratio, factor))
+        for factor in engine.pressure_factors
+    ]
+    mean_gas = means[0] if engine.equal else sum(means) / cylinders
+    lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
     result = sweep.solve(
@@ -178,14 +201,16 @@ def periodic_speed(
         closure=closure,
         tolerance=tolerance,
         cylinders=cylinders,
+        cylinders_by_count={cylinders: engine},
         crank_angle=angles,
         threads=1,
         crank_ratio=crank_ratio,
         row=0.0,
         scale=1.0,
         crankcase_pressure=crankcase_pressure,
+        offset_ratio=offset_ratio,
         bore=bore,
-        stroke=stroke,
+        stroke=throw,
         mass=reciprocating_mass,
         speed=speed,
         inertia=inertia,
@@ -213,4 +238,28 @@ def periodic_speed(
         iterations=int(steps) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
+    )
+
+
+def _cylinders(
+    count: int,
+    period: float,
+    firing_angles: Sequence[float] | None,
+    pressure_factor: Sequence[float] | None,
+    mass_factor: Sequence[float] | None,
+) -> Cylinders:
+    """Cylinders with their phases and factors."""
+    engine = even_cylinders(count, period)
+    if firing_angles is not None:
+        if len(firing_angles) != count:
+            raise ValueError(
+                f"firing_angles: {len(firing_angles)} values for {count} cylinders: must be one "
+                "for each"
+            )
+        throws = tuple(Throw(-float(a), float(i)) for i, a in enumerate(firing_angles))
+        each = tuple(Cylinder(i, 0, float(angle)) for i, angle in enumerate(firing_angles))
+        engine = cylinders_of(Arrangement(period, throws, (0.0,), each, True))
+    return engine.with_factors(
+        None if pressure_factor is None else tuple(pressure_factor),
+        None if mass_factor is None else tuple(mass_factor),
     )

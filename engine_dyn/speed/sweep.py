@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.cylinders import Cylinders, Member, even_cylinders
+from engine_dyn.family_grid import FamilyAtSpeeds
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
+from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
@@ -32,7 +35,7 @@ from engine_dyn.speed.tables import (
     TABLE_ROWS,
     Blend,
     Grid,
-    build,
+    build_equal,
     make_grid,
     steps_per_cycle,
 )
@@ -123,6 +126,7 @@ def solve(
     closure: str = "power_mean",
     tolerance: float = 1e-6,
     cylinders: Any = 1,
+    cylinders_by_count: Mapping[int, Cylinders] | None = None,
     crank_angle: Floats | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -152,7 +156,9 @@ def solve(
     tolerance : float
         Relative error of delta aimed at.
     cylinders : array_like of int
-        Evenly firing.
+        How many.
+    cylinders_by_count : mapping, optional
+        Their phases and factors for each number of them; evenly firing and equal if not there.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
@@ -171,16 +177,19 @@ def solve(
         it: blocks must not decide for themselves how tables are made. Their own unless given.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
-        crankcase_pressure, bore, stroke, mass, speed (nominal, rad/s), inertia, exponent, offset,
-        mean_torque, friction_torque; for methods thesis and picard also start_speed (0: nominal),
-        passes (0: until the cycle closes) and start_angle [rad].
+        crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
+        bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
+        inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
+        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad].
 
     Returns
     -------
     dict
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
-    inputs = {"start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, **inputs}
+    inputs = {
+        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0, **inputs
+    }  # fmt: skip
     named = {
         "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": _codes(METHODS, method),
@@ -205,9 +214,10 @@ def solve(
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
-            closure=closure, tolerance=tolerance, cylinders=cylinders, crank_angle=crank_angle,
-            threads=threads, progress=progress, finer=finer, iterated=iterated, general=general,
-            sharing=sharing, **inputs,
+            closure=closure, tolerance=tolerance, cylinders=cylinders,
+            cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
+            progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
+            **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -235,17 +245,20 @@ def solve(
         in_lanes = not general and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
-        steps = steps_per_cycle(count, fewest, PIECES if in_lanes else SEGMENTS)
-        nodes, width = steps // count, period / steps
-        tables, each = sharing
-        apart = in_lanes and not angles.size and tables >= MANY_TABLES and each < FEW_DESIGNS
+        engine = _engine(count, period, cylinders_by_count)
+        times = engine.symmetry
+        steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
+        nodes, width = steps // times, period / steps
+        shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
+        apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
         ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
-        row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
-        samples = _sample_grid(family, rows, count, method_code == designs.THESIS)
-        place = np.mod(angles, period / count) / width
+        row_of = _row_map(family, rows)
+        grid = make_grid(family, rows, steps, engine.representatives)
+        samples = _sample_grid(family, rows, engine, method_code == designs.THESIS)
+        place = np.mod(angles, period / times) / width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
         at = designs.Curves(
             node=node,
@@ -258,9 +271,11 @@ def solve(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
             choice=choice, curves=at, results=results,
         )  # fmt: skip
-        scratch = partial(designs.make_scratch, nodes, steps, samples.sine.shape[1], ratio)
+        scratch = partial(
+            designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
+        )
         cores = threads or os.cpu_count() or 1
-        if apart:
+        if in_lanes and apart:
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
@@ -269,7 +284,7 @@ def solve(
             continue
         wanted_at = None
         if in_lanes and angles.size:
-            wanted_at = traces.make_angles(angles, family, rows, count, nodes, ratio)
+            wanted_at = traces.make_angles(angles, family, rows, engine, nodes, ratio)
         job = partial(
             _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
@@ -301,8 +316,8 @@ def solve(
         again = solve(
             family=family, wanted=wanted, method=chosen(method, missed),
             inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
-            cylinders=chosen(cylinders, missed), crank_angle=crank_angle, threads=threads,
-            finer=4 * finer, general=True,
+            cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
+            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True,
             **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
@@ -316,9 +331,9 @@ def solve(
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
-                closure=closure, tolerance=tolerance, cylinders=cylinders, threads=threads,
-                finer=4 * finer, iterated=0.01 * ITERATED * tolerance, general=general,
-                sharing=sharing, **inputs,
+                closure=closure, tolerance=tolerance, cylinders=cylinders,
+                cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
+                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
             _compare(found, known, refined, tolerance)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
@@ -350,6 +365,7 @@ def torque_extremes(
     family: Family,
     wanted: Sequence[str],
     cylinders: Any = 1,
+    cylinders_by_count: Mapping[int, Cylinders] | None = None,
     tolerance: float = 1e-6,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -361,7 +377,7 @@ def torque_extremes(
     `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
-               "start_angle")  # fmt: skip
+               "start_angle", "offset_ratio")  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
@@ -374,22 +390,29 @@ def torque_extremes(
     period = family.row(0).period
     for part in split(shape, keys):
         count, fewest = (int(key) for key in part.keys)
-        steps = steps_per_cycle(count, fewest, PIECES)
+        engine = _engine(count, period, cylinders_by_count)
+        steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
         rows = _rows_needed(part.take(row))
-        row_of, grid = _row_map(family, rows), make_grid(family, rows, steps)
+        row_of = _row_map(family, rows)
+        grid = make_grid(family, rows, steps, engine.representatives)
         product = packed.product(part)
 
         job = partial(
             _extremes,
             product=product, row_of=row_of, width=period / steps,
-            grid=grid, nodes=steps // count, wanted=places, scalars=scalars,
+            grid=grid, nodes=steps // engine.symmetry, wanted=places, scalars=scalars,
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
 def mean_gas_torque(
-    crank_ratio: Any, row: Any, family: Family, tables: int | None = None
+    crank_ratio: Any,
+    row: Any,
+    family: Family,
+    offset_ratio: Any = 0.0,
+    pressure_factor: float = 1.0,
+    tables: int | None = None,
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
@@ -397,17 +420,21 @@ def mean_gas_torque(
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
     are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
-    crank_ratio, row = np.broadcast_arrays(
-        np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float)
-    )
+    offset = _may_be_offset(offset_ratio)
+    crank_ratio, row, offset_ratio = np.broadcast_arrays(
+        np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
+        np.asarray(offset_ratio, dtype=float),
+    )  # fmt: skip
     ratios = np.ascontiguousarray(crank_ratio).reshape(-1)
+    offsets = np.ascontiguousarray(offset_ratio).reshape(-1)
     places = np.ascontiguousarray(row).reshape(-1)
     result = np.empty(ratios.size)
     rows = _rows_needed(places)
-    row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES)
+    member = Member(0.0, pressure_factor, 1.0)
+    row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
     rates = np.empty(6 * FEWEST_NODES)
-    if (ratios.size if tables is None else tables) < MANY_MEANS:
-        designs.mean_gas_torque(ratios, places, row_of, grid, rates, result)
+    if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
+        designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
         return result.reshape(row.shape)
     # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
     number = np.empty(ratios.size, dtype=np.int64)
@@ -418,7 +445,7 @@ def mean_gas_torque(
     at = np.tile(points[used, 0].reshape(-1), rows.size)
     of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
     found = np.empty(at.size)
-    designs.mean_gas_torque(at, of_rows, row_of, grid, rates, found)
+    designs.mean_gas_torque(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
     shape = (rows.size, used.size, POINTS_OF_MEANS)
     means[used] = np.moveaxis(found.reshape(shape), 0, -1)
     designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
@@ -596,7 +623,14 @@ def _row_map(family: Family, rows: Integers) -> Integers:
 
 
 def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
-    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for."""
+    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for.
+
+    Over load and speed rows vary along two axes, where `split` allows one: what the roughest of all
+    given diagrams asks for.
+    """
+    if isinstance(family, FamilyAtSpeeds):
+        most = max(_nodes_of_diagram(diagram, tolerance) for diagram in family.diagrams)
+        return np.full((1,) * row.ndim, most)
     needed = _rows_needed(row)
     counts = np.zeros(family.row_count + 1, dtype=np.int64)
     counts[needed] = [_nodes_of_diagram(family.row(int(i)), tolerance) for i in needed]
@@ -617,7 +651,7 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
+        build_equal(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
               np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
@@ -626,12 +660,35 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     return steps
 
 
-def _sample_grid(family: Family, rows: Integers, cylinders: int, needed: bool) -> Samples:
+def _may_be_offset(offset_ratio: Any) -> bool:
+    """Whether there may be an offset in the sweep: a block of it must not decide by its own."""
+    return np.ndim(offset_ratio) > 0 or float(offset_ratio) != 0.0
+
+
+def _engine(
+    count: int, period: float, cylinders_by_count: Mapping[int, Cylinders] | None
+) -> Cylinders:
+    """Cylinders of this number of them; evenly firing equal ones unless given otherwise."""
+    given = (cylinders_by_count or {}).get(count)
+    return even_cylinders(count, period) if given is None else given
+
+
+def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
     if not needed:
-        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)))
+        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1))
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
-    angle = angle[None, :] - np.arange(cylinders)[:, None] * (period / cylinders)
-    pressure = np.array([family.row(int(row))(angle) for row in rows])
-    return Samples(pressure, np.sin(angle), np.cos(angle))
+    count = len(engine.members)
+    if engine.plain:  # in the order of firing
+        angle = angle[None, :] - np.arange(count)[:, None] * (period / count)
+    else:
+        angle = angle[None, :] + np.array([[member.phase] for member in engine.members])
+    pressure = [
+        [
+            row_with_factor(family, int(row), member.pressure_factor)(here)
+            for member, here in zip(engine.members, angle, strict=True)
+        ]
+        for row in rows
+    ]
+    return Samples(np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors))

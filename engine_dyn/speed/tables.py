@@ -7,8 +7,9 @@ nodes, and a design is only two factors on two tables:
     gas:      P(phi) = int sum_i [(p_i - p_c) v_i - mean] dphi          [Pa]
     inertia:  V(phi) = sum_i v_i^2 - mean                               [1]
 
-because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Cylinders
-fire evenly, so the curve of one cylinder, folded at the firing interval, is the whole engine's.
+because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Where the
+cylinders repeat n times a cycle, the curves of Z/n of them (`cylinders.Cylinders.representatives`),
+folded at Phi/n, are the whole engine's: of evenly firing equal cylinders, the curve of one.
 """
 
 from __future__ import annotations
@@ -22,8 +23,19 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.cylinders import EQUAL, Member
 from engine_dyn.indicator import Diagram, Family
-from engine_dyn.slider_crank import acceleration_at, jerk_at, velocity_at
+from engine_dyn.motored import row_with_factor
+from engine_dyn.slider_crank import (
+    acceleration_at,
+    jerk_at,
+    offset_acceleration_at,
+    offset_jerk_at,
+    offset_velocity_at,
+    sine_of_top,
+    turned,
+    velocity_at,
+)
 
 __all__ = [
     "FEWEST_NODES",
@@ -32,6 +44,7 @@ __all__ = [
     "Blend",
     "Grid",
     "build",
+    "build_equal",
     "make_grid",
     "steps_per_cycle",
 ]
@@ -52,7 +65,9 @@ Floats = npt.NDArray[np.float64]
 class Grid(NamedTuple):
     """Pressure of some diagrams at the nodes, the middles and the quadrature points of a cycle.
 
-    Arrays are (diagram, point). Sine and cosine are those of the same points.
+    Arrays are (diagram, point). Sine and cosine are those of the same points. The points of one
+    representative cylinder follow those of the other, each at its own angles and pressure; `masses`
+    has the factor on the mass of each.
     """
 
     at_node: Floats
@@ -65,6 +80,7 @@ class Grid(NamedTuple):
     middle_cosine: Floats
     quadrature_sine: Floats
     quadrature_cosine: Floats
+    masses: Floats
 
 
 class Blend(NamedTuple):
@@ -89,6 +105,12 @@ def blended(blend: Blend, pressures: Floats, place: int) -> float:
     )
 
 
+@inlined
+def steps_of(grid: Grid) -> int:
+    """Nodes of a cycle."""
+    return grid.node_sine.size // grid.masses.size
+
+
 def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
     """Nodes of a cycle: from `fewest` on the first that gives every period a multiple of `pieces`.
 
@@ -97,54 +119,68 @@ def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
     return -(-fewest // (pieces * cylinders)) * pieces * cylinders
 
 
-def make_grid(family: Family, rows: npt.NDArray[np.int64], steps: int) -> Grid:
-    """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on."""
-    diagrams = [family.row(int(row)) for row in rows]
-    sampled = [_sampled(diagram, steps) for diagram in diagrams]
-    return Grid(
-        *(np.array([one[i] for one in sampled]) for i in range(4)),
-        *_turns(diagrams[0].period, steps),
-    )
+def make_grid(
+    family: Family,
+    rows: npt.NDArray[np.int64],
+    steps: int,
+    members: tuple[Member, ...] = (EQUAL,),
+) -> Grid:
+    """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on.
+
+    `members` are the representative cylinders.
+    """
+    period = family.row(int(rows[0])).period
+    sampled = [
+        [
+            _sampled(row_with_factor(family, int(row), m.pressure_factor), steps, m.phase)
+            for m in members
+        ]
+        for row in rows
+    ]
+    turns = [_turns(period, steps, member.phase) for member in members]
+    pressures = [[np.concatenate(one) for one in zip(*row, strict=True)] for row in sampled]
+    angles = [np.concatenate(one) for one in zip(*turns, strict=True)]
+    masses = np.array([member.mass_factor for member in members])
+    of_rows = [np.array(one) for one in zip(*pressures, strict=True)]
+    return Grid(*(*of_rows, *angles, masses))
 
 
-def _angles(period: float, steps: int) -> tuple[Floats, Floats, Floats]:
-    """Nodes, middles and quadrature points of a cycle."""
+def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
+    """Nodes, middles and quadrature points of a cycle, as a cylinder of this phase counts."""
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
     offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
     quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
     middle: Floats = np.asarray(node + 0.5 * width)
-    return node, middle, quadrature
+    return node + phase, middle + phase, quadrature + phase
 
 
-@lru_cache(maxsize=8)
-def _turns(period: float, steps: int) -> tuple[Floats, ...]:
+@lru_cache(maxsize=16)
+def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
     """Sine and cosine of the nodes, the middles and the quadrature points."""
-    return tuple(f(angle) for angle in _angles(period, steps) for f in (np.sin, np.cos))
+    return tuple(f(angle) for angle in _angles(period, steps, phase) for f in (np.sin, np.cos))
 
 
-_kept: WeakKeyDictionary[Diagram, dict[int, tuple[Floats, Floats, Floats, Floats]]] = (
-    WeakKeyDictionary()
-)
+_kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
 KEPT, LARGEST_KEPT = 3, 3000
 """Grids that are kept of a diagram, and their nodes: a design alone would else spend its time on
 evaluating splines."""
 
 
-def _sampled(diagram: Diagram, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
+def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
     """Pressure at the nodes, its slope there, pressure at middles and quadrature points."""
     known = _kept.get(diagram)
     if known is None:
         known = _kept.setdefault(diagram, {})
-    if steps not in known:
-        node, middle, quadrature = _angles(diagram.period, steps)
+    if (steps, phase) not in known:
+        node, middle, quadrature = _angles(diagram.period, steps, phase)
         found = diagram(node), diagram.derivative(node), diagram(middle), diagram(quadrature)
         if steps <= LARGEST_KEPT:
             while len(known) >= KEPT:
                 known.pop(next(iter(known)))
-            known[steps] = found
+            known[steps, phase] = found
         return found
-    return known[steps]
+    return known[steps, phase]
 
 
 TABLE_ROWS = 12
@@ -196,13 +232,116 @@ def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None
 
 
 @inlined
+def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
+    """As `rates_of_work`, for an offset over the crank radius."""
+    top = sine_of_top(ratio, offset)
+    upright = math.sqrt(1.0 - top * top)
+    for place in range(rates.size):
+        pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
+        sine, cosine = turned(
+            grid.quadrature_sine[place], grid.quadrature_cosine[place], top, upright
+        )
+        rates[place] = pressure * offset_velocity_at(sine, cosine, ratio, offset)
+
+
+@inlined
 def work_of_half(rates: Floats, place: int) -> float:
     """Mean rate over half an interval: three-point Gauss-Legendre from `place` on."""
     return _WEIGHTS[0] * (rates[place] + rates[place + 2]) + _WEIGHTS[1] * rates[place + 1]
 
 
+@inlined
+def clear(table: Floats, middles: Floats) -> None:
+    """Zero everywhere."""
+    nodes = table.shape[1]
+    for row in range(TABLE_ROWS):
+        for j in range(nodes):
+            table[row, j] = 0.0
+    for row in range(4):
+        for j in range(nodes):
+            middles[row, j] = 0.0
+
+
+@inlined
+def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
+    """Work summed up, all without their means, and what cubics miss, from sums over cylinders."""
+    total = 0.0
+    for j in range(nodes):
+        total += table[GAS_WORK, j]
+    mean = total / (nodes * width)
+    running = 0.0
+    mean_work = 0.0
+    mean_square = 0.0
+    for j in range(nodes):
+        whole = table[GAS_WORK, j] - mean * width
+        table[GAS_WORK, j] = running
+        mean_work += running
+        mean_square += table[SQUARE, j]
+        middles[0, j] += running - 0.5 * mean * width
+        running += whole
+        table[GAS_TORQUE, j] = table[TORQUE, j] - mean
+    mean_work /= nodes
+    mean_square /= nodes
+    for j in range(nodes):
+        table[GAS_WORK, j] -= mean_work
+        middles[0, j] -= mean_work
+        table[SQUARE, j] -= mean_square
+        middles[1, j] -= mean_square
+    take_cubic(nodes, width, table, GAS_WORK, GAS_TORQUE, middles[0], table[GAS_WORK_MIDDLE])
+    take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
+    take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
+    take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])
+
+
 @kernel
-def build(
+def build_unequal(
+    ratio: float,
+    offset: float,
+    blend: Blend,
+    nodes: int,
+    width: float,
+    grid: Grid,
+    table: Floats,
+    middles: Floats,
+    rates: Floats,
+) -> None:
+    """Fill a table as `build_equal`, for an offset over the crank radius and unequal masses."""
+    clear(table, middles)
+    rates_with_offset(ratio, offset, blend, grid, rates)
+    top = sine_of_top(ratio, offset)
+    upright = math.sqrt(1.0 - top * top)
+    steps = steps_of(grid)
+    for step in range(grid.node_sine.size):
+        j = step % nodes
+        mass = grid.masses[step // steps]
+        before = 0.5 * width * work_of_half(rates, step * 6)
+        behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
+        table[GAS_WORK, j] += before + behind
+        middles[0, j] += before
+
+        sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
+        v = offset_velocity_at(sine, cosine, ratio, offset)
+        b = offset_acceleration_at(sine, cosine, ratio, offset)
+        pressure = blended(blend, grid.at_node, step) - blend.crankcase
+        slope = blended(blend, grid.slope_at_node, step)
+        table[TORQUE, j] += pressure * v
+        table[TORQUE_SLOPE, j] += slope * v + pressure * b
+        table[SHAPE, j] -= mass * b * v
+        table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, ratio, offset))
+        table[SQUARE, j] += mass * v * v
+        table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
+
+        sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
+        v = offset_velocity_at(sine, cosine, ratio, offset)
+        pressure = blended(blend, grid.at_middle, step) - blend.crankcase
+        middles[1, j] += mass * v * v
+        middles[2, j] += pressure * v
+        middles[3, j] -= mass * offset_acceleration_at(sine, cosine, ratio, offset) * v
+    finish(nodes, width, table, middles)
+
+
+@kernel
+def build_equal(
     ratio: float,
     blend: Blend,
     nodes: int,
@@ -212,18 +351,13 @@ def build(
     middles: Floats,
     rates: Floats,
 ) -> None:
-    """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram.
+    """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram, masses equal.
 
-    The cylinders are as many as `nodes` divide the grid into. `middles` (4, nodes) and `rates`
-    (quadrature points) are scratch.
+    The period is `nodes` of the grid's cycle. `middles` (4, nodes) and `rates` (quadrature points)
+    are scratch.
     """
     steps = grid.node_sine.size
-    for row in range(TABLE_ROWS):
-        for j in range(nodes):
-            table[row, j] = 0.0
-    for row in range(4):
-        for j in range(nodes):
-            middles[row, j] = 0.0
+    clear(table, middles)
     rates_of_work(ratio, blend, grid, rates)
     # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
     for step in range(steps):
@@ -251,30 +385,19 @@ def build(
         middles[1, j] += v * v
         middles[2, j] += pressure * v
         middles[3, j] -= acceleration_at(sine, cosine, ratio) * v
+    finish(nodes, width, table, middles)
 
-    total = 0.0
-    for j in range(nodes):
-        total += table[GAS_WORK, j]
-    mean = total / (nodes * width)
-    running = 0.0
-    mean_work = 0.0
-    mean_square = 0.0
-    for j in range(nodes):
-        whole = table[GAS_WORK, j] - mean * width
-        table[GAS_WORK, j] = running
-        mean_work += running
-        mean_square += table[SQUARE, j]
-        middles[0, j] += running - 0.5 * mean * width
-        running += whole
-        table[GAS_TORQUE, j] = table[TORQUE, j] - mean
-    mean_work /= nodes
-    mean_square /= nodes
-    for j in range(nodes):
-        table[GAS_WORK, j] -= mean_work
-        middles[0, j] -= mean_work
-        table[SQUARE, j] -= mean_square
-        middles[1, j] -= mean_square
-    take_cubic(nodes, width, table, GAS_WORK, GAS_TORQUE, middles[0], table[GAS_WORK_MIDDLE])
-    take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
-    take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
-    take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])
+
+@inlined
+def build(
+    ratio: float, offset: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats,
+    middles: Floats, rates: Floats,
+) -> None:  # fmt: skip
+    """Fill a table: by `build_equal`, or for an offset or unequal masses by `build_unequal`."""
+    plain = offset == 0.0
+    for member in range(grid.masses.size):
+        plain = plain and grid.masses[member] == 1.0
+    if plain:
+        build_equal(ratio, blend, nodes, width, grid, table, middles, rates)
+    else:
+        build_unequal(ratio, offset, blend, nodes, width, grid, table, middles, rates)

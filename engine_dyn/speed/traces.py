@@ -8,8 +8,8 @@ a few operations an angle:
 
     u = (X - beta I - w)/tau,   omega = nominal sqrt(1 + u),   omega' omega = nominal^2/2 du/dphi.
 
-Evenly firing cylinders repeat the curve: angles that agree modulo the firing period are computed
-once. The lanes are written through a small tile, which stays in the cache, as rows of the results.
+Where the engine repeats within the cycle, angles that agree modulo its period are computed once.
+The lanes are written through a small tile, which stays in the cache, as rows of the results.
 """
 
 from __future__ import annotations
@@ -21,8 +21,15 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
+from engine_dyn.cylinders import Cylinders
 from engine_dyn.indicator import Family
-from engine_dyn.slider_crank import acceleration_at, velocity_at
+from engine_dyn.motored import row_with_factor
+from engine_dyn.slider_crank import (
+    offset_acceleration_at,
+    offset_velocity_at,
+    sine_of_top,
+    turned,
+)
 from engine_dyn.speed.lanes import (
     BETA,
     CODE,
@@ -46,6 +53,7 @@ from engine_dyn.speed.tables import (
     Blend,
     Grid,
     blended,
+    steps_of,
     work_of_half,
 )
 from engine_dyn.status import CONVERGED
@@ -100,7 +108,7 @@ class Kept(NamedTuple):
 
 
 class Angles(NamedTuple):
-    """Angles of curves, one a class of those that agree modulo the firing period.
+    """Angles of curves, one a class of those that agree modulo the engine's period.
 
     Attributes
     ----------
@@ -113,8 +121,8 @@ class Angles(NamedTuple):
     first_run : ndarray
         First run of every tile, and the number of them all.
     pressure, sine, cosine : ndarray
-        At each angle, a firing interval back for every further cylinder: (diagram, angle and
-        cylinder).
+        At each angle, for every representative cylinder and each period of the engine that its
+        cycle has: (diagram, angle and cylinder).
     between, between_sine, between_cosine : ndarray
         The same at three points of quadrature between node and angle.
     """
@@ -153,10 +161,10 @@ def blocks_of(designs: int) -> tuple[int, int]:
 
 
 def make_angles(
-    angles: Floats, family: Family, rows: Integers, cylinders: int, nodes: int, ratio: int
+    angles: Floats, family: Family, rows: Integers, engine: Cylinders, nodes: int, ratio: int
 ) -> Angles:
     """Where the wanted angles [rad] lie in a table of `nodes` nodes, with the pressure there."""
-    period = family.row(0).period / cylinders
+    period = engine.period / engine.symmetry
     width = period / nodes
     place = np.mod(angles, period) / width
     place[place > nodes - SAME_ANGLE] = 0.0
@@ -182,11 +190,21 @@ def make_angles(
     node = np.rint(place)
     offset = (place - node) * width
     interval = np.minimum(np.floor(place / ratio).astype(np.int64), nodes // ratio - 1)
-    back = np.arange(cylinders) * period
-    at = (place[:, None] * width - back).reshape(-1)
+    back = np.arange(engine.symmetry) * period
+    own = np.concatenate([member.phase - back for member in engine.representatives])
+    at = place[:, None] * width + own
     between = (node[:, None] * width + offset[:, None] * np.asarray(GAUSS_POINTS))[:, None, :]
-    between = (between - back[:, None]).reshape(-1)
-    diagrams = [family.row(int(row)) for row in rows]
+    between = between + own[:, None]
+
+    def pressures(here: Floats) -> Floats:
+        found = np.empty((len(rows), *here.shape))
+        for place, row in enumerate(rows):
+            for number, member in enumerate(engine.representatives):
+                of_member = slice(number * engine.symmetry, (number + 1) * engine.symmetry)
+                diagram = row_with_factor(family, int(row), member.pressure_factor)
+                found[place, :, of_member] = diagram(here[:, of_member])
+        return found.reshape(len(rows), -1)
+
     return Angles(
         node=node.astype(np.int64),
         offset=offset,
@@ -196,12 +214,12 @@ def make_angles(
         target=target[by_tile],
         length=length[by_tile],
         first_run=first_run,
-        pressure=np.array([diagram(at) for diagram in diagrams]),
-        sine=np.sin(at),
-        cosine=np.cos(at),
-        between=np.array([diagram(between) for diagram in diagrams]),
-        between_sine=np.sin(between),
-        between_cosine=np.cos(between),
+        pressure=pressures(at),
+        sine=np.sin(at).reshape(-1),
+        cosine=np.cos(at).reshape(-1),
+        between=pressures(between),
+        between_sine=np.sin(between).reshape(-1),
+        between_cosine=np.cos(between).reshape(-1),
     )
 
 
@@ -227,32 +245,41 @@ def keep(block: int, s: Floats, us: Floats, rs: Floats, places: Integers, kept: 
 
 @inlined
 def fill_points(
-    ratio: float, blend: Blend, grid: Grid, table: Floats, fine: Floats, margin: int,
+    ratio: float, shift: float, blend: Blend, grid: Grid, table: Floats, fine: Floats, margin: int,
     angles: Angles, points: Floats,
 ) -> None:  # fmt: skip
-    """Fill `points` (angle, POINT_FIELDS) for one crank ratio and diagram.
+    """Fill `points` (angle, POINT_FIELDS) for one crank ratio, offset `shift` and diagram.
 
     `fine` is the fine level, whose first node has `margin` rows before it.
     """
     nodes = table.shape[1]
     cylinders = grid.node_sine.size // nodes
+    folds = steps_of(grid) // nodes
+    top = sine_of_top(ratio, shift)
+    upright = math.sqrt(1.0 - top * top)
     mean = table[TORQUE, 0] - table[GAS_TORQUE, 0]
     mean_square = -table[SQUARE, 0]
     for i in range(cylinders):
-        v = velocity_at(grid.node_sine[i * nodes], grid.node_cosine[i * nodes], ratio)
-        mean_square += v * v
+        sine, cosine = turned(grid.node_sine[i * nodes], grid.node_cosine[i * nodes], top, upright)
+        v = offset_velocity_at(sine, cosine, ratio, shift)
+        mean_square += grid.masses[i // folds] * v * v
     rates = np.empty(3)
     for j in range(angles.node.size):
         torque = square = turn = rate = 0.0
         for i in range(cylinders):
             at = j * cylinders + i
-            v = velocity_at(angles.sine[at], angles.cosine[at], ratio)
+            mass = grid.masses[i // folds]
+            sine, cosine = turned(angles.sine[at], angles.cosine[at], top, upright)
+            v = offset_velocity_at(sine, cosine, ratio, shift)
             torque += (blended(blend, angles.pressure, at) - blend.crankcase) * v
-            square += v * v
-            turn += 2.0 * v * acceleration_at(angles.sine[at], angles.cosine[at], ratio)
+            square += mass * v * v
+            turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, ratio, shift)
             for g in range(3):
                 here = 3 * at + g
-                v = velocity_at(angles.between_sine[here], angles.between_cosine[here], ratio)
+                sine, cosine = turned(
+                    angles.between_sine[here], angles.between_cosine[here], top, upright
+                )
+                v = offset_velocity_at(sine, cosine, ratio, shift)
                 rates[g] = (blended(blend, angles.between, here) - blend.crankcase) * v
             rate += work_of_half(rates, 0)
         offset = angles.offset[j]

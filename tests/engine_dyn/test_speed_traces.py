@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine_dyn.cylinders import even_cylinders
 from engine_dyn.speed import sweep, traces
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
 from tests.oracle import solution
+from tests.oracle.solution import CYCLE
 from tests.support import design_of, family_of, inputs_of
 
 pytestmark = pytest.mark.compiled
@@ -61,6 +63,27 @@ def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: 
     exact = solution.solve(design)
     assert int(found["status"]) == CONVERGED
     np.testing.assert_allclose(found["omega"], exact.omega(ANGLES), rtol=1e-8)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+@pytest.mark.parametrize("factors", [{"pressure_factor": (1.0, 0.0, 1.1)},
+                                     {"mass_factor": (1.2, 1.0, 0.9)}, {}])  # fmt: skip
+def test_curves_of_any_engine(factors: dict[str, Any], offset: float) -> None:
+    """Offset, misfire and mass spread in lanes, against the general method with finer tables."""
+    engine = even_cylinders(3, CYCLE).with_factors(**factors)
+    arguments = inputs(
+        3, exponent=1.6, inertia_model="variable", inertia=INERTIA[12::4], offset_ratio=offset,
+        cylinders_by_count={3: engine},
+    )  # fmt: skip
+    found = sweep.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
+    exact = sweep.solve(
+        wanted=("delta", *CURVES), crank_angle=ANGLES, method="newton", finer=4, tolerance=1e-9,
+        general=True, **arguments,
+    )  # fmt: skip
+    assert (found["status"] == CONVERGED).all()
+    np.testing.assert_allclose(found["omega"], exact["omega"], rtol=1e-8)
+    rates, known = found["angular_acceleration"], exact["angular_acceleration"]
+    assert (np.abs(rates - known) <= 2e-6 * np.ptp(known, axis=1, keepdims=True)).all()
 
 
 @pytest.mark.parametrize("cylinders", [1, 4])
@@ -163,7 +186,8 @@ def test_many_tables(designs: int) -> None:
 @pytest.mark.parametrize("cylinders", [1, 3])
 def test_runs_cover_every_angle(cylinders: int) -> None:
     family = inputs()["family"]
-    at = traces.make_angles(ANGLES, family, np.array([0]), cylinders, 736, 8)
+    engine = even_cylinders(cylinders, CYCLE)
+    at = traces.make_angles(ANGLES, family, np.array([0]), engine, 736, 8)
     tile = np.repeat(np.arange(at.first_run.size - 1), np.diff(at.first_run))
     covered = np.zeros(ANGLES.size, dtype=int)
     period = 4.0 * np.pi / cylinders

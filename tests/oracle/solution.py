@@ -38,6 +38,7 @@ what still counts as running.  With ``power_mean`` the limit is a sharp one.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -86,6 +87,14 @@ class Design:
         ``"constant"`` or ``"variable"``.
     closure : str
         ``"power_mean"`` or ``"cycle_time"``.
+    offset : float
+        Of the piston pin's line from the crank's axis [m], positive where the crank pin goes down.
+    firing_angles : tuple of float, optional
+        Crank angle at which each cylinder fires [rad]; evenly spaced if not given.
+    pressure_factors, mass_factors : tuple of float, optional
+        f of each cylinder in ``p = p_motored + f (p - p_motored)``, and on its mass; 1 by default.
+    motored : callable, optional
+        Pressure without combustion.
     """
 
     pressure: Curve
@@ -102,6 +111,39 @@ class Design:
     crankcase_pressure: float = 101325.0
     inertia_model: str = "constant"
     closure: str = "power_mean"
+    offset: float = 0.0
+    firing_angles: tuple[float, ...] | None = None
+    pressure_factors: tuple[float, ...] | None = None
+    mass_factors: tuple[float, ...] | None = None
+    motored: Curve | None = None
+
+    @property
+    def masses(self) -> Array:
+        """Reciprocating mass of every cylinder [kg]."""
+        factors = np.ones(self.cylinders) if self.mass_factors is None else self.mass_factors
+        return self.reciprocating_mass * np.asarray(factors)
+
+    @cached_property
+    def radius(self) -> float:
+        """Crank radius [m]: the one whose two dead centres are a stroke apart."""
+        if self.offset == 0.0:
+            return self.stroke / 2.0
+
+        def excess(radius: float) -> float:
+            rod = radius / self.crank_ratio
+            heights = [math.sqrt((rod + s * radius) ** 2 - self.offset**2) for s in (1.0, -1.0)]
+            return heights[0] - heights[1] - self.stroke
+
+        return float(brentq(excess, 0.4 * self.stroke, 0.5 * self.stroke, xtol=1e-16))
+
+    def cylinder_pressures(self, angle: Array) -> Array:
+        """Pressure in every cylinder [Pa] at its own angle, cylinders along the last axis."""
+        pressure = np.asarray(self.pressure(angle))
+        if self.pressure_factors is None:
+            return pressure
+        assert self.motored is not None
+        motored = np.asarray(self.motored(angle))
+        return np.asarray(motored + np.asarray(self.pressure_factors) * (pressure - motored))
 
     @property
     def omega_n(self) -> float:
@@ -193,28 +235,41 @@ class Speed:
 # Geometry -----------------------------------------------------------------------------------------
 
 
-def position(phi: ArrayLike, crank_ratio: float) -> Array:
-    """Piston travel from top dead centre over the crank radius, statement 1 of the module."""
-    angle = np.asarray(phi, dtype=float)
+def position(phi: ArrayLike, crank_ratio: float, offset: float = 0.0) -> Array:
+    """Piston travel from top dead centre over the crank radius, statement 1 of the module.
+
+    With an offset (over the crank radius) the pin's height is ``cos theta + sqrt(rod^2 - (sin theta
+    - offset)^2)``, the crank and rod in line at the top: ``sin theta_top = offset / (rod + 1)``.
+    """
     rod = 1.0 / crank_ratio
-    return np.asarray(1.0 - np.cos(angle) + rod - np.sqrt(rod**2 - np.sin(angle) ** 2))
+    angle = _theta(phi, rod, offset)
+    highest = math.sqrt((rod + 1.0) ** 2 - offset**2)
+    return np.asarray(highest - np.cos(angle) - np.sqrt(rod**2 - (np.sin(angle) - offset) ** 2))
 
 
-def velocity(phi: ArrayLike, crank_ratio: float) -> Array:
+def velocity(phi: ArrayLike, crank_ratio: float, offset: float = 0.0) -> Array:
     """First derivative of `position` by the crank angle."""
-    angle = np.asarray(phi, dtype=float)
-    sine, cosine = np.sin(angle), np.cos(angle)
     rod = 1.0 / crank_ratio
-    return np.asarray(sine + sine * cosine / np.sqrt(rod**2 - sine**2))
+    angle = _theta(phi, rod, offset)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    side = sine - offset
+    return np.asarray(sine + side * cosine / np.sqrt(rod**2 - side**2))
 
 
-def acceleration(phi: ArrayLike, crank_ratio: float) -> Array:
+def acceleration(phi: ArrayLike, crank_ratio: float, offset: float = 0.0) -> Array:
     """Second derivative of `position` by the crank angle."""
-    angle = np.asarray(phi, dtype=float)
-    sine, cosine = np.sin(angle), np.cos(angle)
     rod = 1.0 / crank_ratio
-    root = np.sqrt(rod**2 - sine**2)
-    return np.asarray(cosine + (cosine**2 - sine**2) / root + (sine * cosine) ** 2 / root**3)
+    angle = _theta(phi, rod, offset)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    side = sine - offset
+    root = np.sqrt(rod**2 - side**2)
+    return np.asarray(cosine + (cosine**2 - side * sine) / root + (side * cosine) ** 2 / root**3)
+
+
+def _theta(phi: ArrayLike, rod: float, offset: float) -> Array:
+    """Angle of the crank to the cylinder at the engine's angle ``phi``."""
+    angle = np.asarray(phi, dtype=float)
+    return angle if offset == 0.0 else np.asarray(angle + math.asin(offset / (rod + 1.0)))
 
 
 # Torques ------------------------------------------------------------------------------------------
@@ -223,33 +278,39 @@ def acceleration(phi: ArrayLike, crank_ratio: float) -> Array:
 def _crank_angles(design: Design, phi: ArrayLike) -> Array:
     """Angle of every cylinder's own crank, shape ``(..., cylinders)``."""
     shift = np.arange(design.cylinders) * CYCLE / design.cylinders
+    if design.firing_angles is not None:
+        shift = -np.asarray(design.firing_angles)
     return np.asarray(np.asarray(phi, dtype=float)[..., None] + shift)
 
 
 def gas_torque(design: Design, phi: ArrayLike) -> Array:
     """Torque of the gas on all pistons [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
-    force = (design.pressure(angle) - design.crankcase_pressure) * math.pi / 4.0 * design.bore**2
-    lever = design.stroke / 2.0 * velocity(angle, design.crank_ratio)
+    over = design.cylinder_pressures(angle) - design.crankcase_pressure
+    force = over * math.pi / 4.0 * design.bore**2
+    lever = design.radius * velocity(angle, design.crank_ratio, design.offset / design.radius)
     return np.asarray(np.sum(force * lever, axis=-1))
 
 
 def inertia_torque(design: Design, phi: ArrayLike) -> Array:
     """Torque of all pistons' inertia at the nominal speed [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
-    product = velocity(angle, design.crank_ratio) * acceleration(angle, design.crank_ratio)
-    factor = design.reciprocating_mass * (design.stroke / 2.0 * design.omega_n) ** 2
-    return np.asarray(-factor * np.sum(product, axis=-1))
+    offset = design.offset / design.radius
+    product = velocity(angle, design.crank_ratio, offset)
+    product = product * acceleration(angle, design.crank_ratio, offset)
+    factor = (design.radius * design.omega_n) ** 2
+    return np.asarray(-factor * np.sum(design.masses * product, axis=-1))
 
 
 def total_torque(design: Design, phi: ArrayLike) -> Array:
     """Gas, inertia and friction at the nominal speed [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
-    radius = design.stroke / 2.0
-    gas = (design.pressure(angle) - design.crankcase_pressure) * math.pi / 4.0 * design.bore**2
-    inertia = -design.reciprocating_mass * radius * design.omega_n**2
-    force = gas + inertia * acceleration(angle, design.crank_ratio)
-    torque = np.sum(force * radius * velocity(angle, design.crank_ratio), axis=-1)
+    radius, offset = design.radius, design.offset / design.radius
+    over = design.cylinder_pressures(angle) - design.crankcase_pressure
+    gas = over * math.pi / 4.0 * design.bore**2
+    inertia = -design.masses * radius * design.omega_n**2
+    force = gas + inertia * acceleration(angle, design.crank_ratio, offset)
+    torque = np.sum(force * radius * velocity(angle, design.crank_ratio, offset), axis=-1)
     return np.asarray(torque - design.friction_torque)
 
 
@@ -274,13 +335,22 @@ def cycle_mean(curve: Curve) -> float:
 def mean_torque(design: Design) -> float:
     """Cycle mean of the whole torque [N m]: the gas of one cylinder, times them, less friction."""
 
-    def one(phi: float) -> float:
-        lever = design.stroke / 2.0 * velocity(phi, design.crank_ratio)
-        return float(design.pressure(np.asarray(phi)) * math.pi / 4.0 * design.bore**2 * lever)
+    def mean_of(pressure: Curve) -> float:
+        def one(phi: float) -> float:
+            offset = design.offset / design.radius
+            lever = design.radius * velocity(phi, design.crank_ratio, offset)
+            return float(pressure(np.asarray(phi)) * math.pi / 4.0 * design.bore**2 * lever)
 
-    # The crankcase pressure does no work over a cycle, and neither does the inertia.
-    gas = cycle_mean(np.vectorize(one, otypes=[float]))
-    return design.cylinders * gas - design.friction_torque
+        # The crankcase pressure does no work over a cycle, and neither does the inertia.
+        return cycle_mean(np.vectorize(one, otypes=[float]))
+
+    gas = mean_of(design.pressure)
+    if design.pressure_factors is None:
+        return design.cylinders * gas - design.friction_torque
+    assert design.motored is not None
+    motored = mean_of(design.motored)
+    whole = sum(motored + factor * (gas - motored) for factor in design.pressure_factors)
+    return whole - design.friction_torque
 
 
 def extreme_values(curve: Curve, step: float = CYCLE / 7200.0) -> tuple[float, float]:
@@ -317,17 +387,19 @@ def _varying_inertia(design: Design) -> tuple[Curve, Curve]:
         return (lambda phi: 1.0), (lambda phi: 0.0)
     if design.inertia_model != "variable":
         raise ValueError(f"inertia_model is constant or variable, not {design.inertia_model!r}")
-    share = design.reciprocating_mass * (design.stroke / 2.0) ** 2 / design.inertia
-    mean_square = cycle_mean(lambda phi: velocity(phi, design.crank_ratio) ** 2)
+    share = design.masses * design.radius**2 / design.inertia
+    offset = design.offset / design.radius
+    mean_square = cycle_mean(lambda phi: velocity(phi, design.crank_ratio, offset) ** 2)
 
     def ratio(phi: ArrayLike) -> Array:
-        squares = velocity(_crank_angles(design, phi), design.crank_ratio) ** 2
-        return np.asarray(1.0 + share * np.sum(squares - mean_square, axis=-1))
+        squares = velocity(_crank_angles(design, phi), design.crank_ratio, offset) ** 2
+        return np.asarray(1.0 + np.sum(share * (squares - mean_square), axis=-1))
 
     def slope(phi: ArrayLike) -> Array:
         angle = _crank_angles(design, phi)
-        product = velocity(angle, design.crank_ratio) * acceleration(angle, design.crank_ratio)
-        return np.asarray(2.0 * share * np.sum(product, axis=-1))
+        product = velocity(angle, design.crank_ratio, offset)
+        product = product * acceleration(angle, design.crank_ratio, offset)
+        return np.asarray(np.sum(2.0 * share * product, axis=-1))
 
     return ratio, slope
 

@@ -19,6 +19,7 @@ import xarray as xr
 from engine_dyn.quantities import PARAMETERS, QUANTITIES
 from engine_dyn.status import MEANINGS
 from sweeps.cli import main
+from sweeps.cylinder_keys import KEYS
 from sweeps.engine_file import catalogue, load_engine
 from sweeps.reference import text as reference_text
 from sweeps.scene import built_in_scenes, read_scene
@@ -292,7 +293,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ("what", "names"),
     [
         ("quantities", list(QUANTITIES)),
-        ("keys", list(PARAMETERS)),
+        ("keys", [*PARAMETERS, *KEYS]),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
     ],

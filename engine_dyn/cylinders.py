@@ -1,0 +1,208 @@
+"""What tells the cylinders of an engine apart, and what repeats: phase, gas pressure and mass.
+
+Torque is a sum over cylinders. Where their arrangement repeats n times in the cycle, it has the
+period Phi/n and is the sum over Z/n of them, the *representatives*, each folded at that period.
+Evenly firing equal cylinders have one representative, cylinder 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.arrangement import Arrangement, customary_order, firing_phases, symmetry
+from engine_dyn.layouts import in_line
+
+__all__ = [
+    "EQUAL",
+    "LARGEST_FACTOR",
+    "Cylinders",
+    "CylindersByCount",
+    "Member",
+    "cylinders_of",
+    "even_cylinders",
+]
+
+
+class Member(NamedTuple):
+    """One cylinder.
+
+    Attributes
+    ----------
+    phase : float
+        Angle to add to the engine's to get the cylinder's own [rad].
+    pressure_factor : float
+        f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1].
+    mass_factor : float
+        Reciprocating mass over the engine's [1].
+    """
+
+    phase: float
+    pressure_factor: float
+    mass_factor: float
+
+
+EQUAL = Member(0.0, 1.0, 1.0)
+"""Cylinder 1 of an engine whose cylinders are equal."""
+
+
+LARGEST_FACTOR = 2.0
+"""More than twice the pressure rise or the mass of the others is another engine."""
+
+
+@dataclass(frozen=True)
+class Cylinders:
+    """The cylinders of one engine.
+
+    Attributes
+    ----------
+    period : float
+        Angle of the cycle [rad].
+    members : tuple of Member
+        In the order of their numbers; where no order is known, in that of their firing.
+    arrangement : Arrangement, optional
+        Throws and banks, where they are known.
+    """
+
+    period: float
+    members: tuple[Member, ...]
+    arrangement: Arrangement | None = None
+
+    @cached_property
+    def symmetry(self) -> int:
+        """How often torque repeats within the cycle."""
+        phases = [member.phase for member in self.members]
+        return symmetry(phases, self.period, [member[1:] for member in self.members])
+
+    @cached_property
+    def representatives(self) -> tuple[Member, ...]:
+        """Cylinders of which all others are copies, shifted by multiples of the period."""
+        free, found = list(self.members), []
+        while free:
+            first = free.pop(0)
+            found.append(first)
+            for k in range(1, self.symmetry):
+                place = first.phase + k * self.period / self.symmetry
+                alike = [member for member in free if member[1:] == first[1:]]
+                free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
+        return tuple(found)
+
+    def _apart(self, one: float, other: float) -> float:
+        return abs(math.remainder(one - other, self.period))
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether they fire evenly, one at a time, and are equal."""
+        return self.representatives == (EQUAL,)
+
+    @cached_property
+    def even(self) -> bool:
+        """Whether they fire evenly, whatever else differs."""
+        return self.arrangement is None or self.arrangement.is_even
+
+    @cached_property
+    def pressure_factors(self) -> tuple[float, ...]:
+        """Factor on the pressure of each cylinder."""
+        return tuple(member.pressure_factor for member in self.members)
+
+    @cached_property
+    def mass_factors(self) -> tuple[float, ...]:
+        """Factor on the reciprocating mass of each cylinder."""
+        return tuple(member.mass_factor for member in self.members)
+
+    @cached_property
+    def along_shaft(self) -> tuple[tuple[int, ...], ...] | None:
+        """Places of the cylinders (from 0) at each place of the shaft; None where unknown."""
+        if self.arrangement is None:
+            return None
+        throws = self.arrangement.throws
+        positions = [throws[c.throw].position for c in self.arrangement.cylinders]
+        return tuple(
+            tuple(i for i, where in enumerate(positions) if where == position)
+            for position in sorted(set(positions))
+        )
+
+    def with_factors(
+        self,
+        pressure_factor: tuple[float, ...] | None = None,
+        mass_factor: tuple[float, ...] | None = None,
+    ) -> Cylinders:
+        """Return the same cylinders with other factors, those of None kept; see `cylinders_of`."""
+        count = len(self.members)
+        factors = []
+        for name, values, own in (
+            ("pressure_factor", pressure_factor, self.pressure_factors),
+            ("mass_factor", mass_factor, self.mass_factors),
+        ):
+            taken = own if values is None else tuple(float(value) for value in values)
+            if len(taken) != count:
+                raise ValueError(
+                    f"{name}: {len(taken)} values for {count} cylinders: must be one for each"
+                )
+            for number, value in enumerate(taken, start=1):
+                if not (math.isfinite(value) and 0.0 <= value <= LARGEST_FACTOR):
+                    raise ValueError(
+                        f"{name}, value {number} = {value:g}: must be a number from 0 to "
+                        f"{LARGEST_FACTOR:g}"
+                    )
+            factors.append(taken)
+        phases = [member.phase for member in self.members]
+        members = tuple(Member(*m) for m in zip(phases, *factors, strict=True))
+        return Cylinders(self.period, members, self.arrangement)
+
+    @property
+    def equal(self) -> bool:
+        """Whether all factors are 1."""
+        return {member[1:] for member in self.members} == {EQUAL[1:]}
+
+    @property
+    def solved(self) -> str:
+        """The part of the cycle that is solved, and why, in words."""
+        part = "whole cycle" if self.symmetry == 1 else f"Phi/{self.symmetry}"
+        if len(self.members) == 1:
+            return part
+        firing = "even firing" if self.even else "uneven firing"
+        return f"{part}, {firing}{'' if self.equal else ', unequal cylinders'}"
+
+
+CylindersByCount = Mapping[int, Cylinders]
+"""Cylinders of each number of cylinders that a scene has."""
+
+
+@lru_cache(maxsize=64)
+def even_cylinders(count: int, period: float, order: tuple[int, ...] | None = None) -> Cylinders:
+    """Evenly firing equal cylinders in line; in the customary order, if there is one, unless given.
+
+    Throws are known where the order is.
+    """
+    order = customary_order(count) if order is None else order
+    if order is not None:
+        first = order.index(1)  # the crank angle begins where cylinder 1 fires
+        return cylinders_of(in_line(count, (*order[first:], *order[:first]), period))
+    return Cylinders(
+        period, tuple(Member(float(p), 1.0, 1.0) for p in firing_phases(count, period))
+    )
+
+
+def cylinders_of(
+    arrangement: Arrangement,
+    pressure_factor: tuple[float, ...] | None = None,
+    mass_factor: tuple[float, ...] | None = None,
+) -> Cylinders:
+    """Cylinders of an arrangement, with factors on pressure and mass (1 unless given).
+
+    Raises
+    ------
+    ValueError
+        One line, for a wrong number of factors, or values that are no factor.
+    """
+    if (np.asarray(arrangement.radius_factors) != 1.0).any():
+        raise ValueError("throws: crank radii differ, which the speed is not solved for")
+    members = tuple(Member(phase, 1.0, 1.0) for phase in arrangement.phases.tolist())
+    engine = Cylinders(arrangement.period, members, arrangement)
+    return engine.with_factors(pressure_factor, mass_factor)

@@ -1,0 +1,185 @@
+"""Firing orders of practice, each with its source, and the rules that stand in where none is known.
+
+Read forwards for an engine that turns clockwise as seen from its free end; the same engine turning
+the other way fires in the reverse order. An order alone says nothing of the angles: in-line and
+boxer engines fire evenly, the others by their crankshaft (see `layouts`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = [
+    "BOXER_ORDERS",
+    "CUSTOMARY_ORDERS",
+    "IN_LINE_ORDERS",
+    "RULE",
+    "TWO_STROKE_IN_LINE_ORDERS",
+    "VEE_ORDERS",
+    "KnownOrder",
+    "customary_order",
+    "in_line_order_by_rule",
+    "two_stroke_in_line_order_by_rule",
+]
+
+RULE = "derived by rule"
+"""Stands for a source where this project knows no practice."""
+
+_BOSCH = "Bosch Automotive Handbook, reciprocating-piston engines, firing orders"
+_KAKAITSAS = "Kakaitsas (2015), section 5.4"
+_FAA = "FAA-H-8083-32, Aviation Maintenance Technician Handbook: Powerplant, firing order"
+_GENERIC = "only one order, but for the sense of rotation"
+
+
+class KnownOrder(NamedTuple):
+    """A firing order and where it comes from.
+
+    Attributes
+    ----------
+    order : tuple of int
+        Cylinders as they fire, from 1 on.
+    source : str
+        Citation, engines that use it, or `RULE`.
+    numbering : str
+        Of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1, 2, ... on
+        one, the rest on the other), "alternate" from throw to throw (odd numbers on one bank).
+    crank : str
+        "cross-plane" or "flat-plane", where there is a choice.
+    """
+
+    order: tuple[int, ...]
+    source: str
+    numbering: str = "banks"
+    crank: str = ""
+
+
+def in_line_order_by_rule(cylinders: int) -> tuple[int, ...]:
+    """Four-stroke in-line order: 1, even numbers up, odd numbers down.
+
+    Gives the customary orders of 5 and 7 and one of 6. With an even number the cranks are
+    mirrored: cylinders at equal distance from the middle move together, half a cycle apart.
+    """
+    even = range(2, cylinders + 1, 2)
+    odd = range(cylinders - (cylinders + 1) % 2, 1, -2)
+    return (1, *even, *odd)
+
+
+def two_stroke_in_line_order_by_rule(cylinders: int) -> tuple[int, ...]:
+    """Two-stroke in-line order: near one end and near the other in turns.
+
+    One half of the firings walks 1, even numbers up, odd numbers down, the other comes back from
+    the far end. Gives the order 1-7-2-5-4-3-6 of large engines.
+    """
+    if cylinders % 2:
+        first = (1, *range(2, cylinders, 2))
+        second = tuple(range(cylinders, 1, -2))
+    else:
+        first = in_line_order_by_rule(cylinders // 2)
+        second = tuple(cylinders + 1 - c for c in (first[0], *reversed(first[1:])))
+    order = [0] * cylinders
+    order[0::2], order[1::2] = first, second
+    return tuple(order)
+
+
+IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
+    1: (KnownOrder((1,), _GENERIC),),
+    2: (KnownOrder((1, 2), "both pistons in step, 360 degree firing interval"),),
+    3: (KnownOrder((1, 3, 2), _BOSCH),),
+    4: (KnownOrder((1, 3, 4, 2), _BOSCH), KnownOrder((1, 2, 4, 3), _BOSCH)),
+    5: (KnownOrder((1, 2, 4, 5, 3), _BOSCH),),
+    6: (
+        KnownOrder((1, 5, 3, 6, 2, 4), f"{_KAKAITSAS}; {_BOSCH}; {_FAA}"),
+        KnownOrder((1, 2, 4, 6, 5, 3), _BOSCH),
+        KnownOrder((1, 4, 2, 6, 3, 5), _BOSCH),
+        KnownOrder((1, 4, 5, 6, 3, 2), _BOSCH),
+    ),
+    7: (KnownOrder((1, 2, 4, 6, 7, 5, 3), "medium-speed marine engines"),),
+    8: (
+        KnownOrder((1, 5, 2, 6, 8, 4, 7, 3), _KAKAITSAS),
+        KnownOrder((1, 6, 2, 5, 8, 3, 7, 4), _BOSCH),
+        KnownOrder((1, 3, 6, 8, 4, 2, 7, 5), _BOSCH),
+        KnownOrder((1, 4, 7, 3, 8, 5, 2, 6), _BOSCH),
+        KnownOrder((1, 3, 2, 5, 8, 6, 7, 4), _BOSCH),
+    ),
+    **{count: (KnownOrder(in_line_order_by_rule(count), RULE),) for count in range(9, 13)},
+}
+"""Four-stroke in-line engines; the first of each count is the customary one."""
+
+CUSTOMARY_ORDERS: dict[int, tuple[int, ...]] = {
+    count: known[0].order for count, known in IN_LINE_ORDERS.items() if known[0].source != RULE
+}
+"""The customary order of in-line four-stroke engines, where practice has one."""
+
+TWO_STROKE_IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
+    count: (KnownOrder(two_stroke_in_line_order_by_rule(count), RULE),) for count in range(1, 13)
+}
+"""Two-stroke in-line engines; the first of each count is the customary one."""
+for _count in (1, 2, 3):
+    TWO_STROKE_IN_LINE_ORDERS[_count] = (
+        KnownOrder(two_stroke_in_line_order_by_rule(_count), _GENERIC),
+    )
+TWO_STROKE_IN_LINE_ORDERS[6] = (
+    KnownOrder((1, 5, 3, 4, 2, 6), "MAN B&W two-stroke engines"),
+    *TWO_STROKE_IN_LINE_ORDERS[6],
+)
+TWO_STROKE_IN_LINE_ORDERS[7] = (
+    KnownOrder(
+        (1, 7, 2, 5, 4, 3, 6),
+        "MAN B&W 7S80ME-C9.2: Shen, Zhang, Yang and Jia (2020), table 1",
+    ),
+)
+
+VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
+    4: (KnownOrder((1, 3, 2, 4), _BOSCH, "alternate"),),
+    6: (
+        KnownOrder((1, 4, 3, 6, 2, 5), "Mercedes-Benz M272, Volkswagen 90 degree V6"),
+        KnownOrder((1, 2, 5, 6, 4, 3), _BOSCH),
+        KnownOrder((1, 4, 5, 6, 2, 3), _BOSCH),
+        KnownOrder(
+            (1, 2, 3, 4, 5, 6), "Chrysler 3.5 l and General Motors 60 degree V6", "alternate"
+        ),
+        KnownOrder((1, 6, 5, 4, 3, 2), "Buick and General Motors 3800 90 degree V6", "alternate"),
+    ),
+    8: (
+        KnownOrder(
+            (1, 8, 4, 3, 6, 5, 7, 2),
+            "Chevrolet small block, Chrysler 4.7 l service manual",
+            "alternate",
+            "cross-plane",
+        ),
+        KnownOrder((1, 8, 7, 2, 6, 5, 4, 3), "General Motors LS", "alternate", "cross-plane"),
+        KnownOrder((1, 5, 4, 8, 6, 3, 7, 2), f"{_BOSCH}; BMW M60", "banks", "cross-plane"),
+        KnownOrder((1, 5, 4, 2, 6, 3, 7, 8), "Ford FE", "banks", "cross-plane"),
+        KnownOrder((1, 3, 7, 2, 6, 5, 4, 8), "Ford small block (351)", "banks", "cross-plane"),
+        KnownOrder((1, 5, 3, 7, 4, 8, 2, 6), "Ferrari F355", "banks", "flat-plane"),
+        KnownOrder((1, 6, 3, 5, 4, 7, 2, 8), _BOSCH, "banks", "flat-plane"),
+        KnownOrder((1, 8, 3, 6, 4, 5, 2, 7), _BOSCH, "banks", "flat-plane"),
+        KnownOrder((1, 5, 4, 8, 3, 7, 2, 6), "Ford 5.2 l (GT350)", "banks", "flat-plane"),
+    ),
+    10: (
+        KnownOrder((1, 10, 9, 4, 3, 6, 5, 8, 7, 2), "Dodge Viper", "alternate"),
+        KnownOrder((1, 6, 5, 10, 2, 7, 3, 8, 4, 9), "Audi and Lamborghini V10"),
+    ),
+    12: (KnownOrder((1, 7, 5, 11, 3, 9, 6, 12, 2, 8, 4, 10), "BMW M70, Ferrari 456 M"),),
+}
+"""Four-stroke V engines, with the numbering that the order refers to."""
+
+BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
+    2: (KnownOrder((1, 2), "BMW boxer; " + _GENERIC),),
+    4: (
+        KnownOrder((1, 4, 3, 2), f"{_BOSCH}; Volkswagen"),
+        KnownOrder((1, 3, 2, 4), f"Subaru; {_FAA}", "alternate"),
+        KnownOrder((1, 4, 2, 3), _FAA, "alternate"),
+    ),
+    6: (
+        KnownOrder((1, 6, 2, 4, 3, 5), "Porsche 911"),
+        KnownOrder((1, 6, 3, 2, 5, 4), "Subaru EZ30", "alternate"),
+        KnownOrder((1, 4, 5, 2, 3, 6), _FAA, "alternate"),
+    ),
+}
+"""Four-stroke boxer engines."""
+
+
+def customary_order(cylinders: int) -> tuple[int, ...] | None:
+    """Return the customary firing order, or None where this project knows none (9 and more)."""
+    return CUSTOMARY_ORDERS.get(int(cylinders))

@@ -1,0 +1,207 @@
+"""The modelled compressor: an independent integration, the ideal cycle, what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from engine_dyn import status
+from engine_dyn.compressor import FILE_UNITS, CompressorCycle, tabulate
+from engine_dyn.indicator import TWO_STROKE, Diagram, periodic_spline_slopes
+from engine_dyn.slider_crank import velocity
+
+DEGREE = np.pi / 180.0
+BAR = 1e5
+
+USUAL: dict[str, float] = {
+    "clearance_ratio": 0.06, "crank_ratio": 0.2, "suction_pressure": 1.0,
+    "delivery_pressure": 8.0, "suction_loss": 0.08, "delivery_loss": 0.5,
+    "compression_exponent": 1.32, "expansion_exponent": 1.22, "valve_ramp": 14.0,
+    "valve_lag": 3.0,
+}  # fmt: skip
+
+
+def cycle(**changes: float) -> CompressorCycle:
+    """A compressor from values in file units."""
+    values = {**USUAL, **changes}
+    return CompressorCycle(**{name: value * FILE_UNITS[name][1] for name, value in values.items()})
+
+
+def si(model: CompressorCycle) -> dict[str, Any]:
+    return dataclasses.asdict(model)
+
+
+def smooth_step(u: float) -> float:
+    t = min(max(u, 0.0), 1.0)
+    return t**3 * (10.0 + t * (6.0 * t - 15.0))
+
+
+def opening(model: CompressorCycle, volume: float) -> float:
+    """Angle of a volume by bisection, 0..pi."""
+    low, high = 0.0, np.pi
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if model.volume(middle) < volume else (low, middle)
+    return 0.5 * (low + high)
+
+
+def independent(model: CompressorCycle, start: float, marks: Any) -> tuple[Any, float]:
+    """Pressure at marks from 0 to 2 pi, and at its end, by a general integrator."""
+    ratio = model.delivery_pressure / model.suction_pressure
+    c, ramp = model.clearance_ratio, model.valve_ramp
+    suction = opening(model, c * ratio ** (1.0 / model.expansion_exponent))
+    delivery = 2.0 * np.pi - opening(
+        model, (1.0 + c) * ratio ** (-1.0 / model.compression_exponent)
+    )
+
+    def right(phi: float, y: Any) -> Any:
+        lam = model.crank_ratio
+        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
+        volume = c + 0.5 * (1.0 - np.cos(phi) + (1.0 - root) / lam)
+        speed = np.sin(phi) * (1.0 + lam * np.cos(phi) / root)
+        inward = smooth_step((phi - suction) / ramp) * smooth_step((np.pi - phi) / ramp)
+        outward = smooth_step((phi - delivery) / ramp) * smooth_step((2 * np.pi - phi) / ramp)
+        before = 0.5 * (suction + np.pi) < phi < 0.5 * (delivery + 2.0 * np.pi)
+        n = model.compression_exponent if before else model.expansion_exponent
+        gas = -n * y[0] * 0.5 * speed / volume * (1.0 - inward - outward)
+        gas += (
+            inward
+            * (model.suction_pressure - model.suction_loss * speed**2 - y[0])
+            / (model.valve_lag)
+        )
+        gas += (
+            outward
+            * (model.delivery_pressure + model.delivery_loss * speed**2 - y[0])
+            / (model.valve_lag)
+        )
+        return [gas]
+
+    edges = [0.0, suction, suction + ramp, np.pi - ramp, np.pi, delivery, delivery + ramp,
+             2.0 * np.pi - ramp, 2.0 * np.pi]  # fmt: skip
+    y, found = np.array([start]), []
+    for low, high in itertools.pairwise(edges):
+        here = marks[(marks >= low) & (marks < high)]
+        run = solve_ivp(
+            right, (low, high), y, method="DOP853", rtol=3e-13, atol=1e-7, max_step=DEGREE,
+            t_eval=np.append(here, high),
+        )  # fmt: skip
+        y = run.y[:, -1]
+        found.append(run.y[0, :-1])
+    return np.concatenate(found), float(y[0])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"delivery_pressure": 3.0, "valve_ramp": 25.0}, {"suction_pressure": 8.0,
+     "delivery_pressure": 30.0, "clearance_ratio": 0.15, "valve_lag": 1.0}],
+)  # fmt: skip
+def test_against_a_general_integrator(changes: dict[str, float]) -> None:
+    model = cycle(**changes)
+    angle, pressure = model.points(1.0)
+    place = np.argmin(np.abs(angle))
+    marks = np.arange(360) * DEGREE
+    expected, last = independent(model, float(pressure[place]), marks)
+    np.testing.assert_allclose(
+        np.roll(pressure, -place), expected, rtol=0.0, atol=1e-9 * pressure.max()
+    )
+    assert last == pytest.approx(float(pressure[place]), rel=1e-9)
+
+
+def test_both_polytropes() -> None:
+    model = cycle()
+    angle, pressure = model.points()
+    for low, high, n in ((-179.0, -80.0, 1.32), (0.0, 20.0, 1.22)):
+        part = (angle >= low * DEGREE) & (angle <= high * DEGREE)
+        invariant = pressure[part] * model.volume(angle[part]) ** n
+        np.testing.assert_allclose(invariant, invariant[0], rtol=1e-12)
+
+
+def work(model: CompressorCycle) -> float:
+    """Work of the gas over a cycle and the swept volume [Pa]."""
+    angle, pressure = model.points(0.5)
+    return float((pressure * 0.5 * velocity(angle, model.crank_ratio)).mean() * 2.0 * np.pi)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 5.0, 8.0])
+def test_the_limit_is_the_ideal_cycle(ratio: float) -> None:
+    """W = n/(n - 1) p_s V_in (r^((n-1)/n) - 1), V_in the volumetric efficiency times V_h."""
+    n = 1.3
+    model = cycle(
+        delivery_pressure=ratio, suction_loss=0.0, delivery_loss=0.0, compression_exponent=n,
+        expansion_exponent=n, valve_ramp=1.5, valve_lag=0.3,
+    )  # fmt: skip
+    ideal = n / (n - 1.0) * BAR * model.volumetric_efficiency * (ratio ** ((n - 1.0) / n) - 1.0)
+    assert -work(model) == pytest.approx(ideal, rel=1e-2)
+    assert model.volumetric_efficiency == pytest.approx(1.0 - 0.06 * (ratio ** (1 / 1.3) - 1.0))
+
+
+def test_valves_cost_work_and_overshoot() -> None:
+    free, lossy = cycle(suction_loss=0.0, delivery_loss=0.0), cycle()
+    assert work(lossy) < work(free) < 0.0
+    pressure = lossy.points()[1]
+    assert pressure.max() > 8.0 * BAR
+    assert pressure.min() < 1.0 * BAR
+
+
+def test_half_degree_is_fine_enough_for_the_spline() -> None:
+    model = cycle()
+    angle, pressure = model.points(0.1)
+    coarse, p = model.points(0.5)
+    spline = Diagram(coarse, p, periodic_spline_slopes(coarse, p, TWO_STROKE), TWO_STROKE)
+    for curve in (spline, model.diagram()):
+        np.testing.assert_allclose(curve(angle), pressure, rtol=0.0, atol=1e-6 * pressure.max())
+
+
+def test_a_batch_is_its_cycles_and_leaves_out_the_impossible() -> None:
+    delivery = np.array([4.0, 8.0, 0.5, 60.0]) * BAR
+    found = tabulate({**si(cycle()), "delivery_pressure": delivery}, 1.0)
+    assert found.status.tolist() == [
+        status.CONVERGED, status.CONVERGED, status.INVALID_INPUT, status.INVALID_INPUT
+    ]  # fmt: skip
+    for i in range(2):
+        one = cycle(delivery_pressure=delivery[i] / BAR)
+        np.testing.assert_array_equal(found.pressure[i], one.points(1.0)[1])
+    assert np.isnan(found.pressure[2:]).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"clearance_ratio": 0.0}, "clearance_ratio = 0: must be between 0 and 0.5"),
+        ({"crank_ratio": 1.0}, "crank_ratio = 1"),
+        ({"suction_pressure": -1.0}, "suction_pressure = -1 bar"),
+        ({"delivery_pressure": 0.9}, "delivery_pressure = 0.9 bar: must be above suction_pressure"),
+        ({"delivery_pressure": 60.0}, "delivery_pressure = 60 bar: must be lower: the clearance's"),
+        ({"delivery_pressure": 30.0, "clearance_ratio": 0.001, "compression_exponent": 1.0,
+          "valve_ramp": 40.0}, "delivery_pressure = 30 bar: must be lower: it is reached too late"),
+        ({"suction_loss": 0.8}, "suction_loss = 0.8 bar: must be at most half"),
+        ({"compression_exponent": 0.9}, "compression_exponent = 0.9"),
+        ({"valve_ramp": 0.0}, "valve_ramp = 0 degree: must be between 1 and 45 degree"),
+        ({"valve_lag": float("nan")}, "valve_lag = nan: must be a finite number"),
+    ],
+)  # fmt: skip
+def test_bad_parameters(changes: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        cycle(**changes)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_a_batch_refuses() -> None:
+    values = si(cycle())
+    with pytest.raises(ValueError, match="heat: no field of CompressorCycle"):
+        tabulate({**values, "heat": 1.0})
+    del values["valve_lag"]
+    with pytest.raises(ValueError, match="valve_lag: missing"):
+        tabulate(values)
+    with pytest.raises(ValueError, match="360 must be a multiple"):
+        cycle().points(0.7)
+
+
+def test_every_field_has_a_unit() -> None:
+    assert list(FILE_UNITS) == [field.name for field in dataclasses.fields(CompressorCycle)]

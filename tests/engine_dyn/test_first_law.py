@@ -1,0 +1,657 @@
+"""Modelled cycles by the first law: an independent integration, closed forms, energy, the batch."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from engine_dyn import status
+from engine_dyn.first_law import (
+    FOUR_STROKE_UNITS,
+    TWO_STROKE_UNITS,
+    FourStrokeCycle,
+    TwoStrokeCycle,
+    tabulate,
+)
+from engine_dyn.indicator import Diagram, diagram_from_points
+
+DEGREE = np.pi / 180.0
+BAR = 1e5
+
+# A throttled spark-ignition engine, a turbocharged diesel, a slow uniflow two-stroke.
+SPARK: dict[str, Any] = {
+    "compression_ratio": 10.0, "crank_ratio": 0.28, "intake_pressure": 0.7,
+    "exhaust_pressure": 1.05, "charge_temperature": 340.0, "heat": 14.0,
+    "combustion_start": -18.0, "combustion_duration": 55.0, "combustion_form": 2.0,
+    "valve_ramp": 40.0, "valve_lag": 8.0, "intake_loss": 0.06, "exhaust_loss": 0.05,
+    "intake_closing": -125.0, "exhaust_opening": 130.0,
+}  # fmt: skip
+DIESEL: dict[str, Any] = {
+    **SPARK, "compression_ratio": 17.0, "intake_pressure": 1.9, "exhaust_pressure": 1.7,
+    "charge_temperature": 370.0, "heat": 25.0, "combustion_start": -4.0,
+    "combustion_duration": 75.0, "combustion_form": 1.2, "premixed_share": 0.12,
+    "premixed_start": -6.0, "premixed_duration": 9.0, "premixed_form": 2.0,
+}  # fmt: skip
+PORTS: dict[str, Any] = {
+    "compression_ratio": 14.0, "crank_ratio": 0.45, "intake_pressure": 3.0,
+    "exhaust_pressure": 2.6, "charge_temperature": 350.0, "heat": 24.0, "combustion_start": -2.0,
+    "combustion_duration": 60.0, "combustion_form": 1.0, "valve_ramp": 20.0, "valve_lag": 5.0,
+    "exhaust_opening": 110.0, "scavenge_opening": 135.0,
+}  # fmt: skip
+WALL: dict[str, dict[str, Any]] = {
+    "adiabatic": {},
+    "polytropic": {
+        "wall": "polytropic", "compression_exponent": 1.34, "expansion_exponent": 1.28,
+    },
+    "woschni": {
+        "wall": "woschni", "wall_temperature": 440.0, "bore": 0.1, "stroke": 0.12, "speed": 1800.0,
+    },
+}  # fmt: skip
+
+CASES = {
+    "spark, adiabatic": (FourStrokeCycle, SPARK, "adiabatic"),
+    "spark, woschni": (FourStrokeCycle, SPARK, "woschni"),
+    "diesel, polytropic": (FourStrokeCycle, DIESEL, "polytropic"),
+    "diesel, woschni": (FourStrokeCycle, DIESEL, "woschni"),
+    "motored, woschni": (FourStrokeCycle, {**DIESEL, "heat": 0.0}, "woschni"),
+    "ports, woschni": (TwoStrokeCycle, PORTS, "woschni"),
+    "uniflow, polytropic": (TwoStrokeCycle, {**PORTS, "exhaust_closing": -140.0}, "polytropic"),
+}
+
+
+def built(kind: Any, values: dict[str, Any], **changes: Any) -> Any:
+    """A cycle from values in file units."""
+    units = FOUR_STROKE_UNITS if kind is FourStrokeCycle else TWO_STROKE_UNITS
+    parts = {**values, **changes}
+    return kind(**{n: v if n == "wall" else v * units[n][1] for n, v in parts.items()})
+
+
+def case(name: str, **changes: Any) -> Any:
+    kind, values, wall = CASES[name]
+    return built(kind, {**values, **WALL[wall]}, **changes)
+
+
+def smooth_step(u: float) -> float:
+    t = min(max(u, 0.0), 1.0)
+    return t**3 * (10.0 + t * (6.0 * t - 15.0))
+
+
+class Equation:
+    """The model written from its description: pressure as unknown, rates of heat."""
+
+    def __init__(self, m: Any) -> None:
+        self.m = m
+        self.four = isinstance(m, FourStrokeCycle)
+        if self.four:
+            self.closing = m.intake_closing
+        else:
+            exhaust = -m.exhaust_opening if np.isnan(m.exhaust_closing) else m.exhaust_closing
+            self.closing = max(exhaust, -m.scavenge_opening)
+            self.exhaust_last = exhaust > -m.scavenge_opening
+        self.end = self.closing + m.period
+
+    def geometry(self, phi: float) -> tuple[float, float]:
+        lam = self.m.crank_ratio
+        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
+        travel = 0.5 * (1.0 - np.cos(phi) + (1.0 - root) / lam)
+        slope = 0.5 * (np.sin(phi) + lam * np.sin(phi) * np.cos(phi) / root)
+        return 1.0 / (self.m.compression_ratio - 1.0) + travel, slope
+
+    def heat_rate(self, phi: float) -> float:
+        m, total = self.m, 0.0
+        for share, start, duration, form in (
+            (1.0 - m.premixed_share, m.combustion_start, m.combustion_duration, m.combustion_form),
+            (m.premixed_share, m.premixed_start, m.premixed_duration, m.premixed_form),
+        ):
+            t = max(phi - start, 0.0) / duration
+            power = m.wiebe_factor * t ** (form + 1.0)
+            total += share * m.wiebe_factor * (form + 1.0) / duration * t**form * np.exp(-power)
+        return m.heat * total
+
+    def woschni(self, p: float, temperature: float, volume: float, motored: float) -> float:
+        """Heat loss [Pa per rad of swept volume], all in the units of the formula."""
+        m = self.m
+        swept = 0.25 * np.pi * m.bore**2 * m.stroke
+        wind = 2.28 * 2.0 * m.stroke * m.speed / (2.0 * np.pi)
+        if p > motored:
+            # T_r/(p_r V_r) at the closing, in m3: swept volume over V_r is 1/v_r.
+            first = self.trapped * self.geometry(self.closing)[0]
+            wind += 3.24e-3 * m.charge_temperature / first * (p - motored)
+        h = m.wall_factor * 3.26 * m.bore**-0.2 * (p / 1e3) ** 0.8 * temperature**-0.55 * wind**0.8
+        area = 0.5 * np.pi * m.bore**2 + 4.0 * volume * swept / m.bore
+        return h * area * (temperature - m.wall_temperature) / m.speed / swept
+
+    def closed(self, phi: float, y: Any) -> Any:
+        """Pressure, motored pressure, heat lost, work."""
+        m = self.m
+        volume, growth = self.geometry(phi)
+        rates = []
+        losses = []
+        mass = self.trapped * self.geometry(self.closing)[0] / m.charge_temperature
+        for p, heat, other in ((y[0], self.heat_rate(phi), y[1]), (y[1], 0.0, y[1])):
+            temperature = p * volume / mass
+            gamma = m.gamma_300 - m.gamma_slope * (temperature - 300.0)
+            loss = 0.0
+            if m.wall == "woschni":
+                loss = self.woschni(p, temperature, volume, other)
+            elif m.wall == "polytropic":
+                n = m.compression_exponent + (m.expansion_exponent - m.compression_exponent) * (
+                    smooth_step(0.5 * (phi / (30.0 * DEGREE) + 1.0))
+                )
+                # What keeps p v^n: dQ = (gamma - n)/(gamma - 1) p dv.
+                loss = -(gamma - n) / (gamma - 1.0) * p * growth
+            rates.append((-gamma * p * growth + (gamma - 1.0) * (heat - loss)) / volume)
+            losses.append(loss)
+        return [*rates, losses[0], y[0] * growth]
+
+    def manifold(self, phi: float) -> float:
+        m = self.m
+        if self.four:
+            square = (2.0 * self.geometry(phi)[1]) ** 2
+            share = smooth_step(0.5 * ((phi - 2.0 * np.pi) / m.valve_ramp + 1.0))
+            before = m.exhaust_pressure + m.exhaust_loss * square
+            return before * (1.0 - share) + (m.intake_pressure - m.intake_loss * square) * share
+        share = smooth_step((phi - m.scavenge_opening) / m.valve_ramp)
+        if self.exhaust_last:
+            share *= smooth_step((2.0 * np.pi - m.scavenge_opening - phi) / m.valve_ramp)
+        return m.exhaust_pressure * (1.0 - share) + m.intake_pressure * share
+
+    def opened(self, phi: float, y: Any) -> Any:
+        m, p = self.m, y[0]
+        volume, growth = self.geometry(phi)
+        share = smooth_step((phi - m.exhaust_opening) / m.valve_ramp)
+        share *= smooth_step((self.end - phi) / m.valve_ramp)
+        if phi < 0.5 * (m.exhaust_opening + self.end):
+            gamma, loss = self.blown
+            power = m.expansion_exponent if m.wall == "polytropic" else gamma
+            gas = -power * p * growth + (gamma - 1.0) * (self.heat_rate(phi) - loss)
+        else:
+            gamma = m.gamma_300 - m.gamma_slope * (m.charge_temperature - 300.0)
+            power = m.compression_exponent if m.wall == "polytropic" else gamma
+            gas = -power * p * growth
+            if m.wall == "woschni":
+                gas -= (gamma - 1.0) * self.woschni(p, m.charge_temperature, volume, p)
+        return [(1.0 - share) * gas / volume + share * (self.manifold(phi) - p) / m.valve_lag]
+
+    def part(self, function: Any, start: float, end: float, y: Any, breaks: Any, marks: Any) -> Any:
+        """Integrate between the corners of the equation; values at marks, and at the end."""
+        edges = [start, *sorted(b for b in set(breaks) if start < b < end), end]
+        found, places = [], []
+        for low, high in itertools.pairwise(edges):
+            here = marks[(marks >= low) & (marks < high)]
+            run = solve_ivp(
+                function, (low, high), y, method="DOP853", rtol=3e-13, atol=1e-7,
+                max_step=1.0 * DEGREE, t_eval=np.append(here, high),
+            )  # fmt: skip
+            assert run.success
+            y = run.y[:, -1]
+            found.append(run.y[:, :-1])
+            places.append(here)
+        return np.concatenate(places), np.concatenate(found, axis=1), y
+
+    def cycle(self, trapped: float, marks: Any) -> Any:
+        """One cycle from a trapped pressure: marks, pressures, closed part's end, last pressure."""
+        m, self.trapped = self.m, trapped
+        starts = [m.combustion_start, m.premixed_start, -30.0 * DEGREE, 30.0 * DEGREE]
+        first, p, end = self.part(
+            self.closed,
+            self.closing,
+            m.exhaust_opening,
+            [trapped, trapped, 0.0, 0.0],
+            starts,
+            marks,
+        )
+        volume = self.geometry(m.exhaust_opening)[0]
+        mass = trapped * self.geometry(self.closing)[0] / m.charge_temperature
+        hot = end[0] * volume / mass
+        loss = 0.0
+        if m.wall == "woschni":
+            loss = self.woschni(end[0], hot, volume, end[1])
+        self.blown = (m.gamma_300 - m.gamma_slope * (hot - 300.0), loss)
+        turns = [m.exhaust_opening + m.valve_ramp, self.end - m.valve_ramp]
+        turns.append(0.5 * (m.exhaust_opening + self.end))
+        if self.four:
+            turns += [2.0 * np.pi - m.valve_ramp, 2.0 * np.pi + m.valve_ramp]
+        else:
+            turns += [m.scavenge_opening, m.scavenge_opening + m.valve_ramp]
+            turns += [2.0 * np.pi - m.scavenge_opening - x for x in (0.0, m.valve_ramp)]
+        second, q, last = self.part(
+            self.opened, m.exhaust_opening, self.end, [end[0]], turns, marks
+        )
+        return np.append(first, second), np.append(p[0], q[0]), end, float(last[0])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_against_a_general_integrator(name: str) -> None:
+    model = case(name)
+    step = 3.0
+    angle, pressure = model.points(step)
+    values = {f.name: getattr(model, f.name) for f in dataclasses.fields(model)}
+    found = tabulate(type(model), values, step)
+    equation = Equation(model)
+    marks = np.sort(np.concatenate([angle, angle + model.period]))
+    places, expected, end, last = equation.cycle(float(found.trapped_pressure), marks)
+    index = np.rint((places - angle[0]) / (step * DEGREE)).astype(int) % len(angle)
+    assert sorted(index) == list(range(len(angle)))
+    np.testing.assert_allclose(pressure[index], expected, rtol=0.0, atol=1e-9 * pressure.max())
+    # Periodic: the pressure at which the cylinder closes is that at which it began.
+    assert last == pytest.approx(float(found.trapped_pressure), rel=1e-9)
+    assert float(found.wall_loss) == pytest.approx(end[2], rel=1e-8, abs=1e-9 * 1e5)
+    assert float(found.work) == pytest.approx(end[3], rel=1e-9)
+
+
+def si(model: Any) -> dict[str, Any]:
+    """Fields of a cycle, as `tabulate` takes them."""
+    return {f.name: getattr(model, f.name) for f in dataclasses.fields(model)}
+
+
+@pytest.mark.parametrize("form", [1.0, 1.5, 2.0, 3.0])
+@pytest.mark.parametrize("duration", [4.0, 30.0])
+def test_short_combustion_keeps_the_accuracy(form: float, duration: float) -> None:
+    """The corner of t^form and a duration of a few steps are followed to 1e-8 of p_max."""
+    model = case("spark, adiabatic", combustion_duration=duration, combustion_form=form)
+    angle, pressure = model.points(3.0)
+    equation = Equation(model)
+    found = tabulate(FourStrokeCycle, si(model), 3.0)
+    marks = np.sort(np.concatenate([angle, angle + model.period]))
+    places, expected, _, _ = equation.cycle(float(found.trapped_pressure), marks)
+    index = np.rint((places - angle[0]) / (3.0 * DEGREE)).astype(int) % len(angle)
+    np.testing.assert_allclose(pressure[index], expected, rtol=0.0, atol=1e-8 * pressure.max())
+
+
+@pytest.mark.parametrize("name", ["spark, woschni", "ports, woschni"])
+def test_a_table_does_not_depend_on_its_step(name: str) -> None:
+    model = case(name)
+    finest = model.points(0.1)[1]
+    for step in (0.25, 0.5, 1.0, 2.0, 6.0):
+        # 720 is no multiple of 0.25 in steps of 0.1: compare where both have a point.
+        every = round(model.period / DEGREE / step)
+        shared = np.gcd(every, len(finest))
+        some = model.points(step)[1]
+        np.testing.assert_allclose(
+            some[:: every // shared], finest[:: len(finest) // shared], rtol=1e-9
+        )
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("exponent", [1.25, 1.4])
+def test_constant_gamma_without_loss_is_an_isentrope(exponent: float) -> None:
+    model = case("spark, adiabatic", heat=0.0, gamma_300=exponent, gamma_slope=0.0)
+    angle, pressure = model.points()
+    closed = (angle >= -125.0 * DEGREE) & (angle <= 130.0 * DEGREE)
+    invariant = pressure[closed] * model.volume(angle[closed]) ** exponent
+    np.testing.assert_allclose(invariant, invariant[0], rtol=1e-12)
+
+
+def test_unfired_polytrope_before_and_after_dead_centre() -> None:
+    """p v^n, whatever gamma does: with n_c before -30 degrees and n_e after 30."""
+    model = case("diesel, polytropic", heat=0.0)
+    angle, pressure = model.points()
+    for low, high, n in ((-125.0, -30.0, 1.34), (30.0, 130.0, 1.28)):
+        part = (angle >= low * DEGREE) & (angle <= high * DEGREE)
+        invariant = pressure[part] * model.volume(angle[part]) ** n
+        np.testing.assert_allclose(invariant, invariant[0], rtol=1e-11)
+
+
+@pytest.mark.parametrize("slope", [1e-12, 8e-5, 2e-4])
+def test_isentrope_of_a_gas_whose_gamma_falls(slope: float) -> None:
+    """dT/T = -(gamma - 1) dv/v with gamma - 1 = G - s T integrates: T v^G/(G - s T) is constant."""
+    model = case("diesel, polytropic", wall="adiabatic", heat=0.0, gamma_slope=slope)
+    angle, pressure = model.points()
+    closed = (angle >= -125.0 * DEGREE) & (angle <= 130.0 * DEGREE)
+    volume = model.volume(angle[closed])
+    temperature = 370.0 * pressure[closed] * volume
+    temperature /= pressure[closed][0] * volume[0]
+    start = np.flatnonzero(closed)[0]
+    assert angle[start] == pytest.approx(-125.0 * DEGREE)
+    power = model.gamma_300 - 1.0 + 300.0 * slope
+    invariant = temperature * volume**power / (power - slope * temperature)
+    np.testing.assert_allclose(invariant, invariant[0], rtol=1e-11)
+
+
+def test_short_heat_at_dead_centre_is_the_otto_cycle() -> None:
+    """Work over heat is 1 - r^(1 - gamma) for constant volume; r is that of the closed part."""
+    gamma = 1.35
+    model = case(
+        "spark, adiabatic", gamma_300=gamma, gamma_slope=0.0, combustion_start=-1.05,
+        combustion_duration=2.1, intake_closing=-130.0, exhaust_opening=130.0,
+    )  # fmt: skip
+    found = tabulate(FourStrokeCycle, si(model))
+    ratio = float(model.volume(130.0 * DEGREE) / model.volume(0.0))
+    efficiency = float(found.work / found.heat)
+    assert efficiency == pytest.approx(1.0 - ratio ** (1.0 - gamma), rel=1e-3)
+
+
+# Energy
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_energy_balance_of_the_closed_cycle(name: str) -> None:
+    """Work = heat - loss - change of internal energy, with work and energy from the table alone."""
+    model = case(name)
+    found = tabulate(type(model), si(model), 0.05)
+    low = Equation(model).closing
+    high = model.exhaust_opening
+    inside = (found.angle >= low - 1e-9) & (found.angle <= high + 1e-9)
+    curve = Diagram(found.angle, found.pressure, found.slope, model.period)
+    phi = found.angle[inside]
+    node = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
+    places = 0.5 * (phi[:-1] + phi[1:])[:, None] + 0.025 * DEGREE * node
+    lam = model.crank_ratio
+    root = np.sqrt(1.0 - (lam * np.sin(places)) ** 2)
+    growth = 0.5 * np.sin(places) * (1.0 + lam * np.cos(places) / root)
+    work = float((curve(places) * growth @ np.array([5.0, 8.0, 5.0])).sum()) / 18.0 * 0.05 * DEGREE
+    ends = [float(curve(x)) * float(model.volume(x)) for x in (low, high)]
+    mass = ends[0] / model.charge_temperature
+    hot = ends[1] / mass
+    # Internal energy of linear gamma: u = -R/s ln((gamma(T) - 1)/(gamma(T_1) - 1)).
+    first, last = model.gamma([model.charge_temperature, hot]) - 1.0
+    energy = -mass / model.gamma_slope * np.log(last / first)
+    balance = float(found.heat) - float(found.wall_loss) - energy
+    scale = max(abs(float(found.heat)), abs(float(found.work)), BAR)
+    assert work == pytest.approx(float(found.work), abs=1e-9 * scale)
+    assert work == pytest.approx(balance, abs=2e-9 * scale)
+    assert float(found.hottest) >= hot
+
+
+def test_woschni_loss_has_the_usual_size() -> None:
+    """A quarter to a tenth of the heat goes to the walls, more where the engine turns slowly."""
+    shares = []
+    for speed in (600.0, 1800.0, 5400.0):
+        model = case("spark, woschni", speed=speed)
+        found = tabulate(FourStrokeCycle, si(model))
+        shares.append(float(found.wall_loss / found.heat))
+    assert shares == sorted(shares, reverse=True)
+    assert 0.08 < shares[1] < 0.25
+
+
+def test_no_factor_on_woschni_is_no_wall() -> None:
+    model = case("spark, woschni", wall_factor=0.0)
+    np.testing.assert_allclose(model.points()[1], case("spark, adiabatic").points()[1], rtol=1e-12)
+
+
+# Cantera
+
+
+# States of air (O2 0.21, N2 0.78, Ar 0.01 by volume, frozen) from Cantera 3.2.0 with air.yaml:
+# from 330 K and 1 bar compressed at constant entropy by a ratio, given 800 kJ/kg at constant
+# volume, expanded back at constant entropy. Ratio: T and p compressed, p heated, p expanded [Pa].
+AIR = {
+    6.0: (660.4697914806657, 1200854.166328483, 2878008.124062015, 267927.57919280673),
+    10.0: (794.8181625538016, 2408539.8865266717, 5141345.593714184, 242537.10329692025),
+    14.0: (894.0566727652125, 3792967.702640296, 7563882.756196047, 227992.83300413683),
+    20.0: (1009.1716097335155, 6116191.574142518, 11425297.31429322, 214246.7483532854),
+}
+AIR_CONSTANT = 287.0025
+
+
+def air(ratio: float, heat: float) -> Any:
+    """A cycle whose closed part compresses 330 K, 1 bar by `ratio`, at -150 to 150 degrees."""
+    phi, lam = 150.0 * DEGREE, 0.28
+    travel = 0.5 * (1.0 - np.cos(phi) + (1.0 - np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)) / lam)
+    whole = 1.0 + (ratio - 1.0) / travel
+    pressure = 1.0
+    for _ in range(2):
+        # The charge is trapped at somewhat more than the manifold has: bring it to 1 bar.
+        model = case(
+            "spark, adiabatic", compression_ratio=whole, intake_closing=-150.0,
+            exhaust_opening=150.0, charge_temperature=330.0, gamma_300=1.4044,
+            gamma_slope=9.9e-5, combustion_start=-1.05, combustion_duration=2.1,
+            intake_loss=0.0, valve_ramp=10.0, valve_lag=2.0, intake_pressure=pressure,
+        )  # fmt: skip
+        trapped = float(tabulate(FourStrokeCycle, {**si(model), "heat": 0.0}).trapped_pressure)
+        pressure *= BAR / trapped
+    volume = float(model.volume(phi))
+    released = heat * BAR * volume / (AIR_CONSTANT * 330.0)
+    return tabulate(FourStrokeCycle, {**si(model), "heat": released})
+
+
+@pytest.mark.parametrize("ratio", AIR)
+def test_air_against_cantera(ratio: float) -> None:
+    """gamma = 1.4044 - 9.9e-5 (T - 300 K) is within 0.004 of air's from 300 to 1000 K.
+
+    Cantera follows the true heat capacities. Compression agrees within 0.1 %; with heat, up to
+    1885 K and so far beyond the range of that line, p_max is 2 to 4 % low and the end of the
+    expansion 0.2 to 0.7 % high.
+    """
+    _, compressed, heated, expanded = AIR[ratio]
+    cold = air(ratio, 0.0)
+    top = np.argmin(np.abs(cold.angle))
+    assert float(cold.pressure[top]) == pytest.approx(compressed, rel=1e-3)
+    fired = air(ratio, 800e3)
+    assert float(fired.pressure.max()) == pytest.approx(heated, rel=4e-2)
+    end = np.argmin(np.abs(fired.angle - 150.0 * DEGREE))
+    assert float(fired.pressure[end]) == pytest.approx(expanded, rel=7e-3)
+
+
+def test_the_recorded_states_are_those_of_cantera() -> None:
+    cantera = pytest.importorskip("cantera")
+    gas = cantera.Solution("air.yaml")
+    for ratio, (hot, compressed, heated, expanded) in AIR.items():
+        gas.TPX = 330.0, 1e5, "O2:0.21, N2:0.78, AR:0.01"
+        entropy, volume = gas.s, gas.v
+        gas.SV = entropy, volume / ratio
+        np.testing.assert_allclose([gas.T, gas.P], [hot, compressed], rtol=1e-8)
+        gas.UV = gas.u + 800e3, volume / ratio
+        np.testing.assert_allclose(gas.P, heated, rtol=1e-8)
+        gas.SV = gas.s, volume
+        np.testing.assert_allclose(gas.P, expanded, rtol=1e-8)
+
+
+# The table and its spline
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "tolerance"),
+    [
+        ("spark, woschni", {}, 1e-7),
+        ("motored, woschni", {}, 1e-6),
+        # The corners of t^1.2 and of a premixed part of 9 degrees are rougher.
+        ("diesel, woschni", {}, 1e-5),
+        ("diesel, woschni", {"combustion_form": 2.0, "premixed_duration": 15.0}, 1e-6),
+        ("ports, woschni", {"combustion_form": 2.0}, 1e-6),
+    ],
+)
+def test_half_degree_is_fine_enough_for_the_spline(
+    name: str, changes: dict[str, Any], tolerance: float
+) -> None:
+    model = case(name, **changes)
+    angle, pressure = model.points(0.1)
+    curve = diagram_from_points(*model.points(0.5), model.period)
+    for way in (curve, model.diagram(0.5)):
+        np.testing.assert_allclose(way(angle), pressure, rtol=0.0, atol=tolerance * pressure.max())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_slopes_are_those_of_the_table(name: str) -> None:
+    model = case(name)
+    found = tabulate(type(model), si(model), 0.05)
+    p, h = found.pressure, 0.05 * DEGREE
+    central = (8.0 * (np.roll(p, -1) - np.roll(p, 1)) - np.roll(p, -2) + np.roll(p, 2)) / (12 * h)
+    # Finite differences see the corners where a combustion starts.
+    starts = (model.combustion_start, model.premixed_start)
+    smooth = np.all([np.abs(found.angle - x) > 0.2 * DEGREE for x in starts], axis=0)
+    difference = np.where(smooth, found.slope - central, 0.0)
+    np.testing.assert_allclose(difference, 0.0, atol=1e-4 * np.abs(found.slope).max())
+
+
+# The batch
+
+
+def test_a_batch_is_its_cycles() -> None:
+    model = case("diesel, woschni")
+    ratio = np.array([14.0, 17.0])[:, None]
+    heat = np.array([10.0, 20.0, 30.0]) * BAR
+    found = tabulate(FourStrokeCycle, {**si(model), "compression_ratio": ratio, "heat": heat}, 1.0)
+    assert found.pressure.shape == (2, 3, 720)
+    assert found.status.shape == (2, 3)
+    assert (found.status == status.CONVERGED).all()
+    for i in range(2):
+        for j in range(3):
+            one = dataclasses.replace(model, compression_ratio=ratio[i, 0], heat=heat[j])
+            np.testing.assert_array_equal(found.pressure[i, j], one.points(1.0)[1])
+
+
+def test_wrong_sets_of_a_batch_are_left_out() -> None:
+    model = case("spark, adiabatic")
+    found = tabulate(
+        FourStrokeCycle,
+        {**si(model), "combustion_duration": np.array([-5.0, 40.0, np.nan]) * DEGREE},
+        2.0,
+    )
+    assert found.status.tolist() == [
+        status.INVALID_INPUT, status.CONVERGED, status.INVALID_INPUT
+    ]  # fmt: skip
+    assert np.isnan(found.pressure[[0, 2]]).all()
+    assert np.isnan(found.work[[0, 2]]).all()
+    assert np.isfinite(found.pressure[1]).all()
+
+
+def test_too_hot() -> None:
+    with pytest.raises(ValueError, match=r"heat = 100 bar: must be less, .* hotter than 4000 K"):
+        case("spark, adiabatic", heat=100.0).points()
+    model = case("spark, adiabatic")
+    found = tabulate(FourStrokeCycle, {**si(model), "heat": np.array([14.0, 100.0]) * BAR})
+    assert found.status.tolist() == [status.CONVERGED, status.INVALID_INPUT]
+    assert np.isnan(found.pressure[1]).all()
+
+
+def test_ports_that_are_hardly_open_still_repeat() -> None:
+    model = case("ports, woschni", valve_lag=44.0, exhaust_opening=150.0, scavenge_opening=152.0)
+    found = tabulate(TwoStrokeCycle, si(model), 5.0)
+    assert found.status == status.CONVERGED
+    equation = Equation(model)
+    trapped = float(found.trapped_pressure)
+    *_, last = equation.cycle(trapped, np.array([equation.closing]))
+    assert last == pytest.approx(trapped, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"polytropy": 1.3}, "polytropy: no field of FourStrokeCycle"),
+        ({"wall": "leaky"}, "wall = 'leaky': must be one of 'adiabatic', 'polytropic', 'woschni'"),
+    ],
+)
+def test_what_a_batch_refuses(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        tabulate(FourStrokeCycle, {**si(case("spark, adiabatic")), **values})
+
+
+def test_what_a_batch_needs() -> None:
+    values = si(case("spark, adiabatic"))
+    del values["heat"]
+    with pytest.raises(ValueError, match="heat: missing; FourStrokeCycle needs it"):
+        tabulate(FourStrokeCycle, values)
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, 0.7, 11.0, 20.0, np.nan])
+def test_bad_step(step: float) -> None:
+    with pytest.raises(ValueError, match="720 must be a multiple"):
+        case("spark, adiabatic").points(step)
+    with pytest.raises(ValueError, match="360 must be a multiple"):
+        case("ports, woschni").points(step)
+
+
+# Gas exchange
+
+
+def test_four_stroke_gas_exchange_follows_the_manifolds() -> None:
+    model = case("spark, woschni", valve_lag=1.0)
+    curve = diagram_from_points(*model.points())
+    assert curve(-269.0 * DEGREE) == pytest.approx(0.64 * BAR, rel=2e-2)
+    assert curve(179.9 * DEGREE) == pytest.approx(1.05 * BAR, rel=1e-3)
+
+
+def test_ports_bring_the_scavenge_pressure() -> None:
+    model = case("ports, woschni", valve_lag=1.0)
+    angle, pressure = model.points()
+    bottom = pressure[0]
+    assert bottom == pytest.approx(3.0 * BAR, rel=1e-3)
+    # The exhaust closes last: the pressure is back at the exhaust's.
+    shut = np.argmin(np.abs(angle + 130.0 * DEGREE))
+    assert pressure[shut] == pytest.approx(2.6 * BAR, rel=2e-2)
+    uniflow = case("ports, woschni", valve_lag=1.0, exhaust_closing=-150.0)
+    higher = uniflow.points()[1]
+    assert higher[shut] > 1.1 * pressure[shut]
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("spark, adiabatic", {"compression_ratio": 1.0},
+         "compression_ratio = 1: must be between 1.5 and 40"),
+        ("spark, adiabatic", {"combustion_duration": -40.0},
+         "combustion_duration = -40 degree: must be between 2 and 270 degree"),
+        ("spark, adiabatic", {"combustion_form": 0.5}, "combustion_form = 0.5"),
+        ("diesel, woschni", {"premixed_duration": -1.0}, "premixed_duration = -1 degree"),
+        ("diesel, woschni", {"premixed_share": 1.5}, "premixed_share = 1.5: must be between 0"),
+        ("spark, adiabatic", {"heat": -1.0}, "heat = -1 bar: must be between 0 and 200 bar"),
+        ("spark, adiabatic", {"heat": np.nan}, "heat = nan: must be a finite number"),
+        ("spark, adiabatic", {"crank_ratio": 1.0}, "crank_ratio = 1"),
+        ("spark, adiabatic", {"intake_pressure": 0.0}, "intake_pressure = 0 bar"),
+        ("spark, adiabatic", {"charge_temperature": 20.0}, "charge_temperature = 20 K"),
+        ("spark, adiabatic", {"gamma_300": 0.9}, "gamma_300 = 0.9"),
+        ("spark, adiabatic", {"gamma_slope": -1e-5}, "gamma_slope = -1e-05 K-1"),
+        ("spark, adiabatic", {"wall": "leaky"}, "wall = 'leaky': must be one of"),
+        ("spark, adiabatic", {"wall": "polytropic"}, "compression_exponent = nan: must be a fin"),
+        ("spark, adiabatic", {"wall": "woschni"}, "wall_temperature = nan: must be a finite"),
+        ("spark, woschni", {"bore": 0.0}, "bore = 0 m: must be between 0 and 3 m"),
+        ("spark, woschni", {"speed": -10.0}, "speed = -10 rpm"),
+        ("spark, adiabatic", {"combustion_start": -89.0, "intake_closing": -70.0},
+         "combustion_start = -89 degree: must be after the cylinder has closed (intake_closing)"),
+        ("spark, adiabatic", {"combustion_start": 80.0, "exhaust_opening": 70.0},
+         "combustion_start = 80 degree: must be before exhaust_opening"),
+        ("spark, adiabatic", {"intake_loss": 0.5}, "intake_loss = 0.5 bar: must be at most half"),
+        ("spark, adiabatic", {"intake_closing": 10.0}, "intake_closing = 10 degree"),
+        ("ports, woschni", {"exhaust_opening": 185.0}, "exhaust_opening = 185 degree"),
+        ("ports, woschni", {"scavenge_opening": 100.0},
+         "scavenge_opening = 100 degree: must be after exhaust_opening"),
+        ("ports, woschni", {"exhaust_closing": 10.0},
+         "exhaust_closing = 10 degree: must be between -180 and -45 degree"),
+        ("ports, woschni", {"exhaust_opening": 170.0, "scavenge_opening": 175.0},
+         "valve_ramp = 20 degree: must be at most half the time"),
+    ],
+)  # fmt: skip
+def test_bad_parameters(name: str, changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        case(name, **changes)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_number_has_a_unit() -> None:
+    for kind, units in ((FourStrokeCycle, FOUR_STROKE_UNITS), (TwoStrokeCycle, TWO_STROKE_UNITS)):
+        names = {f.name for f in dataclasses.fields(kind)} - {"wall"}
+        assert set(units) == names
+
+
+@given(
+    st.floats(8.0, 20.0), st.floats(0.0, 25.0), st.floats(-20.0, 5.0), st.floats(25.0, 100.0),
+    st.floats(0.4, 3.0), st.sampled_from(sorted(WALL)),
+)  # fmt: skip
+@settings(deadline=None, max_examples=40)
+def test_any_usual_cycle_makes_a_diagram(
+    ratio: float, heat: float, start: float, duration: float, boost: float, wall: str
+) -> None:
+    for kind, values in ((FourStrokeCycle, SPARK), (TwoStrokeCycle, PORTS)):
+        model = built(
+            kind, {**values, **WALL[wall]}, compression_ratio=ratio, heat=heat * min(boost, 1.0),
+            combustion_start=start, combustion_duration=duration, intake_pressure=boost,
+            exhaust_pressure=0.9 * boost,
+        )  # fmt: skip
+        curve = diagram_from_points(*model.points(), model.period)
+        assert curve.lowest > 0.0
+        assert curve.peak > boost * BAR

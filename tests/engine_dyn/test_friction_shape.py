@@ -1,0 +1,201 @@
+"""Friction over the crank angle, Chen and Flynn's full form, auxiliaries."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from engine_dyn import friction
+from engine_dyn.friction import FrictionShape
+from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from tests.engine_dyn.test_first_law import case
+
+BAR = 1e5
+RPM = np.pi / 30.0
+SHARES = {"boundary": 0.1, "mixed": 0.15, "hydrodynamic": 0.25, "skirt": 0.2}
+
+
+@pytest.fixture(scope="module")
+def fired() -> Diagram:
+    made: Diagram = case("spark, woschni").diagram()
+    return made
+
+
+def shape(**changes: float) -> FrictionShape:
+    return FrictionShape(**{**SHARES, "ring_pressure": 1.5 * BAR, **changes})
+
+
+def flat(period: float) -> Diagram:
+    """A diagram that is nearly the crankcase's pressure everywhere."""
+    phi = (np.arange(360) / 360.0 - 0.5) * period
+    return diagram_from_points(phi, BAR * (1.0 + 1e-9 * np.cos(phi * 2.0 * np.pi / period)), period)
+
+
+def exact_mean(curve: Any, period: float) -> float:
+    """Cycle mean by the midpoint rule over an angle that is stretched at dead centres."""
+    t = (np.arange(20000) + 0.5) / 20000
+    place = np.arange(round(period / np.pi))[:, None] + t**3 * (10.0 + t * (6.0 * t - 15.0))
+    return float((curve(place * np.pi) * 30.0 * (t * (1.0 - t)) ** 2).mean())
+
+
+def test_the_mean_by_adaptive_quadrature(fired: Diagram) -> None:
+    one = shape()
+    edges = np.linspace(0.0, FOUR_STROKE, 121)
+    total = sum(
+        quad(lambda phi: float(one(phi, 0.28, fired, BAR)), low, high, epsrel=1e-9, limit=20)[0]
+        for low, high in itertools.pairwise(edges)
+    )
+    assert total / FOUR_STROKE == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("only", [*SHARES, "all"])
+def test_the_mean_is_one(fired: Diagram, only: str) -> None:
+    """Whatever the shares, the cycle mean is 1 and the work is that of the mean torque."""
+    changes = {} if only == "all" else {**dict.fromkeys(SHARES, 0.0), only: 1.0}
+    one = shape(**changes)
+    mean = exact_mean(lambda phi: one(phi, 0.28, fired, BAR), FOUR_STROKE)
+    assert mean == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_two_stroke_has_its_own_mean() -> None:
+    curve = case("ports, woschni").diagram()
+    one = shape()
+    mean = exact_mean(lambda phi: one(phi, 0.45, curve, BAR), TWO_STROKE)
+    assert mean == pytest.approx(1.0, abs=1e-9)
+
+
+def test_closed_forms_without_gas_and_with_a_long_rod() -> None:
+    """With p = p_crankcase and u = |sin phi| the means are 2/pi, 2/pi - 1/2, ..., 1/2."""
+    phi = np.linspace(0.0, 2.0 * np.pi, 721)
+    u = np.abs(np.sin(phi))
+    beta = 2.0 / np.pi * quad(lambda x: np.sin(x) ** 1.5, 0.0, 0.5 * np.pi, epsabs=1e-13)[0]
+    for name, expected in (
+        ("boundary", u * np.pi / 2.0),
+        ("mixed", u * (1.0 - u) / (2.0 / np.pi - 0.5)),
+        ("hydrodynamic", u**1.5 / beta),
+        ("skirt", 2.0 * u**2),
+    ):
+        one = shape(**{**dict.fromkeys(SHARES, 0.0), name: 1.0})
+        found = one(phi, 1e-9, flat(TWO_STROKE), BAR)
+        np.testing.assert_allclose(found, expected, atol=2e-7)
+
+
+def test_branches_of_the_stribeck_curve(fired: Diagram) -> None:
+    """Coefficient of friction: constant, falling with speed, growing with sqrt(speed/load)."""
+    phi = np.linspace(0.05, 3.0, 200)
+    speed = np.abs(np.sin(phi)) * (
+        1.0 + 0.28 * np.cos(phi) / np.sqrt(1.0 - (0.28 * np.sin(phi)) ** 2)
+    )
+    load = 1.5 * BAR + fired(phi) - BAR
+    coefficient = {}
+    for name in ("boundary", "mixed", "hydrodynamic"):
+        one = shape(**{**dict.fromkeys(SHARES, 0.0), name: 1.0})
+        coefficient[name] = one(phi, 0.28, fired, BAR) / speed / load
+    np.testing.assert_allclose(coefficient["boundary"], coefficient["boundary"][0], rtol=1e-9)
+    assert (np.diff(coefficient["mixed"][phi < 1.5]) < 0.0).all()
+    root = coefficient["hydrodynamic"] / np.sqrt(speed / load)
+    np.testing.assert_allclose(root, root[0], rtol=1e-9)
+
+
+def test_friction_is_largest_in_the_working_stroke_and_never_drives(fired: Diagram) -> None:
+    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 1440, endpoint=False)
+    curve = shape()(phi, 0.28, fired, BAR)
+    assert (curve > 0.0).all()
+    assert 0.0 < phi[np.argmax(curve)] < 0.5 * np.pi
+    assert curve[phi == 0.0] == pytest.approx(shape().rest)
+    assert shape().rest == pytest.approx(0.3)
+
+
+def test_no_shares_is_the_constant_torque(fired: Diagram) -> None:
+    none = shape(**dict.fromkeys(SHARES, 0.0))
+    np.testing.assert_array_equal(none([-3.0, 0.0, 1.0], 0.3, fired, BAR), 1.0)
+
+
+@given(
+    st.floats(0.0, 0.25), st.floats(0.0, 0.25), st.floats(0.0, 0.25), st.floats(0.0, 0.25),
+    st.floats(0.05, 0.6), st.floats(0.8, 5.0),
+)  # fmt: skip
+@settings(deadline=None, max_examples=15)
+def test_any_shares_keep_the_mean(
+    boundary: float, mixed: float, hydrodynamic: float, skirt: float, ratio: float, ring: float
+) -> None:
+    one = FrictionShape(boundary, mixed, hydrodynamic, skirt, ring * BAR)
+    curve = case("spark, adiabatic").diagram()
+    mean = exact_mean(lambda phi: one(phi, ratio, curve, BAR), FOUR_STROKE)
+    assert mean == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"boundary": -0.1}, "boundary = -0.1: must be between 0 and 1"),
+        ({"mixed": 1.2}, "mixed = 1.2: must be between 0 and 1"),
+        ({"skirt": 0.6}, "boundary + mixed + hydrodynamic + skirt = 1.1: must be at most 1"),
+        ({"ring_pressure": 0.0}, "ring_pressure = 0 bar: must be between 0 and 100 bar"),
+        ({"hydrodynamic": float("nan")}, "hydrodynamic = nan"),
+    ],
+)
+def test_bad_shares(changes: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        shape(**changes)
+    assert words in str(caught.value)
+
+
+def test_rings_that_lift(fired: Diagram) -> None:
+    with pytest.raises(ValueError, match=r"ring_pressure = 0.1 bar: must be above 0\.\d+ bar"):
+        shape(ring_pressure=0.1 * BAR)(0.0, 0.28, fired, BAR)
+
+
+# Means
+
+
+def test_chen_and_flynn_with_the_square() -> None:
+    """0.4 bar + 0.005 p_max + 0.09 bar s/m c_m + 0.0009 bar s2/m2 c_m^2 by hand."""
+    found = friction.friction_mean_effective_pressure(
+        0.4 * BAR, 0.005, 0.09 * BAR, 60.0 * BAR, 10.0, 0.0009 * BAR
+    )
+    assert found == pytest.approx((0.4 + 0.3 + 0.9 + 0.09) * BAR, rel=1e-14)
+    plain = friction.friction_mean_effective_pressure(0.4 * BAR, 0.005, 0.09 * BAR, 6e6, 10.0)
+    assert plain == 0.4 * BAR + 0.005 * 6e6 + 0.09 * BAR * 10.0
+
+
+def test_a_motored_engine_has_the_friction_of_its_motored_peak() -> None:
+    fired, motored = case("diesel, woschni").diagram(), case("motored, woschni").diagram()
+    assert motored.peak < fired.peak
+    forms = [
+        friction.friction_mean_effective_pressure(0.137 * BAR, 0.005, 0.142 * BAR, d.peak, 7.2)
+        for d in (fired, motored)
+    ]
+    assert forms[0] - forms[1] == pytest.approx(0.005 * (fired.peak - motored.peak), rel=1e-9)
+
+
+def test_auxiliaries() -> None:
+    assert friction.auxiliary_torque(3.0, 100.0) == 3.0
+    assert friction.auxiliary_torque(3.0, 100.0, 0.01, 2e-4) == pytest.approx(3.0 + 1.0 + 2.0)
+    table = ([100.0, 200.0, 400.0], [2.0, 3.0, 7.0])
+    np.testing.assert_allclose(
+        friction.tabulated_auxiliary_torque(*table, [100.0, 150.0, 300.0, 400.0]),
+        [2.0, 2.5, 5.0, 7.0],
+    )
+
+
+@pytest.mark.parametrize(
+    ("speeds", "torques", "speed", "words"),
+    [
+        ([100.0, 200.0], [1.0, 2.0], 250.0,
+         "must be within the table of the auxiliaries' torques, 954.93 to 1909.86 rpm"),
+        ([100.0, 200.0], [1.0], 150.0, "2 speeds and 1 torques of auxiliaries: must be equally"),
+        ([200.0, 100.0], [1.0, 2.0], 150.0, "must ascend strictly"),
+        ([100.0, 200.0], [-1.0, 2.0], 150.0, "auxiliary torque = -1 N m: must be 0 or more"),
+    ],
+)  # fmt: skip
+def test_bad_tables(speeds: list[float], torques: list[float], speed: float, words: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        friction.tabulated_auxiliary_torque(speeds, torques, speed)
+    assert words in str(caught.value)

@@ -1,0 +1,362 @@
+"""Customary arrangements against facts of textbooks and service manuals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from engine_dyn.arrangement import Arrangement
+from engine_dyn.firing_orders import (
+    BOXER_ORDERS,
+    CUSTOMARY_ORDERS,
+    IN_LINE_ORDERS,
+    RULE,
+    TWO_STROKE_IN_LINE_ORDERS,
+    VEE_ORDERS,
+    in_line_order_by_rule,
+    two_stroke_in_line_order_by_rule,
+)
+from engine_dyn.layouts import (
+    arrangement_from_text,
+    boxer,
+    in_line,
+    parallel_twin,
+    radial,
+    vee,
+    w_engine,
+)
+
+TURN = 2.0 * math.pi
+CYCLE = 2.0 * TURN
+DEGREE = math.pi / 180.0
+
+
+def in_degrees(values: object) -> list[float]:
+    return [round(float(v), 6) for v in np.degrees(np.asarray(values, dtype=float))]
+
+
+def throws_of(engine: Arrangement) -> list[float]:
+    return in_degrees([throw.angle for throw in engine.throws])
+
+
+def of_bank(engine: Arrangement, bank: int) -> list[float]:
+    """Firing intervals of one bank [degree]."""
+    moments = np.sort(-engine.of_bank(bank))
+    return in_degrees(np.diff(moments, append=moments[0] + engine.period))
+
+
+# --- tables of orders ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", [IN_LINE_ORDERS, TWO_STROKE_IN_LINE_ORDERS])
+def test_in_line_orders_name_each_cylinder_once(table: dict[int, tuple]) -> None:  # type: ignore[type-arg]
+    assert list(table) == list(range(1, 13))
+    for count, known in table.items():
+        for entry in known:
+            assert sorted(entry.order) == list(range(1, count + 1))
+            assert entry.order[0] == 1
+            assert entry.source
+
+
+def test_rules_give_orders_of_practice() -> None:
+    for count in (1, 2, 5, 7):
+        assert in_line_order_by_rule(count) == CUSTOMARY_ORDERS[count]
+    assert in_line_order_by_rule(6) in [known.order for known in IN_LINE_ORDERS[6]]
+    assert two_stroke_in_line_order_by_rule(7) == (1, 7, 2, 5, 4, 3, 6)
+    assert max(CUSTOMARY_ORDERS) == 8
+    assert all(known[0].source == RULE for count, known in IN_LINE_ORDERS.items() if count > 8)
+
+
+@pytest.mark.parametrize("count", [4, 6, 8, 10, 12])
+def test_four_stroke_cranks_are_mirrored(count: int) -> None:
+    for known in IN_LINE_ORDERS[count]:
+        angles = throws_of(in_line(count, known.order))
+        if known.order == (1, 3, 6, 8, 4, 2, 7, 5):  # each half is mirrored in itself
+            assert angles[:4] == angles[3::-1]
+            assert angles[4:] == angles[:3:-1]
+        else:
+            assert angles == angles[::-1]
+
+
+# --- in-line and twins --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("period", [CYCLE, TURN])
+@pytest.mark.parametrize("count", range(1, 13))
+def test_in_line_engines_fire_evenly(count: int, period: float) -> None:
+    engine = in_line(count, period=period)
+    assert engine.is_even
+    assert engine.symmetry() == count
+    np.testing.assert_allclose(engine.firing_intervals, period / count, rtol=1e-12)
+
+
+def test_in_line_six() -> None:
+    engine = in_line(6)
+    assert engine.firing_order == (1, 5, 3, 6, 2, 4)
+    assert throws_of(engine) == [0.0, 240.0, 120.0, 120.0, 240.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("crank", "intervals", "throw"),
+    [
+        (180, [180.0, 540.0], 180.0),
+        (270, [270.0, 450.0], 90.0),  # Yamaha TRX 850, Triumph 270 degree twins
+        (360, [360.0, 360.0], 0.0),
+    ],
+)
+def test_cranks_of_parallel_twins(crank: int, intervals: list[float], throw: float) -> None:
+    engine = parallel_twin(crank * DEGREE)
+    assert in_degrees(engine.firing_intervals) == intervals
+    assert throws_of(engine)[-1] == throw
+    assert engine.is_even == (crank == 360)
+    assert engine.symmetry() == (2 if crank == 360 else 1)
+
+
+@pytest.mark.parametrize(
+    ("crank", "half", "first", "second"),
+    [
+        # Half orders come from the gas; the first and second are the shaking force's, too.
+        (360, 0.0, 2.0, 2.0),
+        (180, math.sqrt(2.0), 0.0, 2.0),
+        (270, 2.0 * math.sin(math.pi / 8.0), math.sqrt(2.0), 0.0),
+    ],
+)
+def test_orders_of_parallel_twins(crank: int, half: float, first: float, second: float) -> None:
+    found = parallel_twin(crank * DEGREE).phase_sums([0.5, 1.0, 2.0])
+    np.testing.assert_allclose(found, [half, first, second], atol=1e-12)
+
+
+# --- V engines ----------------------------------------------------------------------------------
+
+
+def test_cross_plane_v8() -> None:
+    """Even as a whole; each bank 90, 180, 270, 180 degrees, which is its sound."""
+    engine = vee(8, 90 * DEGREE, crank="cross-plane")
+    assert engine.firing_order == (1, 8, 4, 3, 6, 5, 7, 2)
+    assert engine.symmetry() == 8
+    assert throws_of(engine) == [0.0, 90.0, 270.0, 180.0]
+    for bank in (0, 1):
+        found = of_bank(engine, bank)
+        start = found.index(90.0)
+        assert found[start:] + found[:start] in (
+            [90.0, 180.0, 270.0, 180.0],
+            [90.0, 180.0, 270.0, 180.0][::-1],
+        )
+
+
+def test_orders_of_v8_banks() -> None:
+    """Half orders of a cross-plane bank remain; a flat-plane bank is an in-line four."""
+    orders = [0.5, 1.0, 1.5, 2.0, 4.0]
+    cross = vee(8, 90 * DEGREE, crank="cross-plane")
+    flat = vee(8, 90 * DEGREE, crank="flat-plane")
+    np.testing.assert_allclose(cross.phase_sums(orders), [0, 0, 0, 0, 8], atol=1e-12)
+    np.testing.assert_allclose(flat.phase_sums(orders), [0, 0, 0, 0, 8], atol=1e-12)
+    np.testing.assert_allclose(flat.phase_sums_of_banks(orders), [[0, 0, 0, 4, 4]] * 2, atol=1e-12)
+    # Fires at 0, 270, 450, 540: by hand |1 + e(-135) + e(-225) + e(-270)| and so on.
+    by_hand = [
+        abs(sum(np.exp(1j * nu * np.radians(a)) for a in (0, 270, 450, 540))) for nu in orders
+    ]
+    found = cross.phase_sums_of_banks(orders)
+    np.testing.assert_allclose(found, [by_hand] * 2, atol=1e-12)
+    assert found[0, 0] > 1.0
+    assert found[0, 1] == pytest.approx(0.0, abs=1e-12)  # cranks at 0, 90, 180, 270
+    assert found[0, 3] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", VEE_ORDERS)
+def test_known_orders_of_v_engines_need_the_cranks_of_practice(count: int) -> None:
+    """Shared pins where even firing at the bank angle of practice allows them."""
+    for known in VEE_ORDERS[count]:
+        if count == 4:
+            engine = vee(4, 180 * DEGREE, "split", known.order, known.numbering)
+            assert engine.is_even
+        elif count == 6:
+            angle, split = (60, 60) if known.order[1] != 6 and known.order[2] != 3 else (90, 30)
+            engine = vee(6, angle * DEGREE, "split", known.order, known.numbering)
+            assert engine.is_even
+            first = throws_of(engine)
+            partner = next(
+                throw for throw in engine.throws[1:] if throw.position == engine.throws[0].position
+            )
+            apart = math.degrees(math.remainder(partner.angle - math.radians(first[0]), TURN))
+            assert abs(apart) == pytest.approx(split)
+        elif count == 10:
+            engine = vee(10, 72 * DEGREE, "shared", known.order, known.numbering)
+            assert engine.is_even
+            assert len(engine.throws) == 5
+        else:
+            engine = vee(
+                count,
+                (90 if count == 8 else 60) * DEGREE,
+                "shared",
+                known.order,
+                crank=known.crank or None,
+            )
+            assert engine.is_even
+            assert len(engine.throws) == count // 2
+        assert engine.firing_order == known.order
+
+
+@pytest.mark.parametrize(
+    ("text", "intervals"),
+    [
+        ("V2 45", [405.0, 315.0]),  # Harley-Davidson
+        ("V2 90", [450.0, 270.0]),  # Ducati: 270 and 450
+        ("V6 90 shared-pin 1-6-5-4-3-2", [150.0, 90.0] * 3),  # Buick, odd firing
+        ("V10 90 1-10-9-4-3-6-5-8-7-2", [54.0, 90.0] * 5),  # Dodge Viper
+    ],
+)
+def test_uneven_v_engines(text: str, intervals: list[float]) -> None:
+    engine = arrangement_from_text(text)
+    assert in_degrees(engine.firing_intervals) == intervals
+    assert not engine.is_even
+    assert engine.symmetry() == len(intervals) // 2
+
+
+@pytest.mark.parametrize("count", range(2, 17, 2))
+def test_v_engines_by_rule(count: int) -> None:
+    """At 720/Z degrees shared pins fire evenly; split pins do at every angle."""
+    shared = vee(count, min(CYCLE / count, math.pi))
+    assert len(shared.throws) == count // 2
+    if count > 2:
+        assert shared.is_even
+    for angle in (15.0, 60.0, 90.0, 120.0):
+        split = vee(count, angle * DEGREE, "split")
+        assert split.is_even
+        assert split.symmetry() == count
+
+
+def test_two_stroke_v_engines() -> None:
+    """Detroit Diesel 8V-71: 63.5 degrees and shared pins, so 63.5 and 26.5 in turns."""
+    engine = vee(8, 63.5 * DEGREE, period=TURN)
+    assert in_degrees(engine.firing_intervals) == [63.5, 26.5] * 4
+    assert engine.symmetry() == 4
+
+
+def test_w_engines() -> None:
+    """Napier Lion: three banks of four 60 degrees apart, flat crank, even firing."""
+    lion = w_engine(12, [60 * DEGREE, 0.0, -60 * DEGREE])
+    assert lion.is_even
+    assert throws_of(lion) == [0.0, 180.0, 180.0, 0.0]
+    asso = w_engine(18, [40 * DEGREE, 0.0, -40 * DEGREE])  # Isotta-Fraschini Asso 750
+    assert asso.is_even
+    assert len(asso.throws) == 6
+    narrow = w_engine(12, np.radians([36.0, 21.0, -21.0, -36.0]).tolist(), "split")
+    assert narrow.is_even
+    again = w_engine(12, [60 * DEGREE, 0.0, -60 * DEGREE], order=lion.firing_order)
+    assert again.firing_order == lion.firing_order
+    assert again.is_even
+
+
+# --- boxer and radial ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [2, 4, 6, 8, 10, 12])
+def test_boxers(count: int) -> None:
+    engine = boxer(count)
+    assert engine.is_even
+    assert engine.symmetry() == count
+    for position in range(count // 2):
+        one, other = (t.angle for t in engine.throws if t.position == position)
+        assert math.cos(one - other) == pytest.approx(-1.0)
+    turn = boxer(count, period=TURN)
+    assert turn.is_even
+    assert turn.symmetry() == count // 2
+
+
+@pytest.mark.parametrize("count", BOXER_ORDERS)
+def test_known_orders_of_boxers(count: int) -> None:
+    for known in BOXER_ORDERS[count]:
+        assert boxer(count, known.order, known.numbering).firing_order == known.order
+
+
+def add_or_subtract(count: int, up: int) -> tuple[int, ...]:
+    """The rule of mechanics, FAA-H-8083-32: add `up` or subtract the rest."""
+    order = [1]
+    while len(order) < count:
+        order.append(order[-1] + up if order[-1] + up <= count else order[-1] + up - count)
+    return tuple(order)
+
+
+def test_radial_engines() -> None:
+    assert radial(5).firing_order == (1, 3, 5, 2, 4)
+    assert radial(9).firing_order == (1, 3, 5, 7, 9, 2, 4, 6, 8)
+    assert radial(14, 2).firing_order == add_or_subtract(14, 9)
+    assert radial(18, 2).firing_order == add_or_subtract(18, 11)
+    for engine, throws in ((radial(7), 1), (radial(14, 2), 2), (radial(6, period=TURN), 1)):
+        assert engine.is_even
+        assert engine.symmetry() == len(engine.cylinders)
+        assert len(engine.throws) == throws
+
+
+# --- text ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "order"),
+    [
+        ("in-line 4", (1, 3, 4, 2)),
+        ("In-line 4  1-2-4-3", (1, 2, 4, 3)),
+        ("V8 cross-plane", (1, 8, 4, 3, 6, 5, 7, 2)),
+        ("V8 cross-plane 1-5-4-8-6-3-7-2", (1, 5, 4, 8, 6, 3, 7, 2)),
+        ("V8 flat-plane", (1, 5, 3, 7, 4, 8, 2, 6)),
+        ("V8 90 1-8-7-2-6-5-4-3", (1, 8, 7, 2, 6, 5, 4, 3)),
+        ("V6 60 split-pin 1-2-3-4-5-6", (1, 2, 3, 4, 5, 6)),
+        ("V6 60 split-pin alternate 1-4-3-6-5-2", (1, 4, 3, 6, 5, 2)),
+        ("boxer 4 alternate 1-3-2-4", (1, 3, 2, 4)),
+        ("radial 14 two-row", add_or_subtract(14, 9)),
+        ("parallel twin 270", (1, 2)),
+    ],
+)
+def test_texts(text: str, order: tuple[int, ...]) -> None:
+    assert arrangement_from_text(text).firing_order == order
+
+
+def test_texts_of_two_stroke_engines() -> None:
+    assert arrangement_from_text("in-line 7", TURN).firing_order == (1, 7, 2, 5, 4, 3, 6)
+    assert arrangement_from_text("W6 60,0,-60", TURN).period == TURN
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "must be one of 'in-line N'"),
+        ("straight 6", "must be one of 'in-line N'"),
+        ("in-line", "must be one of 'in-line N'"),
+        ("in-line x", "'x' must be a number of cylinders"),
+        ("in-line 13", "cylinders = 13: must be a whole number from 1 to 12"),
+        ("in-line 4 1-3-4", "order 1-3-4: must name each of the cylinders 1 to 4 once"),
+        ("in-line 4 2-1-3-4", "beginning with 1"),
+        ("in-line 4 five", "'five' is not understood"),
+        ("V6", "the bank angle is missing, such as 'V6 60'"),
+        ("V7 60", "cylinders = 7: must be an even number"),
+        ("V6 200", "bank angle = 200 degree: must be above 0 and at most 180"),
+        ("V6 sixty", "'sixty' must be an angle in degrees"),
+        ("V8 90", "must say cross-plane or flat-plane"),
+        ("V6 60 cross-plane", "only four-stroke V8 engines have the choice"),
+        ("V8 cross-plane 1-5-3-7-4-8-2-6", "makes a flat-plane crank"),
+        ("V8 90 1-2-3-4-5-6-7-8", "shared pins and this bank angle fire"),
+        ("boxer 3", "must be an even number"),
+        ("boxer 6 1-2-4-3-5-6", "the pistons of cylinders 1 and 4 do not move against each other"),
+        ("W12 60", "1 bank angles: must be two or more"),
+        ("W12 60,0,-60 1-2-3-4-5-6-7-8-9-10-11-12", "shared pins and these banks fire"),
+        ("radial 6", "cylinders = 6: must be an odd number, 3 or more, in each row"),
+        ("parallel twin 400", "crank = 400 degree: must be above 0 and at most 360"),
+    ],
+)
+def test_texts_that_are_no_engine(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message) as caught:
+        arrangement_from_text(text)
+    assert str(caught.value).startswith(f"arrangement = '{text}': ")
+    assert "\n" not in str(caught.value)
+
+
+def test_words_and_numbers_of_functions() -> None:
+    with pytest.raises(ValueError, match="pins = 'forked': must be 'shared' or 'split'"):
+        vee(8, 1.0, "forked")
+    with pytest.raises(ValueError, match="rows = 3: must be 1, or 2"):
+        radial(27, 3)
+    with pytest.raises(ValueError, match="a two-stroke twin is 'in-line 2'"):
+        arrangement_from_text("parallel twin 180", TURN)

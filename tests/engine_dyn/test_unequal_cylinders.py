@@ -1,0 +1,316 @@
+"""Offset, uneven firing, misfire and mass spread: an independent solution, limits, symmetry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn import forces
+from engine_dyn.arrangement import Arrangement
+from engine_dyn.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
+from engine_dyn.indicator import Diagram, family_from_diagrams
+from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.motored import motored, peak_with_factor, row_with_factor
+from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
+from engine_dyn.speed import sweep
+from sweeps.engine_file import load_engine
+from tests.oracle import solution
+from tests.oracle.designs import SmoothPressure, engine
+from tests.oracle.solution import CYCLE, Design
+from tests.support import family_of, inputs_of, solved
+
+DEGREE = math.pi / 180.0
+
+
+def arranged(text: str) -> Arrangement:
+    return arrangement_from_text(text, CYCLE)
+
+
+def angles_of(text: str) -> tuple[float, ...]:
+    return tuple(arranged(text).firing_angles.tolist())
+
+
+def unequal(
+    cylinders: int, exponent: float, model: str, closure: str = "power_mean", **changes: Any
+) -> Design:
+    """A random engine; `offset` is over half the stroke."""
+    random = Random(f"{cylinders} {exponent} {model} {closure}")
+    design = engine(random, cylinders, exponent, model, closure, delta=0.01)
+    assert isinstance(design.pressure, SmoothPressure)
+    if {"pressure_factors", "mass_factors"} & set(changes):
+        # The oracle numbers cylinders by their firing otherwise.
+        changes = {"firing_angles": angles_of(f"in-line {cylinders}"), **changes}
+    changes["offset"] = 0.5 * design.stroke * changes.get("offset", 0.0)
+    if "pressure_factors" in changes:
+        changes["motored"] = replace(design.pressure, burn=0.0, after=0.0)
+    return replace(design, **changes)
+
+
+DESIGNS = {
+    "offset, 1 cyl": unequal(1, 2.0, "constant", offset=0.4),
+    "offset, 3 cyl, variable": unequal(3, 1.0, "variable", offset=-0.3),
+    "offset, 2 cyl, cycle_time": unequal(2, 1.6, "constant", "cycle_time", offset=0.5),
+    "twin 180": unequal(2, 2.0, "constant", firing_angles=angles_of("parallel twin 180")),
+    "twin 270": unequal(2, 1.6, "constant", firing_angles=angles_of("parallel twin 270")),
+    "twin 270, variable": unequal(2, 0.0, "variable", firing_angles=(0.0, 270.0 * DEGREE)),
+    "V2 at 47.3 degrees": unequal(
+        2, 2.0, "variable", firing_angles=(0.0, 407.3 * DEGREE)
+    ),  # no multiple of the width between nodes
+    "V6 90, shared pins": unequal(
+        6, 2.0, "constant", firing_angles=angles_of("V6 90 shared-pin 1-6-5-4-3-2")
+    ),
+    "V6 90, shared pins, variable": unequal(
+        6, 1.0, "variable", "cycle_time", firing_angles=angles_of("V6 90 shared-pin 1-6-5-4-3-2")
+    ),
+    "misfire, 4 cyl": unequal(4, 2.0, "constant", pressure_factors=(1.0, 1.0, 0.0, 1.0)),
+    "misfire, 6 cyl": unequal(6, 0.0, "constant", pressure_factors=(1.0,) * 5 + (0.0,)),
+    "half a misfire, 3 cyl": unequal(3, 1.6, "variable", pressure_factors=(1.0, 0.5, 1.1)),
+    "mass spread, 4 cyl": unequal(4, 2.0, "constant", mass_factors=(1.0, 1.2, 0.9, 1.0)),
+    "mass spread, 3 cyl, variable": unequal(3, 1.6, "variable", mass_factors=(1.3, 1.0, 0.8)),
+    "everything": unequal(
+        3,
+        2.0,
+        "variable",
+        offset=0.2,
+        firing_angles=(0.0, 200.0 * DEGREE, 500.0 * DEGREE),
+        pressure_factors=(0.9, 1.0, 0.3),
+        mass_factors=(1.0, 0.9, 1.2),
+    ),
+}
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DESIGNS)
+def test_agrees_with_an_independent_solution(name: str) -> None:
+    design = DESIGNS[name]
+    expected = solution.solve(design)
+    assert expected.status == "converged"
+    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 37)
+    for method in ("auto", "newton"):
+        found = solved(design, method=method)
+        assert found.status == 0
+        assert found.delta == pytest.approx(expected.delta, rel=1e-6)
+        assert found.omega_max == pytest.approx(expected.omega_max, rel=1e-7)
+        assert found.omega_min == pytest.approx(expected.omega_min, rel=1e-7)
+        assert found.omega_mean == pytest.approx(expected.omega_mean, rel=1e-8)
+        assert found.torque_mean == pytest.approx(expected.torque_mean, rel=1e-7)
+    curve = solved(design, crank_angle=phi)
+    np.testing.assert_allclose(curve.omega, expected.omega(phi), rtol=1e-7)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", [n for n, d in DESIGNS.items() if d.closure == "power_mean"])
+def test_repeated_cycles_come_to_the_same_speed(name: str) -> None:
+    """Whole cycles marched from a start, by both methods that do so."""
+    design = DESIGNS[name]
+    exact = solved(design)
+    picard = solved(design, method="picard", passes=400 if design.load_exponent > 0.0 else 3)
+    if design.load_exponent > 0.0:
+        assert picard.delta == pytest.approx(exact.delta, rel=1e-4)
+        assert picard.omega_mean == pytest.approx(exact.omega_mean, rel=1e-5)
+    # The thesis's method is of first order; what it sees of the torque is what counts.
+    start = float(solved(design, crank_angle=[-np.pi]).omega[0])
+    thesis = solved(design, method="thesis", passes=1, start_speed=start)
+    assert thesis.delta == pytest.approx(exact.delta, rel=3e-2)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", DESIGNS)
+def test_energy_balance_and_torque(name: str) -> None:
+    """Mean, extremes and swing of the torque curve against sums over cylinders."""
+    design = DESIGNS[name]
+    family = family_of(design)
+    by_count = {design.cylinders: cylinders(design)}
+    throw = 2.0 * design.radius
+    offset = design.offset / design.radius
+    phi = np.arange(14400) * (CYCLE / 14400)
+    gas = forces.gas_torque(
+        phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore, throw,
+        design.cylinders, CYCLE, offset, by_count,
+    )  # fmt: skip
+    inertia = forces.inertia_torque(
+        phi, design.crank_ratio, design.reciprocating_mass, throw, design.omega_n,
+        design.cylinders, CYCLE, offset, by_count,
+    )  # fmt: skip
+    scale = np.ptp(gas)
+    np.testing.assert_allclose(gas, solution.gas_torque(design, phi), atol=1e-6 * scale)
+    np.testing.assert_allclose(
+        inertia, solution.inertia_torque(design, phi), atol=1e-10 * np.ptp(inertia)
+    )
+    # Inertia does no work over a cycle; the gas does that of the mean torque.
+    assert inertia.mean() == pytest.approx(0.0, abs=1e-12 * np.ptp(inertia))
+    mean = solved(design).torque_mean
+    assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
+    inputs = inputs_of(design, family) | {"stroke": throw, "offset_ratio": offset}
+    for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
+        inputs.pop(key)
+    found = sweep.torque_extremes(
+        wanted=sweep.TORQUE_RESULTS, cylinders_by_count=by_count, **inputs
+    )
+    torque = gas + inertia - design.friction_torque
+    assert found["torque_max"] == pytest.approx(torque.max(), abs=1e-6 * scale)
+    assert found["torque_min"] == pytest.approx(torque.min(), abs=1e-6 * scale)
+    work = np.cumsum(torque - torque.mean()) * (CYCLE / phi.size)
+    assert found["energy_swing"] == pytest.approx(np.ptp(work), rel=1e-4)
+    # What the kinetic energy gains over any angle is the work of the torque less that of the load.
+    one = solved(design, crank_angle=np.append(phi, CYCLE))
+    variable = design.inertia_model == "variable"
+    problem, _ = solution.problem_of(design)
+    energy = 0.5 * design.inertia * one.omega**2 * problem.inertia_ratio(one.crank_angle)
+    load = design.load_offset + one.load_coefficient * one.omega**design.load_exponent
+    acting = (gas if variable else gas + inertia) - design.friction_torque
+    surplus = np.append(acting, acting[0]) - load
+    gained = np.append(0.0, np.cumsum(0.5 * (surplus[1:] + surplus[:-1]))) * (CYCLE / phi.size)
+    np.testing.assert_allclose(energy - energy[0], gained, atol=2e-6 * np.ptp(energy))
+
+
+def cylinders(design: Design) -> Cylinders:
+    count = design.cylinders
+    angles = design.firing_angles or tuple(np.arange(count) * CYCLE / count)
+    ones = (1.0,) * count
+    factors = design.pressure_factors or ones
+    masses = design.mass_factors or ones
+    members = (Member(-a, f, m) for a, f, m in zip(angles, factors, masses, strict=True))
+    return Cylinders(CYCLE, tuple(members))
+
+
+# --- what repeats -------------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("text", ["in-line 4", "in-line 5", "V8 cross-plane", "boxer 6"])
+@pytest.mark.parametrize("model", ["constant", "variable"])
+def test_even_engines_given_explicitly_are_the_same_bit_for_bit(text: str, model: str) -> None:
+    angles = angles_of(text)
+    count = len(angles)
+    design = unequal(count, 1.6, model)
+    implicit = solved(design)
+    ones = (1.0,) * count
+    explicit = solved(design, firing_angles=angles, pressure_factor=ones, mass_factor=ones)
+    for field in ("delta", "omega_max", "omega_min", "omega_mean", "torque_mean", "delta_error"):
+        assert getattr(explicit, field) == getattr(implicit, field)
+
+
+@pytest.mark.compiled
+def test_no_offset_is_the_same_bit_for_bit() -> None:
+    design = unequal(3, 2.0, "constant")
+    assert solved(design, offset=0.0).delta == solved(replace(design, offset=0.0)).delta
+    small = solved(design, offset=1e-9)
+    assert small.delta == pytest.approx(solved(design).delta, rel=1e-7)
+
+
+@pytest.mark.compiled
+def test_the_whole_cycle_of_an_even_engine_is_its_period_repeated() -> None:
+    """Mass factors that differ by nothing that counts: Z cylinders in Phi, not one in Phi/Z."""
+    design = unequal(4, 1.6, "constant")
+    almost = solved(design, mass_factor=(1.0, 1.0, 1.0, 1.0 + 1e-13))
+    exact = solved(design)
+    assert almost.delta == pytest.approx(exact.delta, rel=1e-7)
+    assert almost.omega_mean == pytest.approx(exact.omega_mean, rel=1e-9)
+
+
+def test_representatives() -> None:
+    even = even_cylinders(6, CYCLE)
+    assert even.plain
+    assert even.representatives == (EQUAL,)
+    assert even.solved == "Phi/6, even firing"
+    twin = cylinders_of(arranged("parallel twin 180"))
+    assert (twin.symmetry, len(twin.representatives)) == (1, 2)
+    assert twin.solved == "whole cycle, uneven firing"
+    six = cylinders_of(arranged("V6 90 shared-pin 1-6-5-4-3-2"))
+    assert (six.symmetry, len(six.representatives)) == (3, 2)
+    assert six.solved == "Phi/3, uneven firing"
+    misfire = even.with_factors(pressure_factor=(1, 1, 0, 1, 1, 1))
+    assert (misfire.symmetry, len(misfire.representatives)) == (1, 6)
+    assert misfire.solved == "whole cycle, even firing, unequal cylinders"
+    # Opposite cylinders of the firing order alike: half the cycle.
+    paired = even.with_factors(mass_factor=(1.1, 1, 1, 1, 1, 1.1))
+    assert (paired.symmetry, len(paired.representatives)) == (2, 3)
+    assert not even.with_factors(mass_factor=(1.1,) * 6).plain
+    assert even_cylinders(9, CYCLE).along_shaft is None
+    assert cylinders_of(arranged("V8 cross-plane")).along_shaft == ((0, 1), (2, 3), (4, 5), (6, 7))
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ({"pressure_factor": (1.0,)}, "pressure_factor: 1 values for 4 cylinders"),
+        ({"mass_factor": (1.0, 1.0, 1.0, -0.1)}, "mass_factor, value 4 = -0.1: must be a number"),
+        ({"pressure_factor": (1.0, 1.0, math.nan, 1.0)}, "pressure_factor, value 3 = nan"),
+    ],
+)
+def test_factors_that_are_none(factors: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        even_cylinders(4, CYCLE).with_factors(**factors)
+
+
+# --- crank radius -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [-0.02, 0.0, 0.001, 0.05])
+def test_crank_radius_of_ratio_makes_the_stroke(offset: float) -> None:
+    radius = crank_radius_of_ratio(0.18, 0.3, offset)
+    assert 2.0 * radius * dead_centres(0.3, offset / radius).stroke == pytest.approx(
+        0.18, rel=1e-14
+    )
+    assert crank_radius(0.18, radius / 0.3, offset) == pytest.approx(radius, rel=1e-14)
+    if offset == 0.0:
+        assert radius == 0.5 * 0.18
+
+
+@pytest.mark.parametrize("offset", [0.3, -0.3, 0.211, math.nan])
+def test_a_crank_that_cannot_turn(offset: float) -> None:
+    with pytest.raises(ValueError, match="the crank cannot turn"):
+        crank_radius_of_ratio(0.18, 0.3, offset)
+
+
+# --- motored pressure ---------------------------------------------------------------------------
+
+
+def test_constructed_motored_diagram() -> None:
+    """As if a modelled cycle had been measured: its own motored cycle comes back."""
+    known = load_engine("b112", Path()).family.row(0)
+    assert known.motored is not None
+    exact, diagram = known.motored(), replace(known, motored=None)
+    found = motored(diagram)
+    near = np.radians(np.arange(-179.0, 100.0))
+    np.testing.assert_allclose(found(near), exact(near), rtol=0.03)
+    assert found.peak == pytest.approx(exact.peak, rel=0.02)
+    assert abs(math.degrees(found.peak_angle)) < 1.0
+    exchange = np.radians(np.concatenate([np.arange(-359.0, -51.0), np.arange(241.0, 359.0)]))
+    np.testing.assert_allclose(found(exchange), diagram(exchange), rtol=1e-12)
+    # What remains of its mean torque is the gas exchange: small, and negative.
+    one = [float(sweep.mean_gas_torque(0.3, 0.0, family_from_diagrams([0.0], [d])))
+           for d in (diagram, found, exact)]  # fmt: skip
+    assert -0.12 * one[0] < one[1] < 0.0
+    assert -0.12 * one[0] < one[2] < 0.0
+
+
+def test_no_compression_line_is_refused() -> None:
+    angle = np.radians(np.arange(-360.0, 360.0))
+    pressure = 1e5 * (1.0 + 50.0 * np.exp(-((angle + 0.3) ** 2) / 0.02))
+    slope = np.gradient(pressure, angle)
+    with pytest.raises(ValueError, match="no compression line"):
+        motored(Diagram(angle, pressure, slope))
+
+
+def test_factors_between() -> None:
+    design = unequal(4, 2.0, "constant", pressure_factors=(1.0, 1.0, 1.0, 0.0))
+    family = family_of(design)
+    whole = family.row(0)
+    assert row_with_factor(family, 0, 1.0) is whole
+    none, half = row_with_factor(family, 0, 0.0), row_with_factor(family, 0, 0.5)
+    phi = np.linspace(-6.0, 6.0, 99)
+    np.testing.assert_allclose(half(phi), 0.5 * (whole(phi) + none(phi)), rtol=1e-13)
+    assert peak_with_factor(0.0, family, 0.0) == none.peak
+    assert peak_with_factor(0.0, family, 1.0) == whole.peak
+    two = family_from_diagrams([0.0, 10.0], [whole.scaled(0.8), whole])
+    peaks = peak_with_factor(np.array([0.0, 0.33, 1.0]) * (two.row_count - 1), two, 0.5)
+    assert (np.diff(peaks) > 0.0).all()

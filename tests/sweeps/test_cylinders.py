@@ -1,0 +1,351 @@
+"""Arrangement, offset and unequal cylinders in scenes and engine files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn import periodic_speed
+from engine_dyn.quantities import QUANTITIES
+from engine_dyn.slider_crank import crank_radius
+from sweeps.engine_file import load_engine
+from sweeps.errors import SceneError
+from sweeps.forecast import text as plan_text
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
+from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
+
+DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
+MEAN = ("torque_mean", "imep", "bmep", "fmep", "displacement", "brake_power", "peak_pressure")
+
+
+def run(engine: str | Path = "ntua", quantities: tuple[str, ...] = DELTA, **tables: Any) -> Any:
+    scene = {"engine": str(engine), **tables, "output": {"quantities": list(quantities)}}
+    return sweeps.run(scene)
+
+
+def planned(engine: str | Path = "ntua", **tables: Any) -> str:
+    scene = {"engine": str(engine), **tables, "output": {"quantities": ["delta"]}}
+    return plan_text(make_plan(read_scene(scene)))
+
+
+# --- arrangements -------------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+def test_an_even_engine_given_by_its_angles_is_the_same_bit_for_bit() -> None:
+    implicit = run(set={"cylinders": 4})
+    order = run(set={"cylinders": 4, "arrangement": "in-line 4 1-2-4-3"})
+    angles = run(set={"cylinders": 4, "firing_angles": [0, 540, 180, 360]})
+    factors = run(set={"cylinders": 4, "pressure_factor": [1] * 4, "mass_factor": [1.0] * 4})
+    for name in DELTA:
+        for other in (order, angles, factors):
+            assert other[name].values == implicit[name].values, name
+
+
+@pytest.mark.compiled
+def test_three_cranks_of_a_parallel_twin() -> None:
+    delta, even = {}, run(set={"cylinders": 2})
+    for crank in (180, 270, 360):
+        found = run(set={"cylinders": 2, "arrangement": f"parallel twin {crank}"})
+        delta[crank] = float(found["delta"])
+        assert found["torque_mean"].values == even["torque_mean"].values
+    assert delta[360] == float(even["delta"])
+    assert delta[180] > delta[270] > 0.0
+
+
+@pytest.mark.compiled
+def test_the_own_arrangement_holds_at_its_own_number_of_cylinders() -> None:
+    axis = run(axes={"cylinders": [1, 2, 4]}, set={"firing_angles": [0, 180]})
+    assert (
+        axis["delta"].sel(cylinders=2)
+        == run(set={"cylinders": 2, "arrangement": "parallel twin 180"})["delta"]
+    )
+    for count in (1, 4):
+        even = run(set={"cylinders": count})
+        assert axis["delta"].sel(cylinders=count).values == even["delta"].values
+
+
+@pytest.mark.compiled
+def test_curves_of_an_uneven_engine() -> None:
+    """Torque along the shaft ends in the whole engine's; a V engine has two cylinders a throw."""
+    names = ("torque", "gas_torque", "inertia_torque", "omega", "torque_after_throw", "pressure",
+             "inertia_torque_actual", "angular_acceleration", "torque_mean", "friction_torque",
+             "torque_max")  # fmt: skip
+    found = run(
+        quantities=names, set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"}
+    )
+    shaft = found["torque_after_throw"]
+    assert int(np.isfinite(shaft).any("crank_angle").sum()) == 3
+    swing = float(np.ptp(found["torque"].values))
+    np.testing.assert_allclose(shaft[0], found["torque"], atol=1e-10 * swing)
+    assert float(found["torque"].mean()) == pytest.approx(float(found["torque_mean"]), rel=1e-4)
+    assert float(found["torque"].max()) == pytest.approx(float(found["torque_max"]), rel=1e-3)
+    # Three times the same within the cycle.
+    np.testing.assert_allclose(found["omega"][:240], found["omega"][240:480], rtol=1e-12)
+    assert float(np.ptp(found["omega"][:120].values - found["omega"][120:240].values)) > 1e-3
+
+
+def test_engine_file_with_an_arrangement(tmp_path: Path) -> None:
+    body = VALUES.replace("cylinders = 2", "cylinders = 8").replace(
+        "[values]",
+        'arrangement = "V8 cross-plane"\nmass_factor = [1, 1, 1, 1, 1, 1, 1, 1.1]\n[values]',
+    )
+    path = written(tmp_path, body + modelled())
+    engine = load_engine(path, Path())
+    assert engine.firing_order == (1, 8, 4, 3, 6, 5, 7, 2)
+    assert engine.own_cylinders is not None
+    assert engine.own_cylinders.mass_factors[-1] == 1.1
+    assert "8 cylinders: whole cycle, even firing, unequal cylinders" in planned(path)
+    assert "8 cylinders: Phi/8, even firing" in planned(path, set={"mass_factor": [1] * 8})
+    assert "4 cylinders: Phi/4, even firing" in planned(path, set={"cylinders": 4})
+
+
+def test_plan_says_the_period_that_is_solved() -> None:
+    assert "1 cylinder: whole cycle; 6: Phi/6, even firing" in planned(axes={"cylinders": [1, 6]})
+    twin = planned(set={"cylinders": 2, "arrangement": "parallel twin 180"})
+    assert "2 cylinders: whole cycle, uneven firing" in twin
+    vee = planned(set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"})
+    assert "6 cylinders: Phi/3, uneven firing" in vee
+
+
+@pytest.mark.compiled
+def test_archive_keeps_the_arrangement() -> None:
+    found = run(
+        quantities=("torque_mean",),
+        set={"cylinders": 2, "arrangement": "V2 45", "pressure_factor": [1, 0.9]},
+    )
+    kept = json.loads(found.attrs["arrangement"])
+    assert kept["name"] == "V2 45 shared-pin"
+    assert kept["firing_angles"] == [0.0, 405.0]
+    assert kept["pressure_factor"] == [1.0, 0.9]
+    assert kept["banks"] == [0.0, 45.0]
+    other = run(quantities=("torque_mean",), set={"cylinders": 3})
+    assert json.loads(other.attrs["arrangement"])["name"] == "in-line 1"
+
+
+@pytest.mark.compiled
+def test_results_depend_on_nothing_else_in_the_scene() -> None:
+    """Neither threads nor neighbours; tables between shared ones differ in the tenth digit."""
+    tables = {"set": {"cylinders": 2, "arrangement": "parallel twin 270"}}
+    axes = {"inertia": [2.0, 3.0, 5.0], "pin_offset": [0.0, 0.005], "crank_ratio": [0.2, 0.25]}
+    scene = {"engine": "ntua", **tables, "axes": axes, "output": {"quantities": ["delta"]}}
+    one, two = (sweeps.run(scene, threads=n)["delta"] for n in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    alone = run(set={**tables["set"], "inertia": 3.0, "pin_offset": 0.005, "crank_ratio": 0.25})
+    assert one.sel(inertia=3.0, pin_offset=0.005, crank_ratio=0.25) == alone["delta"]
+    ratios = np.linspace(0.2, 0.3, 101).tolist()
+    many = run(designs={"crank_ratio": ratios}, **tables)
+    few = run(set={**tables["set"], "crank_ratio": ratios[40]})
+    assert float(many["delta"][40]) == pytest.approx(float(few["delta"]), rel=1e-8)
+
+
+@pytest.mark.compiled
+def test_two_stroke_engines(tmp_path: Path) -> None:
+    """The cycle is one turn: two cylinders fire evenly 180 degrees apart."""
+    angle = np.arange(-180.0, 180.0)
+    half = np.sin(np.radians(angle) / 2.0) ** 2
+    shut = np.abs(angle) < 110.0
+    bar = np.where(shut, 1.1 * (0.78 / (0.06 + 0.94 * half)) ** 1.3, 1.1)
+    bar = np.maximum(bar, 1.1) + 30.0 * np.exp(-(((angle - 20.0) / 20.0) ** 2))
+    rows = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angle, bar, strict=True))
+    path = written(tmp_path, VALUES.replace("four-stroke", "two-stroke") + POINTS)
+    (tmp_path / "pressure.csv").write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
+    even = run(path)
+    assert even["status"] == 0
+    assert run(path, set={"firing_angles": [0, 180]})["delta"].values == even["delta"].values
+    assert "2 cylinders: whole cycle, uneven firing" in planned(
+        path, set={"firing_angles": [0, 90]}
+    )
+    missing = run(path, MEAN, set={"pressure_factor": [1, 0]})
+    # Mirrored, the compression does no work.
+    share = float(missing["imep"] / run(path, MEAN)["imep"])
+    assert share == pytest.approx(0.5, rel=1e-3)
+    with pytest.raises(SceneError, match="firing_angle = 360 degree: must be 0 or more and below"):
+        run(path, set={"firing_angles": [0, 360]})
+
+
+# --- unequal cylinders --------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("engine", ["ntua", "diesel_105x137"])
+def test_a_misfire(engine: str) -> None:
+    """Modelled and measured diagrams: a cylinder less, and its friction and gas exchange more."""
+    whole = run(engine, MEAN, set={"cylinders": 4})
+    missing = run(engine, MEAN, set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1]})
+    share = float(missing["imep"] / whole["imep"])
+    assert 0.70 < share < 0.75
+    assert float(missing["peak_pressure"]) == float(whole["peak_pressure"])
+    assert float(missing["fmep"]) < float(whole["fmep"])
+    # The mean torque is that of the mean effective pressures.
+    for found in (whole, missing):
+        pressure = 1e5 * float(found["imep"] - found["fmep"])
+        torque = pressure * float(found["displacement"]) / (4.0 * np.pi)
+        assert float(found["torque_mean"]) == pytest.approx(torque, rel=1e-12)
+    none = run(engine, MEAN, set={"cylinders": 4, "pressure_factor": [0] * 4})
+    assert -0.1 * float(whole["imep"]) < float(none["imep"]) < 0.0
+
+
+@pytest.mark.compiled
+def test_factors_hold_at_their_own_number_of_cylinders() -> None:
+    names = (*DELTA, "imep", "fmep", "pressure", "engine_inertia")
+    factors = {"pressure_factor": [0.5, 1.0, 1.0], "mass_factor": [1.1, 1.0, 1.0]}
+    axis = run(quantities=names, axes={"cylinders": [2, 3]}, set=factors)
+    for count, own in ((2, {}), (3, factors)):
+        alone = run(quantities=names, set={"cylinders": count, **own})
+        for name in names:
+            np.testing.assert_array_equal(axis[name].sel(cylinders=count), alone[name], name)
+    assert float(axis["pressure"].sel(cylinders=3).max()) < float(
+        axis["pressure"].sel(cylinders=2).max()
+    )
+
+
+@pytest.mark.compiled
+def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
+    found = run(
+        quantities=tuple(QUANTITIES),
+        axes={"pin_offset": [-0.002, 0.0, 0.01]},
+        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1]},
+    )
+    for name in QUANTITIES:
+        assert np.isfinite(found[name]).all(), name
+    assert "pin_offset" not in found["fmep"].dims
+
+
+# --- offset -------------------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+def test_offset_through_a_scene_is_that_of_one_design() -> None:
+    engine = load_engine("ntua", Path())
+    values = engine.values
+    found = run(
+        quantities=(*DELTA, "friction_torque"),
+        axes={"pin_offset": [0.0, 0.01], "crank_offset": [0.0, -0.004, 0.02]},
+        set={"reciprocating_mass": 6.67},
+    )
+    for pin in (0.0, 0.01):
+        for crank in (0.0, -0.004, 0.02):
+            here = found.sel(pin_offset=pin, crank_offset=crank)
+            one = periodic_speed(
+                engine.family.at(50.0),
+                bore=values["bore"],
+                stroke=values["stroke"],
+                crank_ratio=values["crank_ratio"],
+                reciprocating_mass=6.67,
+                inertia=values["inertia"],
+                speed=values["speed"] * np.pi / 30.0,
+                cylinders=int(values["cylinders"]),
+                friction_torque=float(here["friction_torque"]),
+                crankcase_pressure=1e5 * values["crankcase_pressure"],
+                offset=pin + crank,
+            )
+            assert float(here["delta"]) == pytest.approx(one.delta, rel=1e-12)
+            assert float(here["torque_mean"]) == pytest.approx(one.torque_mean, rel=1e-12)
+    plain = run(set={"reciprocating_mass": 6.67})
+    centred = found.sel(pin_offset=0.0, crank_offset=0.0)
+    for name in DELTA:
+        assert centred[name].values == plain[name].values
+
+
+@pytest.mark.compiled
+def test_offset_with_a_given_rod() -> None:
+    """The stroke and the rod stay, so the crank radius follows: in a scene as in an engine file."""
+    rod = run(quantities=("velocity", "imep"), set={"rod_length": 0.35, "pin_offset": 0.03})
+    radius = float(crank_radius(0.18, 0.35, 0.03))
+    ratio = run(
+        quantities=("velocity", "imep"), set={"crank_ratio": radius / 0.35, "pin_offset": 0.03}
+    )
+    np.testing.assert_allclose(rod["velocity"], ratio["velocity"], rtol=1e-12, atol=1e-13)
+    assert float(rod["imep"]) == pytest.approx(float(ratio["imep"]), rel=1e-12)
+
+
+def test_offset_in_an_engine_file(tmp_path: Path) -> None:
+    body = VALUES.replace("stroke = 0.18", "stroke = 0.18\npin_offset = 0.03")
+    engine = load_engine(written(tmp_path, body + modelled()), Path())
+    assert engine.values["crank_ratio"] == float(crank_radius(0.18, 0.35, 0.03)) / 0.35
+
+
+# --- bad input ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"set": {"arrangement": "V7 60"}}, r"\[set\] arrangement = 'V7 60': .* even number"),
+        ({"set": {"arrangement": 4}}, r"\[set\] arrangement = 4: must be the engine's arrangement"),
+        ({"set": {"arrangement": "in-line 4"}}, "has 4 cylinders, the engine 1"),
+        ({"set": {"cylinders": 2, "firing_angles": [0.0]}}, "firing_angles: 1 values for 2 cyl"),
+        ({"set": {"cylinders": 2, "firing_angles": 180}}, "must be a list of numbers, one for"),
+        ({"set": {"cylinders": 2, "firing_angles": [10, 180]}}, "firing_angle = 10 degree: must"),
+        ({"set": {"cylinders": 2, "firing_angles": [0, 720]}}, "0 or more and below 720"),
+        ({"set": {"cylinders": 2, "firing_angles": [0, "x"]}}, r"\[set\] firing_angles, value 2"),
+        (
+            {"set": {"cylinders": 2, "arrangement": "V2 90", "firing_angles": [0, 180]}},
+            "cylinder 2: firing_angle = 180 degree: its throw is at top dead centre at ",
+        ),
+        ({"set": {"pressure_factor": [1, 1]}}, "pressure_factor: 2 values for 1 cylinders"),
+        ({"set": {"pressure_factor": [-1]}}, "pressure_factor, value 1 = -1: must be a number"),
+        ({"set": {"mass_factor": []}}, "no values; at least one is needed"),
+        ({"axes": {"mass_factor": [1, 2]}}, r"\[axes\] mass_factor: must stand in \[set\]"),
+        (
+            {"axes": {"cylinders": [2, 4]}, "set": {"mass_factor": [1, 1, 2]}},
+            "mass_factor: is for 3 cylinders, which the scene does not have; must be for one of",
+        ),
+        ({"set": {"pin_offset": 0.3}}, r"\[set\] pin_offset: offset = 0.3 m: the crank cannot"),
+        ({"axes": {"crank_offset": [0.0, -0.4]}}, r"\[axes\] crank_offset: .* cannot turn"),
+        (
+            {"designs": {"rod_length": [0.35, 0.12], "pin_offset": [0.0, 0.08]}},
+            r"\[designs\] pin_offset: .* cannot turn",
+        ),
+    ],
+)  # fmt: skip
+def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message) as caught:
+        read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
+    assert "\n" not in str(caught.value)
+
+
+def test_designs_that_turn_though_their_extremes_would_not() -> None:
+    tables = {"designs": {"rod_length": [0.35, 0.12], "pin_offset": [0.08, 0.0]}}
+    read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("[values]", "firing_order = [1, 2]\nfiring_angles = [0, 180]\n[values]"),
+         "has both firing_order and firing_angles: give one of them"),
+        (("[values]", "arrangement = 'boxer 4'\n[values]"), "has 4 cylinders, the engine 2"),
+        (("[values]", "mass_factor = 1\n[values]"), "mass_factor = 1: must be a list of numbers"),
+        (("stroke = 0.18", "stroke = 0.18\npin_offset = 0.34"), "pin_offset|crank cannot turn"),
+    ],
+)  # fmt: skip
+def test_engine_files_that_are_none(tmp_path: Path, change: tuple[str, str], message: str) -> None:
+    path = written(tmp_path, VALUES.replace(*change) + modelled())
+    with pytest.raises(SceneError, match=message) as caught:
+        load_engine(path, Path())
+    assert "\n" not in str(caught.value)
+
+
+def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> None:
+    angle = np.arange(-360.0, 360.0)
+    bar = 1.0 + 40.0 * np.exp(-(((angle - 10.0) / 20.0) ** 2))
+    file = tmp_path / "p.csv"
+    rows = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angle, bar, strict=True))
+    file.write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
+    with pytest.raises(SceneError, match=r"\[set\] pressure_factor: .* no compression line"):
+        read_scene(
+            {
+                "engine": "ntua",
+                "set": {"pressure_factor": [0.0]},
+                "indicator": {"file": str(file)},
+                "output": {"quantities": ["delta"]},
+            }
+        )

@@ -1,0 +1,273 @@
+"""Modelled cycles in engine files, diagrams over load and speed, auxiliaries."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn import compressor
+from engine_dyn.compressor import CompressorCycle
+from engine_dyn.family_grid import FamilyGrid
+from engine_dyn.first_law import FourStrokeCycle, TwoStrokeCycle
+from engine_dyn.indicator import Diagram
+from sweeps.engine_file import load_engine
+from sweeps.errors import SceneError
+from sweeps.scene import MOST_SPEEDS, read_scene
+
+RPM = math.pi / 30.0
+
+VALUES: dict[str, Any] = {
+    "reciprocating_mass": 0.7, "inertia": 0.15, "crank_ratio": 0.3, "bore": 0.09, "stroke": 0.1,
+    "speed": 3000, "load": 100, "cylinders": 2, "load_exponent": 2, "load_offset": 0,
+    "crankcase_pressure": 1.0, "friction_constant": 0.2, "friction_peak_pressure": 0.005,
+    "friction_mean_piston_speed": 0.1,
+}  # fmt: skip
+FOUR: dict[str, Any] = {
+    "kind": "first_law", "compression_ratio": 10.0, "intake_pressure": 0.9,
+    "exhaust_pressure": 1.05, "charge_temperature": 340.0, "heat": 22.0,
+    "combustion_start": -20.0, "combustion_duration": 55.0, "combustion_form": 2.0,
+    "valve_ramp": 40.0, "valve_lag": 8.0, "intake_loss": 0.06, "exhaust_loss": 0.05,
+    "intake_closing": -125.0, "exhaust_opening": 130.0,
+}  # fmt: skip
+WOSCHNI = {"wall": "woschni", "wall_temperature": 440.0}
+POLYTROPIC = {"wall": "polytropic", "compression_exponent": 1.34, "expansion_exponent": 1.28}
+PORTS: dict[str, Any] = {
+    "kind": "two_stroke", "compression_ratio": 14.0, "intake_pressure": 3.0,
+    "exhaust_pressure": 2.6, "charge_temperature": 350.0, "heat": 24.0, "combustion_start": -2.0,
+    "combustion_duration": 60.0, "combustion_form": 1.0, "valve_ramp": 20.0, "valve_lag": 5.0,
+    "exhaust_opening": 110.0, "scavenge_opening": 135.0,
+}  # fmt: skip
+COMPRESSOR: dict[str, Any] = {
+    "kind": "compressor", "clearance_ratio": 0.05, "suction_pressure": 1.0,
+    "delivery_pressure": 7.0, "suction_loss": 0.05, "delivery_loss": 0.2,
+    "compression_exponent": 1.3, "expansion_exponent": 1.25, "valve_ramp": 8.0, "valve_lag": 2.0,
+}  # fmt: skip
+
+
+def written(
+    folder: Path, *tables: dict[str, Any], cycle: str = "four-stroke", more: str = "",
+    **changes: Any,
+) -> str:  # fmt: skip
+    """Path of an engine file with these diagrams; a change to None leaves a value out."""
+    values = {k: v for k, v in {**VALUES, **changes}.items() if v is not None}
+    lines = ['title = "x"', f'cycle = "{cycle}"', "[values]"]
+    lines += [f"{key} = {value}" for key, value in values.items()]
+    for table in tables:
+        lines.append("[[diagram]]")
+        for key, value in {"load": 100, **table}.items():
+            lines.append(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}")
+    path = folder / "mine.toml"
+    path.write_text("\n".join([*lines, more]) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def built(kind: Any, units: Any, table: dict[str, Any]) -> Diagram:
+    given = {
+        k: v if k == "wall" else v * units[k][1]
+        for k, v in table.items()
+        if k not in ("kind", "step")
+    }
+    diagram: Diagram = kind(**given).diagram(table.get("step", 0.5))
+    return diagram
+
+
+@pytest.mark.parametrize(
+    ("table", "kind"),
+    [
+        (FOUR, FourStrokeCycle),
+        ({**FOUR, **POLYTROPIC, "step": 1.0}, FourStrokeCycle),
+        ({**FOUR, **WOSCHNI}, FourStrokeCycle),
+        ({**FOUR, "premixed_share": 0.2, "premixed_start": -10.0}, FourStrokeCycle),
+        (PORTS, TwoStrokeCycle),
+        ({**PORTS, **POLYTROPIC, "exhaust_closing": -140.0}, TwoStrokeCycle),
+        (COMPRESSOR, CompressorCycle),
+    ],
+)
+def test_a_file_makes_the_cycle(tmp_path: Path, table: dict[str, Any], kind: Any) -> None:
+    four = kind is FourStrokeCycle
+    path = written(tmp_path, table, cycle="four-stroke" if four else "two-stroke")
+    found = load_engine(path, tmp_path).family.diagrams[0]
+    units = compressor.FILE_UNITS if kind is CompressorCycle else kind.units
+    own = {"crank_ratio": 0.3}
+    if table.get("wall") == "woschni":
+        own |= {"bore": 0.09, "stroke": 0.1, "speed": 3000.0}
+    expected = built(kind, units, {**own, **table})
+    np.testing.assert_array_equal(found.pressure, expected.pressure)
+    np.testing.assert_array_equal(found.slope, expected.slope)
+    if kind is not CompressorCycle:
+        assert found.motored is not None
+        without = built(kind, units, {**own, **table, "heat": 0.0})
+        np.testing.assert_array_equal(found.motored().pressure, without.pressure)
+
+
+def test_the_diagram_has_its_own_geometry_where_it_says_so(tmp_path: Path) -> None:
+    table = {**FOUR, "crank_ratio": 0.25}
+    found = load_engine(written(tmp_path, table), tmp_path).family.diagrams[0]
+    expected = built(FourStrokeCycle, FourStrokeCycle.units, table)
+    np.testing.assert_array_equal(found.pressure, expected.pressure)
+
+
+def without(table: dict[str, Any], key: str) -> dict[str, Any]:
+    return {k: v for k, v in table.items() if k != key}
+
+
+FAST = {"speed": 5000}
+SLOW = {"speed": 2000}
+
+
+@pytest.mark.parametrize(
+    ("tables", "cycle", "message"),
+    [
+        ([{**FOUR, "kind": "otto"}], "four-stroke",
+         "number 1 kind = 'otto': must be one of 'points', 'diesel_cycle', 'first_law', "),
+        ([FOUR], "two-stroke", "kind = 'first_law': must belong to a four-stroke engine"),
+        ([PORTS], "four-stroke", "kind = 'two_stroke': must belong to a two-stroke engine"),
+        ([COMPRESSOR], "four-stroke", "kind = 'compressor': must belong to a two-stroke engine"),
+        ([without(FOUR, "heat")], "four-stroke", "heat: missing; must be a number in bar"),
+        ([{**FOUR, "heat": "much"}], "four-stroke", "heat = 'much': must be"),
+        ([{**FOUR, "heat": 300}], "four-stroke",
+         "heat = 300 bar: must be between 0 and 200 bar"),
+        ([{**FOUR, "combustion_duration": -5}], "four-stroke",
+         "combustion_duration = -5 degree: must be between 2 and 270 degree"),
+        ([{**FOUR, "wall": "cold"}], "four-stroke",
+         "wall = 'cold': must be one of 'adiabatic', 'polytropic', 'woschni'"),
+        ([{**FOUR, "wall": "woschni"}], "four-stroke",
+         "wall_temperature: missing; must be a number in K"),
+        ([{**FOUR, "wall_temperature": 440}], "four-stroke", "wall_temperature: unknown key"),
+        ([{**FOUR, "scavenge_opening": 120}], "four-stroke", "scavenge_opening: unknown key"),
+        ([{**COMPRESSOR, "wall": "woschni"}], "two-stroke", "wall: unknown key"),
+        ([{**COMPRESSOR, "clearance_ratio": 0.9}], "two-stroke",
+         "clearance_ratio = 0.9: must be between 0 and 0.5"),
+        ([{**FOUR, "step": 0.7}], "four-stroke", "step = 0.7 degree: 720 must be a multiple"),
+        ([{**FOUR, **SLOW}, {**FOUR, "load": 50}], "four-stroke",
+         "number 2 speed: missing; must be given, as other diagrams have one"),
+        ([{**FOUR, **SLOW}, {**FOUR, **SLOW}], "four-stroke",
+         "two diagrams for 100 percent at 2000 rpm"),
+        ([{**FOUR, **SLOW}, {**FOUR, **FAST}, {**FOUR, **FAST, "load": 50}], "four-stroke",
+         "no diagram for 50 percent at 2000 rpm: each of the 2 loads needs one at each of the 2"),
+        ([{**FOUR, **FAST}], "four-stroke",
+         "[values] speed = 3000: must be within the engine's diagrams, 5000 to 5000 rpm"),
+        ([{**FOUR, "speed": -1}], "four-stroke", "speed = -1: must be"),
+    ],
+)  # fmt: skip
+def test_one_line_says_what_is_wrong(
+    tmp_path: Path, tables: list[dict[str, Any]], cycle: str, message: str
+) -> None:
+    path = written(tmp_path, *tables, cycle=cycle)
+    with pytest.raises(SceneError) as caught:
+        load_engine(path, tmp_path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "[[diagram]]" in str(caught.value) or "[values]" in str(caught.value)
+
+
+def test_what_the_engine_has_to_give(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUR, crank_ratio=None)
+    with pytest.raises(SceneError, match=r"crank_ratio: missing.*here or in \[values\]"):
+        load_engine(path, tmp_path)
+
+
+# --- load and speed -----------------------------------------------------------------------------
+
+CORNERS = [
+    {**FOUR, **WOSCHNI, **speed, "load": load, "heat": heat, "combustion_start": start}
+    for load, heat in ((30, 10.0), (100, 22.0))
+    for speed, start in ((SLOW, -12.0), (FAST, -24.0))
+]
+QUANTITIES = ["delta", "omega_max", "torque_max", "torque_mean", "peak_pressure", "imep"]
+
+
+def run(engine: str, **tables: Any) -> Any:
+    return sweeps.run({"engine": engine, "output": {"quantities": QUANTITIES}, **tables})
+
+
+@pytest.mark.compiled
+def test_corners_are_the_given_diagrams(tmp_path: Path) -> None:
+    grid = written(tmp_path, *CORNERS)
+    found = run(grid, axes={"speed": [2000, 5000], "load": [30, 100]})
+    assert found["delta"].dims == ("speed", "load")
+    assert (found["status"] == 0).all()
+    for corner in CORNERS:
+        here = found.sel(speed=corner["speed"], load=corner["load"])
+        alone = run(written(tmp_path, corner, speed=corner["speed"], load=corner["load"]))
+        for name in QUANTITIES:
+            assert float(here[name]) == pytest.approx(float(alone[name]), rel=1e-9)
+
+
+@pytest.mark.compiled
+def test_between_the_corners(tmp_path: Path) -> None:
+    path = written(tmp_path, *CORNERS)
+    family = load_engine(path, tmp_path).family
+    assert isinstance(family, FamilyGrid)
+    speeds, loads = [2000.0, 2710.0, 3333.0, 5000.0], [30.0, 41.7, 100.0]
+    found = run(path, axes={"load": loads, "speed": speeds})
+    for load in loads:
+        for speed in speeds:
+            here = found.sel(load=load, speed=speed)
+            expected = family.at(load, speed * RPM)
+            assert float(here["peak_pressure"]) == pytest.approx(expected.peak / 1e5, rel=1e-9)
+    # A design is the same whatever else is asked for.
+    for order in ({"speed": speeds[1:2], "load": loads}, {"load": loads, "speed": speeds[1:2]}):
+        part = run(path, axes=order)
+        for name in QUANTITIES:
+            np.testing.assert_allclose(
+                part[name].sel(speed=2710.0), found[name].sel(speed=2710.0), rtol=1e-12
+            )
+    pairs = run(path, designs={"speed": [2710.0, 5000.0], "load": [41.7, 30.0]})
+    for i, (speed, load) in enumerate(((2710.0, 41.7), (5000.0, 30.0))):
+        assert float(pairs["delta"][i]) == pytest.approx(
+            float(found["delta"].sel(speed=speed, load=load)), rel=1e-12
+        )
+
+
+@pytest.mark.compiled
+def test_misfire_over_speed(tmp_path: Path) -> None:
+    path = written(tmp_path, *CORNERS)
+    found = run(path, axes={"speed": [2000, 4000]}, set={"pressure_factor": [1.0, 0.0]})
+    even = run(path, axes={"speed": [2000, 4000]})
+    assert (found["status"] == 0).all()
+    assert (found["imep"] < 0.55 * even["imep"]).all()
+
+
+def test_speeds_of_a_scene(tmp_path: Path) -> None:
+    path = written(tmp_path, *CORNERS)
+    scene: dict[str, Any] = {"engine": path, "output": {"quantities": ["delta"]}}
+    with pytest.raises(SceneError, match="speed = 1900: must be from 2000 to 5000 rpm"):
+        read_scene({**scene, "axes": {"speed": [1900, 3000]}})
+    many = {"start": 2000, "stop": 5000, "num": MOST_SPEEDS + 1}
+    with pytest.raises(SceneError, match=f"{MOST_SPEEDS + 1} different values: must be at most"):
+        read_scene({**scene, "axes": {"speed": many}})
+    with pytest.raises(SceneError, match="load = 20: must be from 30 to 100 percent"):
+        read_scene({**scene, "axes": {"load": [20]}})
+    scaled = "[pressure_scale]\nspeed = [1000, 5000]\nscale = [1, 1]"
+    path = written(tmp_path, *CORNERS, more=scaled)
+    with pytest.raises(SceneError, match=r"has both \[pressure_scale\] and diagrams with a speed"):
+        load_engine(path, tmp_path)
+
+
+# --- friction -----------------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+def test_square_of_the_piston_speed_and_auxiliaries(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUR)
+    names = ["fmep", "bmep", "imep", "friction_torque", "torque_mean"]
+    axes = {"speed": [1000, 3000]}
+
+    def of(**values: float) -> Any:
+        scene = {"engine": path, "axes": axes, "set": values, "output": {"quantities": names}}
+        return sweeps.run(scene)
+
+    plain, driven = of(), of(auxiliary_torque=7.0)
+    square = of(friction_mean_piston_speed_square=0.01)
+    piston = 2.0 * 0.1 * np.array(axes["speed"]) / 60.0
+    np.testing.assert_allclose(square["fmep"] - plain["fmep"], 0.01 * piston**2, rtol=1e-9)
+    np.testing.assert_allclose(driven["friction_torque"] - plain["friction_torque"], 7.0)
+    np.testing.assert_allclose(plain["torque_mean"] - driven["torque_mean"], 7.0)
+    np.testing.assert_allclose(driven["imep"] - driven["fmep"], driven["bmep"])
+    assert plain["fmep"].dims == driven["fmep"].dims == ("speed",)

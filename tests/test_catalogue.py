@@ -1,0 +1,132 @@
+"""Engines of the catalogue: values, arrangements, published power, and each runs over speed."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn.first_law import TwoStrokeCycle
+from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.quantities import PARAMETERS
+from sweeps.checks import check_range, number
+from sweeps.engine_file import catalogue, load_engine
+
+ROOT = Path(__file__).parents[1]
+DRAFTS = sorted((ROOT / "tools" / "engine_drafts").glob("*.toml"))
+PERIODS = {"four-stroke": 4.0 * math.pi, "two-stroke": 2.0 * math.pi}
+UNEVEN = {"parallel_twin_180", "parallel_twin_270"}
+
+sys.path.insert(0, str(ROOT / "tools"))
+calibration: Any = importlib.import_module("calibrate_catalogue")
+FITTED = calibration.RATED
+
+
+def raw_of(path: Path) -> dict[str, Any]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def test_the_catalogue() -> None:
+    assert set(FITTED) | {"b112", "diesel_105x137", "ntua"} == set(catalogue())
+    assert [path.stem for path in DRAFTS] == ["compressor_79x83"]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", catalogue())
+def test_runs_over_speed(name: str) -> None:
+    engine = load_engine(name, Path())
+    speeds = engine.values["speed"] * np.array([0.7, 0.85, 1.0])
+    if engine.pressure_scale is not None:
+        speeds = np.linspace(engine.pressure_scale[0][0], engine.pressure_scale[0][-1], 3)
+    found = sweeps.run(
+        {
+            "engine": name,
+            "axes": {"speed": speeds.tolist()},
+            "output": {"quantities": ["delta", "torque_mean", "torque_max", "torque"]},
+        }
+    )
+    assert (found["status"] == 0).all()
+    assert ((found["delta"] > 0.0) & (found["delta"] < 0.5)).all()
+    assert found["torque_max"].values == pytest.approx(found["torque"].max("crank_angle"), rel=5e-3)
+    assert found["torque"].mean("crank_angle").values == pytest.approx(
+        found["torque_mean"].values, rel=1e-4
+    )
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", FITTED)
+def test_published_power(name: str) -> None:
+    """At every load of the file: that share of the mean effective pressure at rated power."""
+    loads = sorted({*load_engine(name, Path()).family.loads.tolist(), 100.0})
+    found = sweeps.run(
+        {
+            "engine": name,
+            **({"axes": {"load": loads}} if len(loads) > 1 else {}),
+            "output": {"quantities": ["brake_power", "peak_pressure"]},
+        }
+    )
+    power = found["brake_power"].values.reshape(-1)
+    np.testing.assert_allclose(power, FITTED[name] * np.array(loads) / 100.0, rtol=1e-3)
+    if name in calibration.PEAK:
+        assert float(found["peak_pressure"]) * 1e5 == pytest.approx(
+            calibration.PEAK[name], rel=1e-3
+        )
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_fitted_numbers_are_those_of_the_fit(name: str) -> None:
+    """Run the calibration of the last diagram again."""
+    engine = raw_of(catalogue()[name])
+    values, table = engine["values"], engine["diagram"][-1]
+    cycle = calibration.cycle_of(table, values)
+    volume = values["cylinders"] * 0.25 * math.pi * values["bore"] ** 2 * values["stroke"]
+    omega = values["speed"] * math.pi / 30.0
+    goal = FITTED[name] * PERIODS[engine["cycle"]] / (volume * omega)
+    if isinstance(cycle, TwoStrokeCycle):
+        fit = calibration.two_stroke(cycle, values, goal, calibration.PEAK[name])
+    else:
+        fit = calibration.spark_ignition(cycle, values, goal)
+    for key, text in fit.items():
+        assert float(text) == pytest.approx(table[key], rel=1e-3)
+
+
+@pytest.mark.parametrize("path", [catalogue()[name] for name in FITTED], ids=lambda p: p.stem)
+def test_engine_is_what_its_name_says(path: Path) -> None:
+    engine = load_engine(path.stem, path.parent)
+    assert engine.name == path.stem
+    assert engine.sources
+    assert 0.25 <= engine.values["crank_ratio"] <= 0.5
+    assert engine.own_cylinders is not None
+    assert engine.own_cylinders.even == (path.stem not in UNEVEN)
+
+
+@pytest.mark.parametrize(
+    "path", [*(catalogue()[name] for name in FITTED), *DRAFTS], ids=lambda p: p.stem
+)
+def test_every_assumed_number_is_named_with_its_reason(path: Path) -> None:
+    raw = raw_of(path)
+    tables = raw.get("diagram", [raw.get("cycle_data", {})])
+    known = {*raw["values"], *(key for table in tables for key in table), "arrangement", "diagram"}
+    for key, reason in raw["assumed"].items():
+        assert key in known
+        assert len(reason) > 10
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.endswith(("; assumed", "; fitted", "# assumed")):
+            assert line.split(" = ")[0] in raw["assumed"], line
+    for key, value in raw["values"].items():
+        node = PARAMETERS[key]
+        check_range(number(value, key, node), key, node)
+
+
+@pytest.mark.parametrize("path", DRAFTS, ids=lambda p: p.stem)
+def test_arrangement_of_drafts(path: Path) -> None:
+    raw = raw_of(path)
+    arrangement = arrangement_from_text(raw["arrangement"], PERIODS[raw["cycle"]])
+    assert len(arrangement.cylinders) == raw["values"]["cylinders"]

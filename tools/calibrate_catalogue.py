@@ -1,0 +1,153 @@
+"""Fit the modelled cycles of the catalogue engines that publish their power and no diagram.
+
+Spark ignition: the charge is what the cylinder traps, with gasoline at the air's stoichiometric
+share, so the heat follows from `intake_pressure`, which is fitted to the rated power; above
+atmosphere it stands for a tuned intake. Lower loads are the same engine throttled until the brake
+mean effective pressure is that share of the rated one. Two-stroke diesel: heat and compression
+ratio are fitted to the mean effective pressure and the largest pressure. All else in the files is
+given or assumed, as they say.
+
+    python tools/calibrate_catalogue.py    # writes the fitted numbers into sweeps/engines/*.toml
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from dataclasses import fields, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from engine_dyn.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
+from engine_dyn.friction import friction_mean_effective_pressure, mean_piston_speed
+from engine_dyn.slider_crank import velocity
+from sweeps.engine_file import catalogue
+
+RATED = {
+    "boxer_twin_101x70": 62.5e3,
+    "marine_80x345": 25190e3,
+    "parallel_twin_180": 50e3,
+    "parallel_twin_270": 50e3,
+    "parallel_twin_360": 50e3,
+    "si_four_87x101": 112e3,
+    "v6_96x81": 186.4e3,
+    "v8_cross_plane_93x86": 175.2e3,
+    "v8_flat_plane_94x93": 392.2e3,
+}
+"""Brake power at the engine's own speed [W]."""
+
+PEAK = {"marine_80x345": 171e5}
+"""Largest pressure [Pa]."""
+
+HEAT_OF_CHARGE = 0.97 * 44.0e6 / (1.0 + 14.7)
+"""Of a kilogram of gasoline and air, stoichiometric, 3 % unburnt [J/kg]."""
+
+GAS_CONSTANT = 287.0
+
+COLUMN = 40
+"""Of the files, where comments begin."""
+
+RPM, BAR = math.pi / 30.0, 1e5
+
+
+def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
+    """Cycle of a [[diagram]], as `sweeps.modelled` makes it."""
+    kind = FourStrokeCycle if table["kind"] == "first_law" else TwoStrokeCycle
+    ratio = 0.5 * values["stroke"] / values["rod_length"]
+    known = {**values, "crank_ratio": ratio, **table}
+    wall = FIELDS_OF_WALL[table["wall"]]
+    others = {name for names in FIELDS_OF_WALL.values() for name in names} - set(wall)
+    names = [f.name for f in fields(kind) if f.name in known and f.name not in {*others, "wall"}]
+    return kind(wall=table["wall"], **{n: known[n] * kind.units[n][1] for n in names})
+
+
+def brake_mean_pressure(cycle: Any, values: dict[str, float]) -> float:
+    """Brake mean effective pressure [Pa]."""
+    angle, pressure = cycle.points()
+    indicated = 0.5 * cycle.period * float((pressure * velocity(angle, cycle.crank_ratio)).mean())
+    friction = friction_mean_effective_pressure(
+        values["friction_constant"] * BAR, values["friction_peak_pressure"],
+        values["friction_mean_piston_speed"] * BAR, pressure.max(),
+        mean_piston_speed(values["stroke"], values["speed"] * RPM),
+    )  # fmt: skip
+    return indicated - float(friction)
+
+
+def with_charge(cycle: FourStrokeCycle, intake: float) -> FourStrokeCycle:
+    """Return the cycle with this intake pressure [Pa], and the heat of what it then traps."""
+    empty = replace(cycle, intake_pressure=intake, heat=0.0)
+    values = {f.name: getattr(empty, f.name) for f in fields(empty)}
+    trapped = float(tabulate(FourStrokeCycle, values).trapped_pressure)
+    mass = trapped * float(cycle.volume(cycle.intake_closing))
+    mass /= GAS_CONSTANT * cycle.charge_temperature
+    return replace(empty, heat=HEAT_OF_CHARGE * mass)
+
+
+def spark_ignition(cycle: FourStrokeCycle, values: dict[str, float], goal: float) -> dict[str, str]:
+    """Intake pressure and heat that make a mean effective pressure."""
+
+    def miss(intake: float) -> float:
+        return brake_mean_pressure(with_charge(cycle, intake), values) - goal
+
+    found = with_charge(cycle, float(brentq(miss, 0.25e5, 1.6e5, xtol=1.0)))
+    return {
+        "intake_pressure": f"{found.intake_pressure / BAR:.5f}",
+        "heat": f"{found.heat / BAR:.4f}",
+    }
+
+
+def two_stroke(
+    cycle: TwoStrokeCycle, values: dict[str, float], goal: float, peak: float
+) -> dict[str, str]:
+    """Heat and compression ratio that make a mean effective pressure and a largest pressure."""
+
+    def heated(ratio: float) -> TwoStrokeCycle:
+        changed = replace(cycle, compression_ratio=ratio)
+
+        def miss(heat: float) -> float:
+            return brake_mean_pressure(replace(changed, heat=heat), values) - goal
+
+        return replace(changed, heat=float(brentq(miss, 10e5, 100e5, xtol=10.0)))
+
+    def too_high(ratio: float) -> float:
+        return float(heated(ratio).points()[1].max()) - peak
+
+    found = heated(float(brentq(too_high, 8.0, 30.0, xtol=1e-6)))
+    return {
+        "compression_ratio": f"{found.compression_ratio:.4f}",
+        "heat": f"{found.heat / BAR:.4f}",
+    }
+
+
+def main() -> None:
+    """Write the fitted numbers into the files."""
+    for name, power in RATED.items():
+        path = catalogue()[name]
+        text = path.read_text(encoding="utf-8")
+        engine = tomllib.loads(text)
+        values, tables = engine["values"], engine["diagram"]
+        head, *parts = text.split("[[diagram]]\n")
+        volume = values["cylinders"] * 0.25 * math.pi * values["bore"] ** 2 * values["stroke"]
+        for i, table in enumerate(tables):
+            cycle = cycle_of(table, values)
+            rated = power * cycle.period / (volume * values["speed"] * RPM)
+            goal = rated * table["load"] / 100.0
+            fit = (
+                partial(two_stroke, peak=PEAK[name])
+                if isinstance(cycle, TwoStrokeCycle)
+                else spark_ignition
+            )
+            for key, number in fit(cycle, values, goal).items():
+                line = f"{key} = {number}".ljust(COLUMN)
+                parts[i] = re.sub(rf"(?m)^{key} = [0-9.]+ *(?=#)", line, parts[i])
+                print(f"{name} {table['load']} percent: {key} = {number}")
+        path.write_text("[[diagram]]\n".join([head, *parts]), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    np.seterr(all="raise")
+    main()
