@@ -86,7 +86,7 @@ PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
-then differs by about 1e-10 from what it is with a table of its own."""
+then differs by some 1e-9 from what it is with a table of its own."""
 
 PANEL_BYTES = 64_000_000
 """Shared tables that are kept at a time."""
@@ -94,7 +94,7 @@ PANEL_BYTES = 64_000_000
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
 
-MANY_MEANS, POINTS_OF_MEANS = 4096, 10
+MANY_MEANS, POINTS_OF_MEANS = 512, 10
 """From that many on, mean torques are interpolated between that many crank ratios of a panel; what
 they miss is rounding."""
 
@@ -209,9 +209,8 @@ def solve(
     ]
     size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
-        of_tables = np.broadcast_shapes(*(np.shape(inputs[name]) for name in TABLE_NAMES))
-        tables_made = math.prod(of_tables)
-        sharing = tables_made, size // max(tables_made, 1)
+        tables = math.prod(np.broadcast_shapes(*(np.shape(inputs[n]) for n in TABLE_NAMES)))
+        sharing = tables, size // max(tables, 1)
     if "delta_error" in wanted and "delta" not in wanted:
         more = solve(
             family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
@@ -250,7 +249,11 @@ def solve(
         times = engine.symmetry
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
-        ratio = RATIOS[count > FEW_CYLINDERS or steep] if in_lanes else 1
+        shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
+        apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
+        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
+        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
         grid = make_grid(family, rows, steps, engine.representatives)
@@ -272,9 +275,7 @@ def solve(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
         )
         cores = threads or os.cpu_count() or 1
-        shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
-        interpolated = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
-        if in_lanes and interpolated:
+        if in_lanes and apart:
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
@@ -432,22 +433,22 @@ def mean_gas_torque(
     member = Member(0.0, pressure_factor, 1.0)
     row_of, grid = _row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
     rates = np.empty(6 * FEWEST_NODES)
+    if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
+        designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
+        return result.reshape(row.shape)
     # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
     number = np.empty(ratios.size, dtype=np.int64)
     designs.panels_of(ratios, number)
     used = np.flatnonzero(np.bincount(number))
-    if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
-        designs.mean_gas_torque(ratios, offsets, places, row_of, grid, rates, result)
-    else:
-        points = panels.points_of(used, POINTS_OF_MEANS)
-        means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
-        at = np.tile(points[used, 0].reshape(-1), rows.size)
-        of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
-        found = np.empty(at.size)
-        designs.mean_gas_torque(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
-        shape = (rows.size, used.size, POINTS_OF_MEANS)
-        means[used] = np.moveaxis(found.reshape(shape), 0, -1)
-        designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
+    points = panels.points_of(used, POINTS_OF_MEANS)
+    means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
+    at = np.tile(points[used, 0].reshape(-1), rows.size)
+    of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
+    found = np.empty(at.size)
+    designs.mean_gas_torque(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
+    shape = (rows.size, used.size, POINTS_OF_MEANS)
+    means[used] = np.moveaxis(found.reshape(shape), 0, -1)
+    designs.mean_gas_between(ratios, places, number, row_of, points, means, result)
     return result.reshape(row.shape)
 
 

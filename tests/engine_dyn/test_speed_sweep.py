@@ -137,13 +137,13 @@ def test_neighbours_do_not_matter(
         found = sweep.solve(**asked, **{**inputs, **alone})
         for name, array in whole.items():
             np.testing.assert_array_equal(found[name], array[index], err_msg=f"{name} {index}")
-    # All of them as unrelated designs of one axis, in a random order.
+    # All of them as unrelated designs of one axis, in a random order, with tables made alike.
     picks = random.permutation(np.prod(shape))[:300]
     places = np.unravel_index(picks, shape)
     column = {
         name: arguments[name].reshape(-1)[places[axis]] for name, (axis, _) in PRODUCT.items()
     }
-    found = sweep.solve(**asked, **{**inputs, **column})
+    found = sweep.solve(**asked, **{**inputs, **column}, sharing=(1, 300))
     for name, array in whole.items():
         np.testing.assert_array_equal(found[name], array[places], err_msg=name)
 

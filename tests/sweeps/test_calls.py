@@ -29,7 +29,7 @@ NAMES = {
     "mean gas": "speed/sweep.py:mean_gas_torque",
     # Where tables of designs are made; `sweep` makes others, to judge how many nodes are needed.
     "of designs": "speed/designs.py",
-    "traces": "speed/designs.py:store_curves",
+    "traces": ("speed/designs.py:store_curves", "speed/traces.py:write_block"),
     "iterations": (
         "speed/segments.py:iterate", "speed/lanes.py:iterate", "speed/newton.py:newton",
         "speed/picard.py:repeat_cycles",
