@@ -34,7 +34,19 @@ from engine_dyn.compilation import formula, inlined, on_stack
 from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.levels import (
     ALIAS_P,
+    ALIAS_PP,
+    ALIAS_PPP,
+    ALIAS_PPPP,
+    ALIAS_PPPV,
+    ALIAS_PPV,
+    ALIAS_PPVV,
+    ALIAS_PV,
+    ALIAS_PVV,
+    ALIAS_PVVV,
     ALIAS_V,
+    ALIAS_VV,
+    ALIAS_VVV,
+    ALIAS_VVVV,
     ALIASED,
     CHUNK,
     CUBES,
@@ -257,13 +269,13 @@ def alias(
         m31, m22, m13 = 4.0 * b4, 6.0 * b4, 4.0 * b4
     e = eta if variable else -eta
     g2, e2 = g * g, e * e
-    total = g2 * (b2 * c[5] + g * (b3 * c[8] + g * b4 * c[12]))
-    total += e2 * (n2 * c[7] + e * (n3 * c[11] + e * n4 * c[16]))
+    total = g2 * (b2 * c[ALIAS_PP] + g * (b3 * c[ALIAS_PPP] + g * b4 * c[ALIAS_PPPP]))
+    total += e2 * (n2 * c[ALIAS_VV] + e * (n3 * c[ALIAS_VVV] + e * n4 * c[ALIAS_VVVV]))
     total += g * e * (
-        m11 * c[6] + g * (m21 * c[9] + g * m31 * c[13]) + e * (m12 * c[10] + e * m13 * c[15])
-        + g * e * m22 * c[14]
+        m11 * c[ALIAS_PV] + g * (m21 * c[ALIAS_PPV] + g * m31 * c[ALIAS_PPPV])
+        + e * (m12 * c[ALIAS_PVV] + e * m13 * c[ALIAS_PVVV]) + g * e * m22 * c[ALIAS_PPVV]
     )  # fmt: skip
-    return total + (b1 * g * c[3] + n1 * e * c[4] if first else 0.0)
+    return total + (b1 * g * c[ALIAS_P] + n1 * e * c[ALIAS_V] if first else 0.0)
 
 
 @formula

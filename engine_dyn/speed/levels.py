@@ -52,12 +52,15 @@ misses in the middle of the interval behind it."""
 
 CONSTANTS = 29
 PP, PV, VV = 0, 1, 2
-ALIAS_P, ALIAS_V = 3, 4
+(
+    ALIAS_P, ALIAS_V, ALIAS_PP, ALIAS_PV, ALIAS_VV, ALIAS_PPP, ALIAS_PPV, ALIAS_PVV, ALIAS_VVV,
+    ALIAS_PPPP, ALIAS_PPPV, ALIAS_PPVV, ALIAS_PVVV, ALIAS_VVVV,
+) = range(3, 17)  # fmt: skip
 HIGHEST_SLOPE, HIGHEST_SLOPE_V, ALIASED = 17, 18, 19
 CUBES, FOURTHS = 20, 24
-"""Of a table: the means of P^2, P V, V^2; then, for P^i V^k with i + k from 1 to 4, its mean over
-the fine less that over the coarse nodes, in the order 10, 01, 20, 11, 02, 30 ...: what the coarse
-level makes wrong in the mean of a function of the speed; the largest slopes; ALIASED, the largest
+"""Of a table: the means of P^2, P V, V^2; ALIAS, for P^i V^k with i + k from 1 to 4, its mean over
+the fine less that over the coarse nodes: what the coarse level makes wrong in the mean of a
+function of the speed; the largest slopes; ALIASED, the largest
 of the first four of those differences over the values themselves; the means of P^3, P^2 V ... V^3
 and of P^4 ... V^4."""
 
@@ -145,24 +148,24 @@ def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
         constants[FOURTHS + 3] += share * p * v * v * v
         constants[FOURTHS + 4] += share * v * v * v * v
         p2, v2 = weight * p * p, v * v
-        constants[3] += weight * p
-        constants[4] += weight * v
-        constants[5] += p2
-        constants[6] += weight * p * v
-        constants[7] += weight * v2
-        constants[8] += p2 * p
-        constants[9] += p2 * v
-        constants[10] += weight * p * v2
-        constants[11] += weight * v2 * v
-        constants[12] += p2 * p * p
-        constants[13] += p2 * p * v
-        constants[14] += p2 * v2
-        constants[15] += weight * p * v2 * v
-        constants[16] += weight * v2 * v2
+        constants[ALIAS_P] += weight * p
+        constants[ALIAS_V] += weight * v
+        constants[ALIAS_PP] += p2
+        constants[ALIAS_PV] += weight * p * v
+        constants[ALIAS_VV] += weight * v2
+        constants[ALIAS_PPP] += p2 * p
+        constants[ALIAS_PPV] += p2 * v
+        constants[ALIAS_PVV] += weight * p * v2
+        constants[ALIAS_VVV] += weight * v2 * v
+        constants[ALIAS_PPPP] += p2 * p * p
+        constants[ALIAS_PPPV] += p2 * p * v
+        constants[ALIAS_PPVV] += p2 * v2
+        constants[ALIAS_PVVV] += weight * p * v2 * v
+        constants[ALIAS_VVVV] += weight * v2 * v2
     c = constants
     root_p, root_v = math.sqrt(c[PP]), math.sqrt(c[VV])
-    of_p = max(abs(c[3]) / root_p, abs(c[5]) / c[PP]) if c[PP] > 0.0 else 0.0
-    of_v = max(abs(c[4]) / root_v, abs(c[7]) / c[VV]) if c[VV] > 0.0 else 0.0
+    of_p = max(abs(c[ALIAS_P]) / root_p, abs(c[ALIAS_PP]) / c[PP]) if c[PP] > 0.0 else 0.0
+    of_v = max(abs(c[ALIAS_V]) / root_v, abs(c[ALIAS_VV]) / c[VV]) if c[VV] > 0.0 else 0.0
     constants[ALIASED] = max(of_p, of_v)
 
 
