@@ -495,7 +495,8 @@ def speeds_of(
     high, low = math.sqrt(high), math.sqrt(low)
     error = 0.0
     if high > low:
-        error = (0.5 * (high_miss / high + low_miss / low) + lanes.ROUNDING) / (high - low)
+        rounding = lanes.ROUNDING * (1.0 + lanes.CANCELLED * design.eta)
+        error = (0.5 * (high_miss / high + low_miss / low) + rounding) / (high - low)
     error += unresolved(design.half, choice.closure, records)
     if design.kappa * width > STRONG_LOAD and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span

@@ -335,25 +335,34 @@ def solve(
                 cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
                 iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
-            _compare(found, known, refined, tolerance)
+
+            def masses_at(places: Integers) -> Floats:
+                square = 0.25 * np.square(chosen(inputs["stroke"], places))
+                ratio = chosen(inputs["mass"], places) / chosen(inputs["inertia"], places)
+                return np.asarray(square * ratio)
+
+            _compare(found, known, refined, tolerance, masses_at)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
 
 def _compare(
-    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: Floats, tolerance: float
-) -> None:
+    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: Floats, tolerance: float,
+    masses_at: Callable[[Integers], Floats],
+) -> None:  # fmt: skip
     """Relative error of delta from its difference to a solution with more nodes, in place.
 
     That one's own error is far smaller, so the difference is nearly all of the error; what
-    rounding leaves of a small delta comes on top. It knows better than the kernel whether the
-    tolerance is met, and says so in the status. Piece by piece: no array of the sweep's size.
+    rounding leaves of a small delta comes on top (`masses_at` tells eta of designs). It knows
+    better than the kernel whether the tolerance is met, and says so in the status. Piece by piece:
+    no array of the sweep's size.
     """
     for begin in range(0, refined.size, CHUNK_OF_ARRAYS):
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
         delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
             error = SAFETY * np.abs(delta / refined[here] - 1.0) + LEAST_ERROR
-            error += lanes.ROUNDING / delta
+            eta = masses_at(np.arange(begin, begin + delta.size))
+            error += lanes.ROUNDING * (1.0 + lanes.CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
         np.copyto(found["delta_error"][here], error, where=good)
