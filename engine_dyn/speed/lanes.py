@@ -70,12 +70,22 @@ from engine_dyn.speed.levels import (
 )
 
 __all__ = [
+    "CANCELLED",
+    "FIELDS",
+    "FREE",
+    "ITERATED",
     "LANES",
     "LEFT",
-    "FIELDS",
-    "prepare",
+    "LINEAR",
+    "ROUNDING",
+    "candidates",
+    "end_of_work",
     "extremes",
     "iterate",
+    "make_rows",
+    "mean_speed",
+    "prepare",
+    "solve_free",
     "solve_linear",
 ]
 
@@ -687,8 +697,8 @@ def march(
 
 
 @formula
-def rest_series(a: float, u: float, k: int, s: Floats) -> float:
-    """(1 + u)^a - 1 - a u for |u| up to SERIES_RANGE, to 1e-11, from its binomial coefficients."""
+def rest_series(u: float, k: int, s: Floats) -> float:
+    """(1 + u)^a - 1 - a u for |u| up to SERIES_RANGE, to 1e-11, from its coefficients in SERIES."""
     total = s[SERIES + (SERIES_TERMS - 1) * LANES + k]
     total = s[SERIES + 9 * LANES + k] + u * total
     total = s[SERIES + 8 * LANES + k] + u * total
@@ -740,11 +750,10 @@ def rest_of(
                 rs[row + 3 * LANES + k] = 0.0
         else:
             for k in range(lanes):
-                a = s[HALF + k]
-                rs[row + k] = rest_series(a, us[row + k], k, s)
-                rs[row + LANES + k] = rest_series(a, us[row + LANES + k], k, s)
-                rs[row + 2 * LANES + k] = rest_series(a, us[row + 2 * LANES + k], k, s)
-                rs[row + 3 * LANES + k] = rest_series(a, us[row + 3 * LANES + k], k, s)
+                rs[row + k] = rest_series(us[row + k], k, s)
+                rs[row + LANES + k] = rest_series(us[row + LANES + k], k, s)
+                rs[row + 2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, s)
+                rs[row + 3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, s)
         if wide and kind != 2:
             for i in range(CHUNK):
                 here = us[row + i * LANES : row + (i + 1) * LANES]
