@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.quantities import DIMENSIONS
 from sweeps.blocks import along, blocks, cut
 from sweeps.errors import SceneError
-from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, Stage, Value, make_plan
+from sweeps.plan import Plan, Stage, Value, make_plan
 from sweeps.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -88,12 +89,10 @@ def compute(
                 if name not in results:
                     results[name] = np.empty(shapes[name], dtype=part.dtype)
                 place = results[name][along(stage.dims, block)]
-                if CYLINDER in stage.node.adds:
+                if part.shape != place.shape:
                     # A block may lack the engines of most cylinders, and so the last throws.
-                    axis = stage.dims.index(CYLINDER)
-                    shorter = (slice(None),) * axis + (slice(part.shape[axis]),)
                     place[...] = np.nan
-                    place = place[shorter]
+                    place = place[tuple(slice(n) for n in part.shape)]
                 place[...] = part
     return {name: results[name] for name in plan.outputs}
 
@@ -165,7 +164,7 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     Constants and the angles of a kernel go through as they are.
     """
     if not value.dims or not set(value.dims) <= set(dims):
-        if value.dims and value.dims != (CRANK_ANGLE,):
+        if not set(value.dims) <= set(DIMENSIONS):
             raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
         return value.si
     places = [dims.index(d) for d in value.dims]
