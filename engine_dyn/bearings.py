@@ -2,9 +2,8 @@ r"""Loads of crank pin, main journals and piston pin over the cycle: polar diagr
 
 Axes
 ----
-Engine-fixed: y along the direction of a bank of angle 0, away from the crank, x to the side on
-which the crank pin of such a bank goes down; seen along the shaft so that the crank turns
-clockwise. Pin-fixed: radial away from the crank's axis, tangential in the sense of rotation. With
+Engine-fixed: y upright (`mechanism.banks_of`), away from the crank, x to the side on which the
+crank pin of an upright cylinder goes down; seen along the shaft so that the crank turns clockwise. Pin-fixed: radial away from the crank's axis, tangential in the sense of rotation. With
 the crank at theta from its cylinder, and the cylinder at g from y, all clockwise,
 
     a = (sin g, cos g) along the cylinder, s = (cos g, -sin g) to its side,
@@ -24,7 +23,7 @@ Every load is a force *on* the pin or journal (its bearing feels the opposite).
   the last one behind the last throw: one more than there are throws. The loads of all journals add
   up to the forces of all cylinders, N s - P a + m_r r omega^2 e.
 - Piston pin: the force of the piston on pin and rod, P_g - m_piston b along the cylinder towards
-  the crank, and -N to the side (the wall pushes the piston with N, the piston the pin).
+  the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
 All are sums of four parts with a factor each: gas pressure, crankcase pressure, reciprocating and
 rotating masses. The parts depend on crank ratio, offset, diagram and arrangement alone: a table of
@@ -56,6 +55,7 @@ __all__ = [
     "extremes",
     "main_journal_load",
     "piston_pin_load",
+    "turned_with_crank",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -122,15 +122,14 @@ def _piston_pin(
 ) -> Any:
     """Parts of the load of cylinder 1's piston pin, shape (..., parts, 2), to the side, down.
 
-    The side is that to which the crank pin goes down; the masses of the fourth part reciprocate
-    with the rod: they load the wall and not the pin along the cylinder.
+    The fourth part is that of the rod's reciprocating share, which the pin does not carry along the
+    cylinder; the thrust on the wall is that of all reciprocating masses.
     """
     member = engine.members[0]
     pushed, lean = _forces_on_crank(phi, member, ratio, offset, family, row)
-    down = pushed.copy()
-    # The third part is that of the piston, the fourth that of the rod's share.
-    pushed[..., 3] = -slider_crank.acceleration(phi, ratio, offset)
-    return np.stack([lean[..., None] * pushed, down], axis=-1)
+    side = lean[..., None] * pushed
+    pushed[..., 3] = slider_crank.acceleration(phi, ratio, offset)
+    return np.stack([side, pushed], axis=-1)
 
 
 def _main_journal(
@@ -189,10 +188,9 @@ def piston_pin_load(
     phi: Any, crank_ratio: Any, offset: Any, family: Family, row: Any, factors: Factors,
     cylinders: Any, by_count: CylindersByCount,
 ) -> tuple[Any, Any]:  # fmt: skip
-    """Load of the piston pin of cylinder 1 [N]: to the far side, and towards the crank.
+    """Load of the piston pin of cylinder 1 [N]: to the side to which the crank goes, and down.
 
-    Parameters as `crank_pin_load`; `factors.reciprocating` with the piston alone, `rotating` with
-    the part of the rod that reciprocates.
+    Parameters as `crank_pin_load`; `factors.rotating` with the part of the rod that reciprocates.
     """
     side, down = _curves(
         "piston_pin", phi, crank_ratio, offset, family, row, factors, cylinders, by_count
@@ -219,6 +217,22 @@ def main_journal_load(
         )  # fmt: skip
         x, y = np.where(numbers == number, one, x), np.where(numbers == number, other, y)
     return x, y
+
+
+def turned_with_crank(
+    load: Any, phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
+) -> Any:
+    """Turn components between engine-fixed axes and those of crank 1; its own inverse.
+
+    (x, y) to (radial, tangential) and back: radial = x sin + y cos, tangential = x cos - y sin of
+    the angle of crank 1 from upright. `load` is complex: first component and i times the second.
+    """
+    counts = np.asarray(cylinders)
+    bank: Any = 0.0
+    for count in np.unique(counts):
+        bank = np.where(counts == count, mechanism.banks_of(by_count[int(count)])[0], bank)
+    angle = phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
+    return 1j * np.conj(load) * np.exp(-1j * angle)
 
 
 def _curves(

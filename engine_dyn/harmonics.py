@@ -39,6 +39,7 @@ from engine_dyn.motored import row_with_factor
 
 __all__ = [
     "engine_gas_harmonics",
+    "first_gas_harmonics",
     "gas_harmonics",
     "gravity_harmonics",
     "inertia_harmonics",
@@ -243,6 +244,25 @@ def engine_gas_harmonics(
         return _with_factors(nu, engine.members, crank_ratio, offset, row, family, period)
 
     return _by_count(summed, orders, cylinders, by_count)
+
+
+def first_gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:
+    """As `engine_gas_harmonics`, of cylinder 1 alone."""
+
+    def own(engine: Cylinders, nu: Floats) -> Any:
+        factor = engine.members[0].pressure_factor
+        return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor)
+
+    return _by_count(own, orders, cylinders, by_count)
 
 
 def throw_gas_harmonics(

@@ -55,10 +55,11 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import slider_crank
-from engine_dyn.cylinders import CylindersByCount, Member
+from engine_dyn.cylinders import Cylinders, CylindersByCount, Member
 
 __all__ = [
     "GRAVITY",
+    "banks_of",
     "gravity_torque",
     "inertia_pressure",
     "of_cylinder",
@@ -142,8 +143,8 @@ def gravity_torque(
 ) -> Any:
     """Torque of the weights of all running gear [N m], r (G_l c/(r omega) + G_r sin(theta)) each.
 
-    The engine stands so that a bank of angle 0 is upright: the first bank of an arrangement. A bank
-    at angle g to it feels G_l cos(g) along its cylinders, and its throw stands at theta + g.
+    A cylinder at angle g from upright (see `banks_of`) feels G_l cos(g) along its axis, and its
+    throw stands at theta + g.
     `rotating_mass` is per cylinder at the crank radius [kg], without counterweights (they take its
     torque away); `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two
     errors).
@@ -164,25 +165,29 @@ def gravity_torque(
     return GRAVITY * crank_radius * total
 
 
-def banks_of(engine: Any) -> tuple[float, ...]:
-    """Direction of each cylinder [rad]; all 0 where no arrangement is known."""
+def banks_of(engine: Cylinders) -> tuple[float, ...]:
+    """Direction of each cylinder from upright [rad], in the sense of rotation.
+
+    The engine stands with its outermost banks equally far to both sides: V engines upright, boxers
+    flat. Radial engines, whose banks span more than half a turn, stand with bank angle 0 upright.
+    All 0 where no arrangement is known.
+    """
     if engine.arrangement is None:
         return (0.0,) * len(engine.members)
     banks = engine.arrangement.banks
-    return tuple(banks[cylinder.bank] for cylinder in engine.arrangement.cylinders)
+    low, high = min(banks), max(banks)
+    upright = 0.5 * (low + high) if high - low <= np.pi else 0.0
+    return tuple(banks[cylinder.bank] - upright for cylinder in engine.arrangement.cylinders)
 
 
-def inertia_pressure(
-    coefficient: Any, specific_mass: Any, mean_piston_speed: Any, throw_over_stroke: Any = 1.0
-) -> Any:
+def inertia_pressure(coefficient: Any, specific_mass: Any, mean_piston_speed: Any) -> Any:
     """Amplitude of a harmonic of P_l over the area of the piston [Pa].
 
     Q_nu m r omega^2/A = Q_nu pi^2 m c_m^2/(2 V_h), with the specific mass m/V_h [kg/m3] of one
-    cylinder and the mean piston speed [m/s]: c_m = s omega/pi. Rakopoulos notes, p_l,nu. With an
-    offset 2 r is less than the stroke: `throw_over_stroke` is 2 r/s.
+    cylinder and the mean piston speed [m/s]: c_m = s omega/pi. Rakopoulos notes, p_l,nu; without
+    offset.
     """
-    square = np.pi**2 * specific_mass * mean_piston_speed**2
-    return 0.5 * coefficient * square * throw_over_stroke
+    return 0.5 * coefficient * np.pi**2 * specific_mass * mean_piston_speed**2
 
 
 def two_mass_rod_inertia(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any) -> Any:

@@ -20,10 +20,12 @@ from engine_dyn import arrangement, forces, friction, masses, slider_crank
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
+from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
 __all__ = [
+    "ALONG_SHAFT",
     "CONSTANTS",
     "CYCLE_KEYS",
     "DIMENSIONS",
@@ -120,6 +122,11 @@ _PARAMETERS = (
         "rod_centre_of_gravity", "l_{cg}", "m",
         "distance of the rod's centre of gravity from the big end", low=0.0, low_included=True,
         source="Kakaitsas table 4.1",
+    ),
+    _parameter(
+        "rod_inertia", r"\theta_\delta", "kg m2",
+        "moment of inertia of the rod about its centre of gravity", low=0.0,
+        source="Rakopoulos notes, third condition",
     ),
     _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
@@ -742,6 +749,11 @@ _QUANTITIES = (
 
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
+    Dimension(
+        "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
+        whole=True,
+    ),
+    Dimension("truncation", "", "1", "highest order kept of the series", whole=True),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
     Dimension(
         "crank_angle", r"\varphi", "degree",
@@ -751,6 +763,11 @@ _DIMENSIONS = (
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
 """Dimensions beside the axes of a scene, in the order of archives."""
+
+ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
+"""Dimensions of what needs to know the throws of an engine."""
+
+_QUANTITIES = (*_QUANTITIES, *MECHANISM)
 
 _POINTS = tuple(
     Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)

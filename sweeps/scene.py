@@ -28,6 +28,7 @@ from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
+    ALONG_SHAFT,
     CONSTANTS,
     CYCLE_KEYS,
     DIMENSIONS,
@@ -793,8 +794,10 @@ def _check_needs(scene: Scene, name: str) -> None:
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+        along_shaft = False
         while waiting:
             need = waiting.pop()
+            along_shaft |= need in ALONG_SHAFT
             if need in seen:
                 continue
             seen.add(need)
@@ -806,7 +809,8 @@ def _check_needs(scene: Scene, name: str) -> None:
                     "in [set], [axes] or [designs]"
                 )
             waiting += node.needs
-        if quantity == "torque_after_throw":
+            along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
+        if along_shaft:
             _check_throws(scene, quantity, name)
 
 
