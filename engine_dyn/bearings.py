@@ -11,18 +11,16 @@ the crank at theta from its cylinder, and the cylinder at g from y, all clockwis
 
 Loads
 -----
-Every load is a force *on* the pin or journal (its bearing feels the opposite).
-
-- Crank pin: the rod's force N s - P a = T t - R e (see `mechanism`) and the centrifugal force of
-  the part of the rod that turns with the pin, m_rod r omega^2 e. One rod at a time: where rods
-  share a pin, each has its own bearing on it.
-- Main journals: each throw is a beam of its own on the journals beside it, loaded in the middle, so
-  each of the two bears half (statically determinate shares; continuity of the shaft and clearances
-  are left out). A throw bears the loads of all its rods and the centrifugal force of its own mass,
+- Crank pin, the force of the rod on the pin: N s - P a = T t - R e (see `mechanism`) and the
+  centrifugal force of the part of the rod that turns with the pin, m_rod r omega^2 e. One rod at a
+  time: where rods share a pin, each has its own bearing on it.
+- Main journals, the force of the journal on its bearing: each throw is a beam of its own on the
+  journals beside it, loaded in the middle, so each of the two bears half (statically determinate
+  shares; continuity of the shaft and clearances are left out). A throw bears the loads of all its rods and the centrifugal force of its own mass,
   m_crank r omega^2 e for each cylinder, without counterweights. Journal j lies before throw j and
   the last one behind the last throw: one more than there are throws. The loads of all journals add
   up to the forces of all cylinders, N s - P a + m_r r omega^2 e.
-- Piston pin: the force of the piston on pin and rod, P_g - m_piston b along the cylinder towards
+- Piston pin, the force of the piston on pin and rod: P_g - m_piston b along the cylinder towards
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
 All are sums of four parts with a factor each: gas pressure, crankcase pressure, reciprocating and
@@ -296,21 +294,23 @@ def extremes(
     inputs = (crank_ratio, offset, row, cylinders, numbers, *factors)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
     shape = columns[0].shape
+    columns = np.atleast_1d(*columns)
     result = np.full(columns[0].size, np.nan, dtype=EXTREMES)
     samples = round(period / SAMPLE)
     phi = -0.5 * period + np.arange(samples) * (period / samples)
-    for index in _pieces(shape):
-        here = np.stack([column[np.unravel_index(index, shape)] for column in columns])
+    for index in _pieces(columns[0].size):
+        place = np.unravel_index(index, columns[0].shape)
+        here = np.stack([column[place] for column in columns])
         keys, table = np.unique(here[:5], axis=1, return_inverse=True)
         table = table.reshape(-1)
         for begin in range(0, keys.shape[1], TABLES_AT_ONCE):
             some = keys[:, begin : begin + TABLES_AT_ONCE]
             mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
             parts = np.full((some.shape[1], PARTS, 2, samples), np.nan)
-            for i, (ratio, beside, place, count, number) in enumerate(some.T.tolist()):
+            for i, (ratio, beside, where, count, number) in enumerate(some.T.tolist()):
                 engine = by_count[int(count)]
                 if _exists(load, engine, int(number)):
-                    made = LOADS[load](phi, engine, ratio, beside, family, place, int(number))
+                    made = LOADS[load](phi, engine, ratio, beside, family, where, int(number))
                     parts[i] = np.moveaxis(made, 0, -1)
             found = np.empty((3, mine.size))
             _extremes(parts, table[mine] - begin, np.ascontiguousarray(here[5:, mine]), found)
@@ -320,8 +320,7 @@ def extremes(
     return result.reshape(shape)
 
 
-def _pieces(shape: tuple[int, ...]) -> Iterator[npt.NDArray[np.int64]]:
-    size = int(np.prod(shape))
+def _pieces(size: int) -> Iterator[npt.NDArray[np.int64]]:
     for begin in range(0, size, DESIGNS_AT_ONCE):
         yield np.arange(begin, min(begin + DESIGNS_AT_ONCE, size))
 
