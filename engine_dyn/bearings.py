@@ -3,7 +3,8 @@ r"""Loads of crank pin, main journals and piston pin over the cycle: polar diagr
 Axes
 ----
 Engine-fixed: y upright (`mechanism.banks_of`), away from the crank, x to the side on which the
-crank pin of an upright cylinder goes down; seen along the shaft so that the crank turns clockwise. Pin-fixed: radial away from the crank's axis, tangential in the sense of rotation. With
+crank pin of an upright cylinder goes down; seen along the shaft so that the crank turns clockwise.
+For a single cylinder, y is along that cylinder. Pin-fixed: radial away from the crank's axis, tangential in the sense of rotation. With
 the crank at theta from its cylinder, and the cylinder at g from y, all clockwise,
 
     a = (sin g, cos g) along the cylinder, s = (cos g, -sin g) to its side,
@@ -51,9 +52,10 @@ __all__ = [
     "Factors",
     "crank_pin_load",
     "extremes",
+    "first_crank",
     "main_journal_load",
     "piston_pin_load",
-    "turned_with_crank",
+    "turned",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -217,20 +219,25 @@ def main_journal_load(
     return x, y
 
 
-def turned_with_crank(
-    load: Any, phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
-) -> Any:
-    """Turn components between engine-fixed axes and those of crank 1; its own inverse.
+def turned(load: Any, angle: Any) -> Any:
+    """Components in axes turned by the crank's angle; its own inverse.
 
-    (x, y) to (radial, tangential) and back: radial = x sin + y cos, tangential = x cos - y sin of
-    the angle of crank 1 from upright. `load` is complex: first component and i times the second.
+    (x, y) to (radial, tangential) and back: radial = x sin + y cos, tangential = x cos - y sin.
+    `load` is complex, the first component and i times the second; `angle` [rad] is that of the
+    crank to y, in the sense of rotation.
     """
+    return 1j * np.conj(load) * np.exp(-1j * angle)
+
+
+def first_crank(
+    phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
+) -> Any:
+    """Angle of crank 1 from upright [rad]; parameters as `crank_pin_load`."""
     counts = np.asarray(cylinders)
     bank: Any = 0.0
     for count in np.unique(counts):
         bank = np.where(counts == count, mechanism.banks_of(by_count[int(count)])[0], bank)
-    angle = phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
-    return 1j * np.conj(load) * np.exp(-1j * angle)
+    return phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
 
 
 def _curves(

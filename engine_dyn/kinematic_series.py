@@ -53,7 +53,6 @@ from engine_dyn import slider_crank
 
 __all__ = [
     "REMAINDER",
-    "TRUNCATIONS",
     "acceleration_coefficients",
     "inertia_torque_coefficients",
     "mean_position",
@@ -69,9 +68,6 @@ Floats = npt.NDArray[np.float64]
 
 REMAINDER = 1e-17
 """Bound on what is left out of a sum, over the sum."""
-
-TRUNCATIONS = (2, 4)
-"""Highest orders of the shortened series of Mosakowski, eqs. 13 and 18."""
 
 
 def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:

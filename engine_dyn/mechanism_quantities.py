@@ -10,7 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import bearings, forces, harmonics, kinematic_series, masses, mechanism
+from engine_dyn import (
+    bearings,
+    forces,
+    harmonics,
+    kinematic_series,
+    masses,
+    mechanism,
+    slider_crank,
+)
+from engine_dyn.cylinders import even_cylinders
 from engine_dyn.node import BAR, DEGREE, Node
 
 __all__ = ["NODES"]
@@ -70,25 +79,25 @@ _ERROR_NEEDS = ("crank_ratio", "truncation", "offset_ratio")
 _SERIES = (
     Node(
         "position_coefficient", r"a_\nu", "1",
-        "coefficient of cos(nu phi) in the reduced piston travel",
+        "coefficients of the reduced piston travel, of cos(nu phi)",
         f"{MOSAKOWSKI} eq. 7 (A = -a), {NOTES}", needs=_SERIES_NEEDS,
         make=_coefficients(kinematic_series.position_coefficients, "position_coefficient"),
     ),
     Node(
         "velocity_coefficient", r"\gamma_\nu", "1",
-        "coefficient of sin(nu phi) in the reduced piston velocity",
+        "coefficients of the reduced piston velocity, of sin(nu phi)",
         f"{MOSAKOWSKI} eq. 5, {NOTES}", needs=_SERIES_NEEDS,
         make=_coefficients(kinematic_series.velocity_coefficients, "velocity_coefficient"),
     ),
     Node(
         "acceleration_coefficient", r"\beta_\nu", "1",
-        "coefficient of cos(nu phi) in the reduced piston acceleration",
+        "coefficients of the reduced piston acceleration, of cos(nu phi)",
         f"{MOSAKOWSKI} eq. 6, {NOTES}", needs=_SERIES_NEEDS,
         make=_coefficients(kinematic_series.acceleration_coefficients, "acceleration_coefficient"),
     ),
     Node(
         "inertia_torque_coefficient", r"\Delta T_\nu", "1",
-        "coefficient of sin(nu phi) in the inertia torque of one cylinder over m r^2 omega^2",
+        "coefficients of the inertia torque over m r^2 omega^2, of sin(nu phi), one cylinder",
         NOTES, needs=_SERIES_NEEDS,
         make=_coefficients(
             kinematic_series.inertia_torque_coefficients, "inertia_torque_coefficient"
@@ -117,19 +126,19 @@ _SERIES = (
     ),
     Node(
         "position_truncation_error", r"\Delta x/s", "1",
-        "largest error of the shortened series of the travel over the stroke",
+        "error of the shortened travel, the largest over the stroke",
         f"after {MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
         make=_truncation_error(0, "position_truncation_error"),
     ),
     Node(
         "velocity_truncation_error", r"\Delta c/c_{max}", "1",
-        "largest error of the shortened series of the velocity over the largest velocity",
+        "error of the shortened velocity, the largest over the largest velocity",
         f"after {MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
         make=_truncation_error(1, "velocity_truncation_error"),
     ),
     Node(
         "acceleration_truncation_error", r"\Delta b/b_{max}", "1",
-        "largest error of the shortened series of the acceleration over the largest acceleration",
+        "error of the shortened acceleration, the largest over the largest acceleration",
         f"{MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
         make=_truncation_error(2, "acceleration_truncation_error"),
     ),
@@ -174,7 +183,7 @@ _FORCES = (
         "rod_angle", r"\beta", "degree",
         "angle of the rod to the cylinder, positive with the big end where the crank pin goes down",
         "Kakaitsas eq. 1.3", si=DEGREE, kind="curve", needs=_ANGLE,
-        make=lambda crank_angle, crank_ratio, offset_ratio: mechanism.slider_crank.rod_angle(
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.rod_angle(
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
@@ -197,7 +206,7 @@ _FORCES = (
     ),
     _force(
         "wall_thrust", "N",
-        "force of the piston on the wall opposite to the side where the crank pin goes down",
+        "force of the piston on the wall, opposite to the side where the crank pin goes down",
         "Kakaitsas eq. 2.17", ("piston_force", *_ANGLE),
         lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
         * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio),
@@ -230,8 +239,7 @@ _FORCES = (
     ),
     Node(
         "overturning_moment", r"M_\alpha", "N m",
-        "couple of gas and reciprocating masses on the frame, in the sense of rotation, all "
-        "cylinders",
+        "overturning moment on the frame, in the sense of rotation, all cylinders",
         "Kakaitsas eq. 2.8", kind="curve", needs=("gas_torque", "inertia_torque"),
         make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
     ),
@@ -287,7 +295,7 @@ _FORCES = (
     ),
     Node(
         "inertia_pressure_order", r"p_{l,\nu}", "bar",
-        "amplitude of an order of the inertia force over the area of the piston, one cylinder",
+        "amplitude of the orders of the inertia force over the area of the piston, one cylinder",
         f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
         needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
         make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
@@ -408,13 +416,13 @@ def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
     of = f"{scope}{what}_harmonics"
     return [
         Node(
-            f"{scope}{what}_order", symbol, "N m", f"amplitude of an order of the {long_name}",
+            f"{scope}{what}_order", symbol, "N m", f"amplitude of the orders of the {long_name}",
             f"{NOTES}, harmonics of the tangential force", needs=(of,),
             make=lambda **needs: np.abs(needs[of]),
         ),
         Node(
             f"{scope}{what}_phase", rf"\psi_{{{symbol.replace('_', '')}}}", "degree",
-            f"phase psi of cos(nu phi + psi) in the {long_name}",
+            f"phase of the orders of the {long_name}, psi of cos(nu phi + psi)",
             f"{NOTES}, harmonics of the tangential force", si=DEGREE, needs=(of,),
             make=lambda **needs: harmonics.phase_of(needs[of]),
         ),
@@ -559,8 +567,7 @@ _HARMONICS = (
 _ORDERS = (
     Node(
         "phase_vector_sum", r"|\sum e^{i\nu\psi_k}|", "1",
-        "size of the sum of the cylinders' phase vectors: 0 where an order cancels, Z where it is "
-        "major",
+        "sum of the cylinders' phase vectors, 0 where an order cancels, Z where it is major",
         f"{NOTES}, engines with several cylinders", needs=("phase_vectors",),
         make=lambda phase_vectors: np.abs(phase_vectors),
     ),
@@ -583,7 +590,7 @@ _ORDERS = (
 _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
 _LOADED = (
     "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
-    "throw", "reciprocating_mass", "speed", *_COUNTED,
+    "throw", "reciprocating_mass", "speed", "period",
 )  # fmt: skip
 
 
@@ -608,106 +615,114 @@ def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
     return _factors(needs["rotating_mass"], needs)
 
 
-_Load = tuple[str, tuple[str, ...], Callable[[dict[str, Any]], bearings.Factors]]
-_LOADS: tuple[_Load, ...] = (
-    ("crank_pin", _RODS, _crank_pin_factors),
-    ("piston_pin", _RODS, _piston_pin_factors),
-    ("main_journal", ("rotating_mass", "main_bearing"), _journal_factors),
-)
-_TEXT = {
-    "crank_pin": "load of the rod on the crank pin, cylinder 1",
-    "piston_pin": "load of the piston pin, cylinder 1",
-    "main_journal": "load of each main journal",
-}
-_LETTER = {"crank_pin": "F_C", "piston_pin": "F_P", "main_journal": "F_H"}
+def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
+    """Cylinders to take; of equal ones the first is that of any engine."""
+    if "cylinders" in needs:
+        return needs["cylinders"], needs["cylinders_by_count"]
+    return 1, {1: even_cylinders(1, needs["period"])}
 
 
-def _load_nodes(load: str, own: tuple[str, ...], factors: Any) -> list[Node]:
-    function = {
-        "crank_pin": bearings.crank_pin_load,
-        "piston_pin": bearings.piston_pin_load,
-        "main_journal": bearings.main_journal_load,
-    }[load]
-
+def _load_nodes(
+    load: str, text: str, letter: str, own: tuple[str, ...],
+    factors: Callable[[dict[str, Any]], bearings.Factors], function: Any,
+) -> list[Node]:  # fmt: skip
     def components(**needs: Any) -> Any:
         more = {"journals": needs["main_bearing"]} if load == "main_journal" else {}
         one, other = function(
             needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"], needs["family"],
-            needs["row"], factors(needs), needs["cylinders"], needs["cylinders_by_count"], **more,
+            needs["row"], factors(needs), *_engines(needs), **more,
         )  # fmt: skip
         return one + 1j * other
 
     def found(**needs: Any) -> Any:
         return bearings.extremes(
             load, needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-            factors(needs), needs["cylinders"], needs["cylinders_by_count"], needs["period"],
-            needs.get("main_bearing", 1),
+            factors(needs), *_engines(needs), needs["period"], needs.get("main_bearing", 1),
         )  # fmt: skip
 
-    text, letter = _TEXT[load], _LETTER[load]
     whole, extreme = f"{load}_components", f"{load}_extremes"
+    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
+    if load != "main_journal":
+        variants = (("equal", ()), ("unequal", _COUNTED))
+    hidden = [
+        node
+        for when, counted in variants
+        for node in (
+            _hidden(whole, "N", f"components of the {text}",
+                    (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when),
+            _hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, *counted), found,
+                    when=when),
+        )
+    ]  # fmt: skip
     return [
-        _hidden(whole, "N", f"components of the {text}", (*_LOADED, *own, "crank_angle"),
-                components, kind="curve"),
-        _hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, "period"), found),
+        *hidden,
         Node(f"{load}_load", letter, "N", text, NOTES, kind="curve", needs=(whole,),
              make=lambda **needs: np.abs(needs[whole])),
-        Node(f"{load}_load_max", rf"{letter}{{}}_{{,max}}", "N", f"largest {text}", NOTES,
+        Node(f"{load}_load_max", rf"{letter[:-1]},max}}", "N", f"largest {text}", NOTES,
              needs=(extreme,), make=lambda **needs: needs[extreme]["peak"]),
         Node(f"{load}_load_mean", rf"\bar {letter}", "N", f"cycle mean of the size of the {text}",
              NOTES, needs=(extreme,), make=lambda **needs: needs[extreme]["mean"]),
-        Node(f"{load}_peak_angle", rf"\varphi({letter}{{}}_{{,max}})", "degree",
+        Node(f"{load}_peak_angle", rf"\varphi_{{{letter[3:-1]},max}}", "degree",
              f"crank angle of the largest {text}", NOTES, si=DEGREE, needs=(extreme,),
              make=lambda **needs: needs[extreme]["angle"]),
     ]  # fmt: skip
 
 
-def _part(name: str, symbol: str, long_name: str, of: str, turned: str, imaginary: bool) -> Node:
-    """One component of a load, in its own axes or turned with (or back from) crank 1."""
-    needs: tuple[str, ...] = (of,)
-    if turned:
-        needs = (of, "crank_angle", "crank_ratio", "offset_ratio", *_COUNTED)
+_AROUND = ("crank_angle", "crank_ratio", "offset_ratio")
+
+
+def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
+    """One component of a load: as it is, or turned with its crank or crank 1 of the engine."""
+    load, _, part = name.rpartition("_")
+    of = f"{load}_components"
+    needs = (of, *_AROUND, *_COUNTED) if turning == "engine" else (of, *_AROUND)
 
     def make(**needs: Any) -> Any:
-        load = needs[of]
-        if turned:
-            load = bearings.turned_with_crank(
-                load, needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
+        found = needs[of]
+        if turning == "engine":
+            found = bearings.turned(found, bearings.first_crank(
+                needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
                 needs["cylinders"], needs["cylinders_by_count"],
-            )  # fmt: skip
-        return load.imag if imaginary else load.real
+            ))  # fmt: skip
+        elif turning == "crank":
+            top = slider_crank.dead_centres(needs["crank_ratio"], needs["offset_ratio"]).top
+            found = bearings.turned(found, needs["crank_angle"] + top)
+        return found.real if part in ("radial", "x", "side") else found.imag
 
-    return Node(name, symbol, "N", long_name, NOTES, kind="curve", needs=needs, make=make)
+    return Node(
+        name, symbol, "N", long_name, NOTES, kind="curve", needs=needs if turning else (of,),
+        make=make,
+    )  # fmt: skip
 
 
 _BEARINGS = (
-    *(node for load in _LOADS for node in _load_nodes(*load)),
+    *_load_nodes("crank_pin", "load of the rod on the crank pin, cylinder 1", "F_{C}", _RODS,
+                 _crank_pin_factors, bearings.crank_pin_load),
+    *_load_nodes("piston_pin", "load of the piston pin, cylinder 1", "F_{P}", _RODS,
+                 _piston_pin_factors, bearings.piston_pin_load),
+    *_load_nodes("main_journal", "load of the main journals, on their bearings", "F_{H}",
+                 ("rotating_mass", "main_bearing"), _journal_factors, bearings.main_journal_load),
     _part("crank_pin_radial", "F_{C,r}",
-          "load of the rod on the crank pin away from the crank's axis, cylinder 1",
-          "crank_pin_components", "", False),
+          "load of the crank pin along the crank, outwards, cylinder 1"),
     _part("crank_pin_tangential", "F_{C,t}",
-          "load of the rod on the crank pin in the sense of rotation, cylinder 1",
-          "crank_pin_components", "", True),
+          "load of the crank pin across the crank, in the sense of rotation, cylinder 1"),
     _part("crank_pin_x", "F_{C,x}",
-          "load of the rod on the crank pin to the side where an upright crank goes down, "
-          "cylinder 1", "crank_pin_components", "back", False),
-    _part("crank_pin_y", "F_{C,y}", "upward load of the rod on the crank pin, cylinder 1",
-          "crank_pin_components", "back", True),
+          "load of the crank pin across the cylinder, to the side where the pin goes down, "
+          "cylinder 1", "crank"),
+    _part("crank_pin_y", "F_{C,y}",
+          "load of the crank pin along the cylinder, away from the crank, cylinder 1", "crank"),
     _part("piston_pin_side", "F_{P,s}",
-          "load of the piston pin to the side where the crank pin goes down, cylinder 1",
-          "piston_pin_components", "", False),
-    _part("piston_pin_down", "F_{P,d}", "load of the piston pin towards the crank, cylinder 1",
-          "piston_pin_components", "", True),
+          "load of the piston pin across the cylinder, to the side where the crank pin goes down, "
+          "cylinder 1"),
+    _part("piston_pin_down", "F_{P,d}",
+          "load of the piston pin along the cylinder, towards the crank, cylinder 1"),
     _part("main_journal_x", "F_{H,x}",
-          "load of each main journal to the side where an upright crank goes down",
-          "main_journal_components", "", False),
-    _part("main_journal_y", "F_{H,y}", "upward load of each main journal",
-          "main_journal_components", "", True),
-    _part("main_journal_radial", "F_{H,r}", "load of each main journal along crank 1",
-          "main_journal_components", "with", False),
+          "sideways load of the main journals, to the side where an upright crank goes down"),
+    _part("main_journal_y", "F_{H,y}", "upward load of the main journals, away from the crank"),
+    _part("main_journal_radial", "F_{H,r}", "load of the main journals along crank 1, outwards",
+          "engine"),
     _part("main_journal_tangential", "F_{H,t}",
-          "load of each main journal across crank 1, in the sense of rotation",
-          "main_journal_components", "with", True),
+          "load of the main journals across crank 1, in the sense of rotation", "engine"),
 )  # fmt: skip
 
 NODES: tuple[Node, ...] = (*_SERIES, *_FORCES, *_HARMONICS, *_ORDERS, *_BEARINGS)

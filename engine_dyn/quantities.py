@@ -28,6 +28,7 @@ __all__ = [
     "ALONG_SHAFT",
     "CONSTANTS",
     "CYCLE_KEYS",
+    "DEFAULTS",
     "DIMENSIONS",
     "NEUTRAL",
     "NODES",
@@ -181,6 +182,12 @@ _PARAMETERS = (
         source="Heywood (1988), eq. 9.30",
     ),
     _parameter(
+        "truncation", r"\nu_{max}", "1",
+        "highest order kept, an even number, of the shortened series of the piston's motion",
+        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        source="Mosakowski eqs. 13, 18",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -204,6 +211,9 @@ NEUTRAL = (
     "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
 )  # fmt: skip
 """Parameters that are 0 unless given."""
+
+DEFAULTS: Mapping[str, float] = MappingProxyType({"truncation": 2.0})
+"""Parameters that have another value unless given."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
@@ -753,7 +763,6 @@ _DIMENSIONS = (
         "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
         whole=True,
     ),
-    Dimension("truncation", "", "1", "highest order kept of the series", whole=True),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
     Dimension(
         "crank_angle", r"\varphi", "degree",

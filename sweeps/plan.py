@@ -20,11 +20,11 @@ from engine_dyn.arrangement import MOST_CYLINDERS
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
-from engine_dyn.kinematic_series import TRUNCATIONS
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
     ALONG_SHAFT,
     CONSTANTS,
+    DEFAULTS,
     DIMENSIONS,
     NEUTRAL,
     PARAMETERS,
@@ -239,7 +239,6 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     return {
         "cylinder": np.arange(1, most + 1, dtype=np.int32),
         "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
-        "truncation": np.array(TRUNCATIONS, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "crank_angle": _crank_angles(scene),
     }
@@ -282,6 +281,7 @@ def _given(scene: Scene) -> dict[str, Value]:
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
         **{key: Value(np.float64(0.0)) for key in NEUTRAL},
+        **{key: Value(np.float64(number)) for key, number in DEFAULTS.items()},
         **engine,
         **mine,
     }

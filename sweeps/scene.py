@@ -31,6 +31,7 @@ from engine_dyn.quantities import (
     ALONG_SHAFT,
     CONSTANTS,
     CYCLE_KEYS,
+    DEFAULTS,
     DIMENSIONS,
     NEUTRAL,
     PARAMETERS,
@@ -789,7 +790,7 @@ def _check_needs(scene: Scene, name: str) -> None:
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     # What `sweeps.plan` takes as known, as long as nothing is given.
-    given |= set(NEUTRAL)
+    given |= {*NEUTRAL, *DEFAULTS}
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     for quantity in scene.quantities:

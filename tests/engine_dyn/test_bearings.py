@@ -59,9 +59,8 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
     radial, tangential = bearings.crank_pin_load(
         phi, bodies.ratio, offset, family, 0.0, factors_of(bodies, at_crank, mass), 1, one
     )
-    turned = bearings.turned_with_crank(
-        radial + 1j * tangential, phi, bodies.ratio, offset, 1, one
-    )
+    crank = bearings.first_crank(phi, bodies.ratio, offset, 1, one)
+    turned = bearings.turned(radial + 1j * tangential, crank)
     assert turned.real == pytest.approx([found["x"] for found in exact], abs=limit)
     assert turned.imag == pytest.approx([found["y"] for found in exact], abs=limit)
     assert tangential * bodies.radius == pytest.approx([f["torque"] for f in exact], abs=limit)
@@ -154,14 +153,17 @@ def test_symmetric_four_has_symmetric_journals(family: Family) -> None:
 def test_axes_turn_back() -> None:
     by_count = engine_of("V6 60 split-pin")
     load = np.array([3.0 + 4.0j, -1.0 + 0.5j])
-    phi = np.array([0.3, 2.0])
-    once = bearings.turned_with_crank(load, phi, 0.3, 0.1, 6, by_count)
+    crank = bearings.first_crank(np.array([0.3, 2.0]), 0.3, 0.1, 6, by_count)
+    assert crank == pytest.approx(
+        np.array([0.3, 2.0]) + slider_crank.dead_centres(0.3, 0.1).top - np.pi / 6.0
+    )
+    once = bearings.turned(load, crank)
     assert np.abs(once) == pytest.approx(np.abs(load))
-    again = bearings.turned_with_crank(once, phi, 0.3, 0.1, 6, by_count)
-    assert again == pytest.approx(load)
-    # A force along the upright direction with the crank upright is radial.
-    one = {1: even_cylinders(1, PERIOD)}
-    assert bearings.turned_with_crank(2.0j, 0.0, 0.3, 0.0, 1, one) == pytest.approx(2.0)
+    assert bearings.turned(once, crank) == pytest.approx(load)
+    # A force along the upright direction with the crank upright is radial; a quarter turn on, with
+    # the crank at x, it is against the rotation.
+    assert bearings.turned(2.0j, 0.0) == pytest.approx(2.0)
+    assert bearings.turned(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
 
 
 # Peaks, means and angles --------------------------------------------------------------------------

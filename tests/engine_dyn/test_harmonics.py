@@ -115,9 +115,7 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
         PHI, 0.3, family, 0.0, 0.9, crankcase, bore, stroke, count, PERIOD, 0.1, by_count
     )
     vectors = harmonics.phase_vectors(ORDERS, count, by_count)
-    work = harmonics.engine_gas_harmonics(
-        ORDERS, 0.3, 0.1, 0.0, family, PERIOD, count, by_count
-    )
+    work = harmonics.engine_gas_harmonics(ORDERS, 0.3, 0.1, 0.0, family, PERIOD, count, by_count)
     speeds = harmonics.velocity_harmonics(ORDERS, 0.3, 0.1) * vectors
     lever = forces.piston_area(bore) * 0.5 * stroke
     found = lever * (0.9 * work - crankcase * speeds)
@@ -150,9 +148,7 @@ def test_unequal_cylinders(family: Family) -> None:
     assert first == pytest.approx(wanted, abs=ROUNDING * pressure.max())
     # and the throws add up to the engine
     throws = np.arange(1, 5)[:, None]
-    each = harmonics.throw_gas_harmonics(
-        ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count, throws
-    )
+    each = harmonics.throw_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count, throws)
     assert each.shape == (4, 48)
     assert each.sum(axis=0) == pytest.approx(work, abs=1e-9 * np.abs(work).max())
 

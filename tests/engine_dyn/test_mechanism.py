@@ -95,7 +95,9 @@ def test_errors_of_two_masses() -> None:
     usual = -mass * radius * b * mechanism.thrust_ratio(phi, ratio)
     exact = usual + mechanism.rod_thrust(phi, ratio, excess, 1.0, radius / ratio)
     wanted = np.abs(usual - exact).max() / np.abs(exact).max()
-    assert mechanism.rod_thrust_error(ratio, excess, mass, radius) == pytest.approx(wanted, rel=1e-4)
+    assert mechanism.rod_thrust_error(ratio, excess, mass, radius) == pytest.approx(
+        wanted, rel=1e-4
+    )
     # A rod that fulfils the third condition has none, and shapes broadcast.
     none = mechanism.rod_torque_error(np.full((2, 1), ratio), np.zeros(3), mass, radius)
     assert none.shape == (2, 3)
@@ -116,29 +118,30 @@ def test_ntua_rod_by_the_printed_masses() -> None:
     )
 
 
-def test_gravity_torque_is_the_slope_of_the_height() -> None:
+@pytest.mark.parametrize(
+    "text", ["in-line 4", "V6 60 split-pin", "boxer 4", "V8 cross-plane", "radial 5"]
+)
+def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
     # Power of the weights is -G dy/dt; per unit crank speed, by differences of the masses' heights.
-    for text in ("in-line 4", "V6 60 split-pin", "boxer 4", "V8 cross-plane", "radial 5"):
-        engine = cylinders_of(arrangement_from_text(text))
-        count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
-        piston, turning = 1.3, 2.1
+    engine = cylinders_of(arrangement_from_text(text))
+    count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
+    piston, turning = 1.3, 2.1
 
-        def height(phi: Any, engine: Any = engine, turning: float = turning) -> Any:
-            total = 0.0
-            for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
-                angle = phi + member.phase
-                theta = angle + slider_crank.dead_centres(ratio, offset).top
-                down = slider_crank.position(angle, ratio, offset)
-                total = total - piston * down * np.cos(bank) + turning * np.cos(theta + bank)
-            return radius * total
+    def height(phi: Any) -> Any:
+        total: Any = 0.0
+        for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
+            angle = phi + member.phase
+            theta = angle + slider_crank.dead_centres(ratio, offset).top
+            down = slider_crank.position(angle, ratio, offset)
+            total = total - piston * down * np.cos(bank) + turning * np.cos(theta + bank)
+        return radius * total
 
-        step = 1e-5
-        slope = (height(PHI + step) - height(PHI - step)) / (2.0 * step)
-        found = mechanism.gravity_torque(
-            PHI, ratio, piston, turning, radius, count, {count: engine}, offset
-        )
-        wanted = np.broadcast_to(-mechanism.GRAVITY * slope, PHI.shape)
-        assert found == pytest.approx(wanted, abs=1e-8), text
+    step = 1e-5
+    slope = (height(PHI + step) - height(PHI - step)) / (2.0 * step)
+    found = mechanism.gravity_torque(
+        PHI, ratio, piston, turning, radius, count, {count: engine}, offset
+    )
+    assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
 
 
 def test_gravity_torque_as_printed_and_corrected() -> None:
