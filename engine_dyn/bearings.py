@@ -4,8 +4,9 @@ Axes
 ----
 Engine-fixed: y upright (`mechanism.banks_of`), away from the crank, x to the side on which the
 crank pin of an upright cylinder goes down; seen along the shaft so that the crank turns clockwise.
-For a single cylinder, y is along that cylinder. Pin-fixed: radial away from the crank's axis, tangential in the sense of rotation. With
-the crank at theta from its cylinder, and the cylinder at g from y, all clockwise,
+For a single cylinder, y is along that cylinder. Pin-fixed: radial away from the crank's axis,
+tangential in the sense of rotation. With the crank at theta from its cylinder, and the cylinder at
+g from y, all clockwise,
 
     a = (sin g, cos g) along the cylinder, s = (cos g, -sin g) to its side,
     e = s sin(theta) + a cos(theta) along the crank, t = s cos(theta) - a sin(theta).
@@ -17,10 +18,11 @@ Loads
   time: where rods share a pin, each has its own bearing on it.
 - Main journals, the force of the journal on its bearing: each throw is a beam of its own on the
   journals beside it, loaded in the middle, so each of the two bears half (statically determinate
-  shares; continuity of the shaft and clearances are left out). A throw bears the loads of all its rods and the centrifugal force of its own mass,
-  m_crank r omega^2 e for each cylinder, without counterweights. Journal j lies before throw j and
-  the last one behind the last throw: one more than there are throws. The loads of all journals add
-  up to the forces of all cylinders, N s - P a + m_r r omega^2 e.
+  shares; continuity of the shaft and clearances are left out). A throw bears the loads of all its
+  rods and the centrifugal force of its own mass, m_crank r omega^2 e for each cylinder, without
+  counterweights. Journal j lies before throw j and the last one behind the last throw: one more
+  than there are throws. The loads of all journals add up to the forces of all cylinders,
+  N s - P a + m_r r omega^2 e.
 - Piston pin, the force of the piston on pin and rod: P_g - m_piston b along the cylinder towards
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 

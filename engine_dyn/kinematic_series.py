@@ -187,7 +187,7 @@ def truncated_velocity(
 def truncated_acceleration(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston acceleration b/(r omega^2) by the shortened series; parameters as `truncated_position`.
+    """Piston acceleration b/(r omega^2) by the shortened series; as `truncated_position`.
 
     cos + lambda cos(2 phi) for 2, with (lambda + lambda^3/4) cos(2 phi) - lambda^3/4 cos(4 phi) for
     4. Exact at both dead centres, whatever the highest order: there all powers of lambda from the

@@ -493,7 +493,7 @@ _LOAD = (
     ),
 )  # fmt: skip
 
-_QUANTITIES = (
+_QUANTITIES: tuple[Node, ...] = (
     _speed_result(
         "delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"
     ),
@@ -755,6 +755,7 @@ _QUANTITIES = (
             offset_ratio,
         ),
     ),
+    *MECHANISM,
 )  # fmt: skip
 
 _DIMENSIONS = (
@@ -775,8 +776,6 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIME
 
 ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
 """Dimensions of what needs to know the throws of an engine."""
-
-_QUANTITIES = (*_QUANTITIES, *MECHANISM)
 
 _POINTS = tuple(
     Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)

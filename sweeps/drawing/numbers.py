@@ -428,10 +428,18 @@ def _colour_bar(
             bar.ax.axhline(level, color="black", linewidth=0.7)
 
 
+COUNTED = ("cylinder", "main_bearing")
+"""Dimensions whose points are parts of an engine: there is nothing between them to map."""
+
+
 def _field(view: View, name: str) -> Plates:
     """A number over the axes of a study: line, map, or small multiples of them."""
     axes = view.axes([name])
-    wide = [dim for dim in axes if not view.axis(dim).words and view.data.sizes[dim] >= 3]
+    wide = [
+        dim
+        for dim in axes
+        if not view.axis(dim).words and view.data.sizes[dim] >= 3 and dim not in COUNTED
+    ]
     stem = name
     if len(wide) >= 2:
         # the two longest, in the order of the archive
@@ -447,7 +455,7 @@ def _field(view: View, name: str) -> Plates:
             yield f"{name}_{dim}{view.suffix}", _scalar_figure(view, [name], dim, over)
         return
     numbers = [dim for dim in axes if not view.axis(dim).words] or axes
-    along = max(numbers, key=lambda dim: view.data.sizes[dim])
+    along = max(numbers, key=lambda dim: (dim in COUNTED, view.data.sizes[dim]))
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None
     stem += f"_{along}" + (f"_by_{facet}" if facet else "")
