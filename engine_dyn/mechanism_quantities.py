@@ -566,6 +566,11 @@ _HARMONICS = (
 
 _ORDERS = (
     Node(
+        "order_frequency", r"f_\nu", "Hz", "frequency of the orders at nominal speed",
+        f"{NOTES}, harmonics of the tangential force", needs=("order", "speed"),
+        make=lambda order, speed: order * speed / (2.0 * np.pi),
+    ),
+    Node(
         "phase_vector_sum", r"|\sum e^{i\nu\psi_k}|", "1",
         "sum of the cylinders' phase vectors, 0 where an order cancels, Z where it is major",
         f"{NOTES}, engines with several cylinders", needs=("phase_vectors",),

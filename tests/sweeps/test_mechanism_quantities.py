@@ -51,7 +51,7 @@ def test_shortened_forms_are_a_choice_with_a_default() -> None:
 
 @pytest.mark.parametrize("value", [3, 1, 2.5])
 def test_truncation_is_an_even_number(value: float) -> None:
-    with pytest.raises(SceneError, match="truncation|highest order") as caught:
+    with pytest.raises(SceneError, match=r"truncation|highest order") as caught:
         run(["acceleration_truncated"], set={"truncation": value})
     assert "\n" not in str(caught.value)
 
