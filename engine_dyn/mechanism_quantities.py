@@ -33,6 +33,11 @@ def _hidden(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: 
     return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)
 
 
+COMPLEX = 16
+PARTS_WIDTH = 64
+"""Bytes of a harmonic; of a load's components, with the parts that they are summed from."""
+
+
 def _centred(offset_ratio: Any, what: str) -> None:
     if np.any(offset_ratio):
         raise ValueError(
@@ -369,6 +374,11 @@ _COUNTED = ("cylinders", "cylinders_by_count")
 _GAS = ("pressure_scale", "crankcase_pressure", "bore", "throw")
 
 
+def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Any,
+              **more: Any) -> Node:  # fmt: skip
+    return _hidden(name, unit, long_name, needs, make, width=COMPLEX, **more)
+
+
 def _complex_torques(scope: str, work: str, speed: str, inertia: str, long_name: str) -> list[Node]:
     """Harmonics of gas, inertia and total torque of one cylinder, all, or each throw."""
 
@@ -383,14 +393,14 @@ def _complex_torques(scope: str, work: str, speed: str, inertia: str, long_name:
         return needs[f"{scope}gas_torque_harmonics"] + needs[f"{scope}inertia_torque_harmonics"]
 
     return [
-        _hidden(f"{scope}gas_torque_harmonics", "N m", f"harmonics of the gas torque, {long_name}",
+        _harmonic(f"{scope}gas_torque_harmonics", "N m", f"harmonics of the gas torque, {long_name}",
                 (work, speed, *_GAS), gas),
-        _hidden(
+        _harmonic(
             f"{scope}inertia_torque_harmonics", "N m",
             f"harmonics of the inertia torque, {long_name}",
             (inertia, "reciprocating_mass", "throw", "speed"), masses_torque,
         ),
-        _hidden(
+        _harmonic(
             f"{scope}torque_harmonics", "N m", f"harmonics of the torque, {long_name}",
             (f"{scope}gas_torque_harmonics", f"{scope}inertia_torque_harmonics"), total,
         ),
@@ -405,7 +415,7 @@ def _gravity(scope: str, first_only: bool) -> Node:
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
         )  # fmt: skip
 
-    return _hidden(
+    return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
         (*_SERIES_NEEDS, "reciprocating_mass", "rotating_mass", "throw", *_COUNTED), make,
     )  # fmt: skip
@@ -432,20 +442,20 @@ def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
 _DIAGRAM = ("order", "crank_ratio", "offset_ratio", "row", "family", "period")
 
 _HARMONICS = (
-    _hidden(
+    _harmonic(
         "speed_harmonics", "1", "harmonics of the reduced piston velocity", _SERIES_NEEDS,
         lambda order, crank_ratio, offset_ratio: harmonics.velocity_harmonics(
             order, crank_ratio, offset_ratio
         ),
     ),
-    _hidden(
+    _harmonic(
         "inertia_harmonics", "1", "harmonics of the inertia torque over m r^2 omega^2",
         _SERIES_NEEDS,
         lambda order, crank_ratio, offset_ratio: harmonics.inertia_harmonics(
             order, crank_ratio, offset_ratio
         ),
     ),
-    _hidden(
+    _harmonic(
         "gas_harmonics", "Pa", "harmonics of pressure times reduced piston velocity, cylinder 1",
         _DIAGRAM,
         lambda order, crank_ratio, offset_ratio, row, family, period: harmonics.gas_harmonics(
@@ -453,7 +463,7 @@ _HARMONICS = (
         ),
         when="equal",
     ),
-    _hidden(
+    _harmonic(
         "gas_harmonics", "Pa", "harmonics of pressure times reduced piston velocity, cylinder 1",
         (*_DIAGRAM, *_COUNTED),
         lambda order, crank_ratio, offset_ratio, row, family, period, cylinders,
@@ -462,26 +472,26 @@ _HARMONICS = (
         ),
         when="unequal",
     ),
-    _hidden(
+    _harmonic(
         "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
         lambda order, cylinders, cylinders_by_count: harmonics.phase_vectors(
             order, cylinders, cylinders_by_count
         ),
     ),
-    _hidden(
+    _harmonic(
         "mass_vectors", "1", "sum of the phase vectors, weighted with the masses",
         ("order", *_COUNTED),
         lambda order, cylinders, cylinders_by_count: harmonics.phase_vectors(
             order, cylinders, cylinders_by_count, lambda member: member.mass_factor
         ),
     ),
-    _hidden(
+    _harmonic(
         "engine_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity, all cylinders",
         ("gas_harmonics", "phase_vectors"),
         lambda gas_harmonics, phase_vectors: gas_harmonics * phase_vectors, when="equal",
     ),
-    _hidden(
+    _harmonic(
         "engine_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity, all cylinders",
         (*_DIAGRAM, *_COUNTED),
@@ -491,18 +501,18 @@ _HARMONICS = (
         ),
         when="unequal",
     ),
-    _hidden(
+    _harmonic(
         "engine_speed_harmonics", "1", "harmonics of the reduced piston velocity, all cylinders",
         ("speed_harmonics", "phase_vectors"),
         lambda speed_harmonics, phase_vectors: speed_harmonics * phase_vectors,
     ),
-    _hidden(
+    _harmonic(
         "engine_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2, all cylinders",
         ("inertia_harmonics", "mass_vectors"),
         lambda inertia_harmonics, mass_vectors: inertia_harmonics * mass_vectors,
     ),
-    _hidden(
+    _harmonic(
         "first_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2, cylinder 1",
         ("inertia_harmonics", *_COUNTED),
@@ -510,26 +520,26 @@ _HARMONICS = (
         * mechanism.of_cylinder(lambda m: m.mass_factor, cylinders, cylinders_by_count),
         when="unequal",
     ),
-    _hidden(
+    _harmonic(
         "first_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2, cylinder 1", ("inertia_harmonics",),
         lambda inertia_harmonics: inertia_harmonics, when="equal",
     ),
-    _hidden(
+    _harmonic(
         "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
         ("order", *_COUNTED, "cylinder"),
         lambda order, cylinders, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
             order, cylinders, cylinders_by_count, cylinder
         ),
     ),
-    _hidden(
+    _harmonic(
         "throw_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity of each throw",
         ("gas_harmonics", "throw_phase_vectors"),
         lambda gas_harmonics, throw_phase_vectors: gas_harmonics * throw_phase_vectors,
         when="equal",
     ),
-    _hidden(
+    _harmonic(
         "throw_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity of each throw",
         (*_DIAGRAM, *_COUNTED, "cylinder"),
@@ -540,12 +550,12 @@ _HARMONICS = (
         ),
         when="unequal",
     ),
-    _hidden(
+    _harmonic(
         "throw_speed_harmonics", "1", "harmonics of the reduced piston velocity of each throw",
         ("speed_harmonics", "throw_phase_vectors"),
         lambda speed_harmonics, throw_phase_vectors: speed_harmonics * throw_phase_vectors,
     ),
-    _hidden(
+    _harmonic(
         "throw_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2 of each throw",
         ("inertia_harmonics", "order", *_COUNTED, "cylinder"),
@@ -654,9 +664,10 @@ def _load_nodes(
         for when, counted in variants
         for node in (
             _hidden(whole, "N", f"components of the {text}",
-                    (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when),
+                    (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when,
+                    width=PARTS_WIDTH),
             _hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, *counted), found,
-                    when=when),
+                    when=when, width=bearings.EXTREMES.itemsize),
         )
     ]  # fmt: skip
     return [
