@@ -393,8 +393,10 @@ def _complex_torques(scope: str, work: str, speed: str, inertia: str, long_name:
         return needs[f"{scope}gas_torque_harmonics"] + needs[f"{scope}inertia_torque_harmonics"]
 
     return [
-        _harmonic(f"{scope}gas_torque_harmonics", "N m", f"harmonics of the gas torque, {long_name}",
-                (work, speed, *_GAS), gas),
+        _harmonic(
+            f"{scope}gas_torque_harmonics", "N m", f"harmonics of the gas torque, {long_name}",
+            (work, speed, *_GAS), gas,
+        ),
         _harmonic(
             f"{scope}inertia_torque_harmonics", "N m",
             f"harmonics of the inertia torque, {long_name}",

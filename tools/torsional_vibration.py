@@ -164,7 +164,7 @@ def draw(ranges: Floats, orders: Complexes, excited: list[Excitation]) -> None:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
         figure = Figure(figsize=(7.0, 3.4), layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(1, 2)
