@@ -310,8 +310,7 @@ def extremes(
     for index in _pieces(columns[0].size):
         place = np.unravel_index(index, columns[0].shape)
         here = np.stack([column[place] for column in columns])
-        keys, table = np.unique(here[:5], axis=1, return_inverse=True)
-        table = table.reshape(-1)
+        keys, table = _distinct(here[:5])
         for begin in range(0, keys.shape[1], TABLES_AT_ONCE):
             some = keys[:, begin : begin + TABLES_AT_ONCE]
             mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
@@ -327,6 +326,17 @@ def extremes(
             result["peak"][rows], result["mean"][rows] = found[0], found[1]
             result["angle"][rows] = -0.5 * period + found[2] * (period / samples)
     return result.reshape(shape)
+
+
+def _distinct(columns: Floats) -> tuple[Floats, Any]:
+    """Different columns of an array, and which of them each is; quicker than by whole columns."""
+    code = np.zeros(columns.shape[1], dtype=np.int64)
+    for row in columns:
+        if row[0] != row[-1] or (row != row[0]).any():
+            values, number = np.unique(row, return_inverse=True)
+            _, code = np.unique(code * values.size + number, return_inverse=True)
+    _, first, which = np.unique(code, return_index=True, return_inverse=True)
+    return columns[:, first], which
 
 
 def _pieces(size: int) -> Iterator[npt.NDArray[np.int64]]:
