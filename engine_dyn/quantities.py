@@ -16,11 +16,20 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn import (
+    arrangement,
+    bearing_quantities,
+    forces,
+    friction,
+    masses,
+    mechanism_quantities,
+    order_quantities,
+    series_quantities,
+    slider_crank,
+)
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
-from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
@@ -755,7 +764,10 @@ _QUANTITIES: tuple[Node, ...] = (
             offset_ratio,
         ),
     ),
-    *MECHANISM,
+    *series_quantities.NODES,
+    *mechanism_quantities.NODES,
+    *order_quantities.NODES,
+    *bearing_quantities.NODES,
 )  # fmt: skip
 
 _DIMENSIONS = (
