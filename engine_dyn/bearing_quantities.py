@@ -16,7 +16,7 @@ from engine_dyn.node import DEGREE, Node, hidden
 
 __all__ = ["NODES"]
 
-NOTES = "Rakopoulos notes"
+NOTES = "Rakopoulos notes, bearing loads; derived here"
 
 PARTS_WIDTH = 64
 """Bytes of a load's components, with the parts that they are summed from."""
