@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn import periodic_speed
+from engine_dyn import periodic_speed, series_quantities
 from engine_dyn.quantities import QUANTITIES
 from engine_dyn.slider_crank import crank_radius
 from sweeps.engine_file import load_engine
@@ -208,12 +208,15 @@ def test_factors_hold_at_their_own_number_of_cylinders() -> None:
 
 @pytest.mark.compiled
 def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
+    centred = {node.name for node in series_quantities.NODES} | {"inertia_pressure_order"}
+    names = [name for name in QUANTITIES if name not in centred]
     found = run(
-        quantities=tuple(QUANTITIES),
+        quantities=names,
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
-        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1]},
-    )
-    for name in QUANTITIES:
+        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1],
+             "rod_inertia": 0.1},
+    )  # fmt: skip
+    for name in names:
         assert np.isfinite(found[name]).all(), name
     assert "pin_offset" not in found["fmep"].dims
 
