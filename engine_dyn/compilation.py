@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 import numba
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,17 @@ from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-__all__ = ["FAST_MATH", "formula", "inlined", "kernel", "on_compiling", "on_stack", "source_hash"]
+__all__ = [
+    "FAST_MATH",
+    "formula",
+    "inlined",
+    "kernel",
+    "on_compiling",
+    "on_stack",
+    "processor",
+    "source_hash",
+    "threading_layer",
+]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
@@ -40,6 +51,19 @@ def source_hash() -> str:
         digest.update(path.read_bytes())
     digest.update(f"{numba.__version__} {sorted(FAST_MATH)}".encode())
     return digest.hexdigest()
+
+
+def processor() -> str:
+    """Kind of processor that kernels are compiled for: where it is the same, so are all bits."""
+    return str(llvmlite.binding.get_host_cpu_name())
+
+
+def threading_layer() -> str:
+    """Numba's threading layer, where one is in use; kernels of this package need none."""
+    try:
+        return str(numba.threading_layer())
+    except ValueError:  # none was started
+        return "none; kernels run on a pool of threads"
 
 
 def _stamped(locator: Any) -> Any:

@@ -130,6 +130,11 @@ class Plan:
                 f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
             )
 
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Dimensions of a result or of something given."""
+        found = {s.node.name: s.dims for s in self.stages}
+        return found[name] if name in found else self.leaves[name].dims
+
     def has(self, name: str) -> bool:
         """Whether a stage of this name is computed."""
         return any(s.node.name == name for s in self.stages)
