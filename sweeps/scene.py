@@ -65,6 +65,7 @@ __all__ = [
     "SceneError",
     "built_in_scenes",
     "read_scene",
+    "scene_of",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -206,6 +207,11 @@ class Scene:
         The scene as it was read, in JSON's types; of very long lists their length.
     path : Path, optional
         Its file.
+    folder : str
+        Where paths in the scene start from.
+    files : dict of bytes
+        The engine's file and all others that were read, but tables of designs: their columns are
+        coordinates.
     """
 
     title: str
@@ -230,6 +236,8 @@ class Scene:
     reference: Reference | None
     source: dict[str, Any]
     path: Path | None
+    folder: str
+    files: Mapping[str, bytes]
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -293,7 +301,17 @@ def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:
             f"scene = {shown(scene)}: must be a path, the name of a built-in scene, a dict or a "
             "Scene"
         )
-    return _scene(raw, name, base, path)
+    return scene_of(raw, name, base, path)
+
+
+def scene_of(
+    raw: dict[str, Any], name: str, base: Path, path: Path | None = None,
+    files: Mapping[str, bytes] | None = None,
+) -> Scene:  # fmt: skip
+    """Check a scene that was read; with `files`, what it names is among these and nowhere else."""
+    with kept_files(files) as read:
+        scene = _scene(raw, name, base, path)
+    return replace(scene, files=read)
 
 
 def _find(scene: str | Path) -> tuple[Path, str]:
@@ -381,6 +399,8 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         reference=None,
         source=shortened(raw),
         path=path,
+        folder=str(base),
+        files={},
     )
     _check_values(scene, name)
     if given.reference is None:
