@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -22,10 +21,12 @@ from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
 from engine_dyn.motored import peak_with_factor
+from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
 __all__ = [
     "CONSTANTS",
     "CYCLE_KEYS",
+    "DIMENSIONS",
     "NEUTRAL",
     "NODES",
     "PARAMETERS",
@@ -35,66 +36,6 @@ __all__ = [
     "check_graph",
     "select",
 ]
-
-
-@dataclass(frozen=True)
-class Node:
-    """A parameter, a stage or a quantity.
-
-    Parameters
-    ----------
-    name, symbol, unit, long_name, source : str
-        Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
-        as UDUNITS reads it; one line of meaning; author and equation.
-    needs : tuple of str
-        Names of the nodes that `make` takes.
-    adds : tuple of str
-        Dimensions beyond those of the needs: `crank_angle`, `cylinder`.
-    make : callable, optional
-        Computes the node from its needs, in SI units, broadcasting.
-    si : float
-        SI value of one file unit.
-    kind : str
-        "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
-        "curve" (over crank angle), "stage" (a kernel that gives several results at once).
-    gives : tuple of str
-        Results of a stage.
-    when : str
-        Word of the scene for which this variant of a name holds (its closure, "centred" or
-        "offset", "equal" or "unequal" cylinders); empty: any.
-    can_fail : bool
-        The stage writes `status`.
-    low, high : float
-        Range of a parameter in file units; `low_included`, `high_included` say whether its ends
-        belong to it; `whole` that only whole numbers do.
-    public : bool
-        Whether scenes may ask for it.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    long_name: str
-    source: str = ""
-    needs: tuple[str, ...] = ()
-    adds: tuple[str, ...] = ()
-    make: Callable[..., Any] | None = None
-    si: float = 1.0
-    kind: str = "value"
-    gives: tuple[str, ...] = ()
-    when: str = ""
-    can_fail: bool = False
-    low: float = -math.inf
-    high: float = math.inf
-    low_included: bool = False
-    high_included: bool = False
-    whole: bool = False
-    public: bool = True
-
-
-BAR = 1e5
-RPM = math.pi / 30.0
-DEGREE = math.pi / 180.0
 
 
 def _parameter(name: str, symbol: str, unit: str, long_name: str, **more: Any) -> Node:
@@ -799,23 +740,29 @@ _QUANTITIES = (
     ),
 )  # fmt: skip
 
-_ANGLE = (
-    Node(
-        "crank_angle",
-        r"\varphi",
-        "degree",
-        "crank angle, 0 at firing top dead centre of cylinder 1",
-        si=DEGREE,
-        kind="parameter",
-        public=False,
+_DIMENSIONS = (
+    Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
+    Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
+    Dimension(
+        "crank_angle", r"\varphi", "degree",
+        "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
     ),
+)  # fmt: skip
+
+DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
+"""Dimensions beside the axes of a scene, in the order of archives."""
+
+_POINTS = tuple(
+    Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
+    for d in _DIMENSIONS
 )
+"""Leaves that hold the points of the dimensions."""
 
 NODES: Mapping[str, tuple[Node, ...]]
 """Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
-for _node in (*_PARAMETERS, *_ANGLE, *_CONSTANTS, *_STAGES, *_QUANTITIES):
+for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_STAGES, *_QUANTITIES):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 

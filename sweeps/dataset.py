@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.cylinders import Cylinders
-from engine_dyn.quantities import PARAMETERS, Node, load_coefficient_unit, select
-from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, crank_angles
+from engine_dyn.node import Dimension, Node
+from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
+from sweeps.plan import Plan
 from sweeps.provenance import provenance
 from sweeps.scene import DESIGN
 
@@ -230,24 +231,17 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
                 np.array(words, dtype=object),
                 {"long_name": text, "units": "1"},
             )
-    if CRANK_ANGLE in used:
-        node = select(CRANK_ANGLE, *scene.words)
-        coordinates[CRANK_ANGLE] = (
-            (CRANK_ANGLE,),
-            crank_angles(scene),
-            {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"},
-        )
-    if CYLINDER in used:
-        coordinates[CYLINDER] = (
-            (CYLINDER,),
-            np.arange(1, plan.sizes[CYLINDER] + 1, dtype=np.int32),
-            {"long_name": "cylinder along the shaft", "units": "1"},
-        )
+    for name, points in plan.points.items():
+        if name in used:
+            coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
     return coordinates
 
 
 def _parameter_attributes(name: str) -> dict[str, str]:
-    node = PARAMETERS[name]
+    return _dimension_attributes(PARAMETERS[name])
+
+
+def _dimension_attributes(node: Node | Dimension) -> dict[str, str]:
     attributes = {"long_name": node.long_name, "units": node.unit}
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"

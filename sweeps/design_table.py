@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities import QUANTITIES, Node
+from engine_dyn.node import Node
+from engine_dyn.quantities import QUANTITIES
 from sweeps.checks import allowed, check_range, known_key, outside
 from sweeps.errors import SceneError, counted, one_line, shown
 from sweeps.table import Table, find_header, parse_rows, reading

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import psutil
 
-from engine_dyn.quantities import QUANTITIES
+from engine_dyn.quantities import DIMENSIONS, QUANTITIES
 from sweeps.blocks import blocks, cut
 from sweeps.errors import counted, size_text
-from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, Stage
+from sweeps.plan import Plan, Stage
 from sweeps.scene import DESIGN
 
 __all__ = ["RATES", "seconds", "table_count", "text"]
@@ -81,7 +81,7 @@ def seconds(plan: Plan) -> float:
         if stage.node.kind == "stage":
             total += table_count(plan, stage) / (RATES["tables"] * cores)
             total += sum(n / (rate * cores) for n, rate in _solutions(plan, stage))
-        elif CRANK_ANGLE in stage.dims:
+        elif "crank_angle" in stage.dims:
             total += stage.size / RATES["curves"]
     return total
 
@@ -118,7 +118,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     """One stage: on which axes, how often, how many designs share it, and where it goes."""
     node = stage.node
     times = math.prod(plan.sizes[d] for d in stage.axes)
-    curve = [f"{plan.sizes[d]} {d}s" for d in stage.dims if d in (CRANK_ANGLE, CYLINDER)]
+    curve = [f"{plan.sizes[d]} {d}s" for d in stage.dims if d in DIMENSIONS]
     kept = ""
     if node.kind == "stage":
         kept = "gives " + ", ".join(plan.wanted(stage))
@@ -154,7 +154,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
         if repeated:
             lines.append(f"  method {', '.join(repeated)}: whole cycles, repeated from a start")
         traces = [name for name in ("omega", "angular_acceleration") if plan.has(name)]
-        kept = f"{', '.join(traces)}, {plan.sizes[CRANK_ANGLE]} angles each" if traces else "none"
+        kept = f"{', '.join(traces)}, {plan.sizes['crank_angle']} angles each" if traces else "none"
         lines.append(f"  traces over crank angle kept: {kept}")
     return lines
 

@@ -20,15 +20,20 @@ from engine_dyn.arrangement import MOST_CYLINDERS
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
-from engine_dyn.quantities import CONSTANTS, NEUTRAL, PARAMETERS, SOLVER_COLUMNS, Node, select
+from engine_dyn.node import Node
+from engine_dyn.quantities import (
+    CONSTANTS,
+    DIMENSIONS,
+    NEUTRAL,
+    PARAMETERS,
+    SOLVER_COLUMNS,
+    select,
+)
 from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
 from sweeps.scene import DESIGN, Scene
 
-__all__ = ["CRANK_ANGLE", "CYLINDER", "Plan", "Stage", "Value", "make_plan"]
-
-CRANK_ANGLE = "crank_angle"
-CYLINDER = "cylinder"
+__all__ = ["Plan", "Stage", "Value", "make_plan"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +64,8 @@ class Stage:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Dimensions without those that belong to a curve."""
-        return tuple(d for d in self.dims if d not in (CRANK_ANGLE, CYLINDER))
+        """Dimensions of designs, without those that quantities add."""
+        return tuple(d for d in self.dims if d not in DIMENSIONS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,8 @@ class Plan:
         Given values, SI, and constants.
     stages : tuple of Stage
         In the order of computing.
+    points : dict of ndarray
+        Points of the dimensions that quantities add, in the units of files.
     sizes : dict
         Length of every dimension.
     outputs : tuple of str
@@ -88,6 +95,7 @@ class Plan:
     scene: Scene
     leaves: Mapping[str, Value]
     stages: tuple[Stage, ...]
+    points: Mapping[str, npt.NDArray[Any]]
     sizes: Mapping[str, int]
     outputs: tuple[str, ...]
     unused: tuple[str, ...]
@@ -161,10 +169,11 @@ def make_plan(scene: Scene) -> Plan:
         Where a value that is needed is given by neither scene nor engine, or a quantity needs
         throws and no firing order is known.
     """
-    leaves = _leaves(scene)
-    sizes = _sizes(scene)
+    points = _points(scene)
+    leaves = _leaves(scene, points)
+    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
     words = scene.words
-    order = (*scene.dimensions, CYLINDER, CRANK_ANGLE)
+    order = (*scene.dimensions, *DIMENSIONS)
     stages: dict[str, Stage] = {}
     used: set[str] = set()
 
@@ -183,8 +192,8 @@ def make_plan(scene: Scene) -> Plan:
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = visit(need)
-            # A kernel takes the angles whole: only the curves among its results have them.
-            dims.update(d for d in here if not (node.kind == "stage" and d == CRANK_ANGLE))
+            # A kernel takes points whole: only the curves among its results have their dimension.
+            dims.update(d for d in here if not (node.kind == "stage" and d in DIMENSIONS))
         ordered = tuple(d for d in order if d in dims)
         stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
         return ordered
@@ -208,7 +217,9 @@ def make_plan(scene: Scene) -> Plan:
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
-    return Plan(scene, leaves, tuple(stages.values()), sizes, tuple(outputs), unused, of_tables)
+    return Plan(
+        scene, leaves, tuple(stages.values()), points, sizes, tuple(outputs), unused, of_tables
+    )
 
 
 def _asked_for(scene: Scene, stages: Mapping[str, Stage]) -> str:
@@ -221,12 +232,22 @@ def _sizes(scene: Scene) -> dict[str, int]:
         sizes[DESIGN] = len(next(iter(scene.designs.values())))
     elif DESIGN in scene.dimensions:
         sizes[DESIGN] = len(next(iter(scene.labels.values())))
-    sizes[CRANK_ANGLE] = len(crank_angles(scene))
-    sizes[CYLINDER] = int(np.max(_given(scene)["cylinders"].data))
     return sizes
 
 
-def crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
+def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
+    """Points of the dimensions that quantities add, in the units of files."""
+    most = int(np.max(_given(scene)["cylinders"].data))
+    lowest = math.tau / scene.engine.period
+    orders = math.floor(scene.highest_order / lowest + 1e-9)
+    return {
+        "cylinder": np.arange(1, most + 1, dtype=np.int32),
+        "order": lowest * np.arange(1, orders + 1),
+        "crank_angle": _crank_angles(scene),
+    }
+
+
+def _crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
     """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
     cycle = math.degrees(scene.engine.period)
     count = round(cycle / scene.angle_step)
@@ -262,7 +283,7 @@ def _given(scene: Scene) -> dict[str, Value]:
     return {k: Value(v.data, v.dims, PARAMETERS[k].si) for k, v in given.items()}
 
 
-def _leaves(scene: Scene) -> dict[str, Value]:
+def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, Value]:
     engine = scene.engine
     leaves = _given(scene)
     family = engine.family
@@ -278,7 +299,8 @@ def _leaves(scene: Scene) -> dict[str, Value]:
         leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
     cylinders = leaves["cylinders"].data
     counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
-    leaves[CRANK_ANGLE] = Value(np.radians(crank_angles(scene)), (CRANK_ANGLE,))
+    for name, values in points.items():
+        leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
     constants = {
         "family": family,
         "period": engine.period,

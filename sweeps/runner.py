@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.quantities import DIMENSIONS
 from sweeps.blocks import Block, along, blocks, cut, holds
 from sweeps.errors import SceneError
-from sweeps.plan import CRANK_ANGLE, CYLINDER, Plan, Stage, Value, make_plan
+from sweeps.plan import Plan, Stage, Value, make_plan
 from sweeps.scene import Scene, read_scene
 
 if TYPE_CHECKING:
@@ -186,11 +187,12 @@ def _filled(
     shape = tuple(place.stop - place.start for place in places)
     if array.shape == shape:
         return array
-    if CYLINDER in dims and array.shape[dims.index(CYLINDER)] < plan.sizes[CYLINDER]:
+    short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
+    if any(short):
         # A block may lack the engines of most cylinders, and so the last throws.
-        axis = dims.index(CYLINDER)
         whole = np.full(shape, np.nan)
-        whole[(slice(None),) * axis + (slice(array.shape[axis]),)] = array
+        ends = zip(short, array.shape, strict=True)
+        whole[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
         return whole
     return np.array(np.broadcast_to(array, shape))
 
@@ -209,7 +211,7 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     Constants and the angles of a kernel go through as they are.
     """
     if not value.dims or not set(value.dims) <= set(dims):
-        if value.dims and value.dims != (CRANK_ANGLE,):
+        if not set(value.dims) <= set(DIMENSIONS):
             raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
         return value.si
     places = [dims.index(d) for d in value.dims]

@@ -26,14 +26,15 @@ from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
 from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
+from engine_dyn.node import Node
 from engine_dyn.quantities import (
     CONSTANTS,
     CYCLE_KEYS,
+    DIMENSIONS,
     NEUTRAL,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
-    Node,
     select,
 )
 from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
@@ -81,6 +82,7 @@ STEPPING_METHODS = ("thesis", "picard")
 
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 SMALLEST_STEP = 0.01
+LARGEST_ORDER = 360.0
 LARGEST_AXIS = 10_000_000
 RPM = math.pi / 30.0
 MOST_DIAGRAMS = 1024
@@ -124,6 +126,9 @@ class _Output(Strict):
         default=[], description=f"a list of outcomes out of {', '.join(FAILURES)}"
     )
     angle_step: float = Field(default=1.0, description="a number of degrees that divides the cycle")
+    highest_order: float = Field(
+        default=12.0, description=f"a number from 1 to {LARGEST_ORDER:g}", ge=1.0, le=LARGEST_ORDER
+    )
 
 
 class _SceneFile(Strict):
@@ -201,6 +206,8 @@ class Scene:
         Outcomes that make the command end with status 3.
     angle_step : float
         Step of `crank_angle` [degree]; divides the cycle.
+    highest_order : float
+        Highest point of `order`.
     reference : Reference, optional
         Published values.
     source : dict
@@ -233,6 +240,7 @@ class Scene:
     quantities: tuple[str, ...]
     fail_on: tuple[str, ...]
     angle_step: float
+    highest_order: float
     reference: Reference | None
     source: dict[str, Any]
     path: Path | None
@@ -396,6 +404,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         quantities=tuple(given.output.quantities),
         fail_on=tuple(given.output.fail_on),
         angle_step=given.output.angle_step,
+        highest_order=given.output.highest_order,
         reference=None,
         source=shortened(raw),
         path=path,
@@ -803,7 +812,7 @@ def _check_needs(scene: Scene, name: str) -> None:
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     for quantity in scene.quantities:
-        waiting, seen = [quantity], set(given) | {"crank_angle", *CONSTANTS, *SOLVER_COLUMNS}
+        waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
             need = waiting.pop()
             if need in seen:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.quantities import CYCLE_KEYS, NODES, PARAMETERS, QUANTITIES, check_graph
+from engine_dyn.quantities import CYCLE_KEYS, DIMENSIONS, NODES, PARAMETERS, QUANTITIES, check_graph
 
 pytestmark = pytest.mark.compiled
 
@@ -57,5 +57,6 @@ def test_every_quantity_is_computed(closure: str) -> None:
     for name in QUANTITIES:
         assert np.isfinite(result[name]).all(), name
     used = {need for variants in NODES.values() for node in variants for need in node.needs}
+    used |= {*DIMENSIONS}  # points of what quantities add
     used |= set(CYCLE_KEYS)  # the planner makes the family and which cycle of it from them
     assert {name for name in NODES if name not in used and name not in QUANTITIES} == set()
