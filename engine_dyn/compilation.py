@@ -14,11 +14,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding
 import numba
 import numpy as np
 import numpy.typing as npt
-from numba.core import caching, cgutils, event, types
+from numba.core import caching, cgutils, codegen, event, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
@@ -38,6 +37,10 @@ __all__ = [
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
 
+# Neither exports all that it has.
+_codegen: Any = codegen
+_numba: Any = numba
+
 _OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
 
 
@@ -55,13 +58,13 @@ def source_hash() -> str:
 
 def processor() -> str:
     """Kind of processor that kernels are compiled for: where it is the same, so are all bits."""
-    return str(llvmlite.binding.get_host_cpu_name())
+    return str(_codegen.ll.get_host_cpu_name())
 
 
 def threading_layer() -> str:
     """Numba's threading layer, where one is in use; kernels of this package need none."""
     try:
-        return str(numba.threading_layer())
+        return str(_numba.threading_layer())
     except ValueError:  # none was started
         return "none; kernels run on a pool of threads"
 

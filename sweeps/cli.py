@@ -7,24 +7,27 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+import errno
 import functools
 import math
+import re
+import shlex
 import sys
 import tempfile
-import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from sweeps.errors import SceneError, one_line, size_text
+from sweeps.errors import SceneError, counted, one_line, size_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.scene import Scene
+    from sweeps.plan import Plan
+    from sweeps.streaming import Finished, Options
 
 __all__ = ["main"]
 
@@ -32,6 +35,15 @@ BAD_INPUT, FAILURE, DESIGNS_FAILED = 2, 1, 3
 
 _COUNTED = 1_000_000
 """Outcomes that are counted at a time."""
+
+SMALLEST_MEMORY = 100e6
+
+LARGEST_TABLE = 200e6
+"""Bytes of the variables of an archive up to which published values are printed."""
+
+_CANNOT_WRITE = (
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+)  # fmt: skip
 
 LONGEST = 1000
 """Characters of one line that `info` prints of an attribute."""
@@ -63,7 +75,7 @@ def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def _end(message: str, exit_status: int) -> None:
+def _end(message: str, exit_status: int) -> NoReturn:
     click.echo(f"engine-dyn: {message}", err=True)
     sys.exit(exit_status)
 
@@ -84,19 +96,41 @@ def main() -> None:
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
 )
 @click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--resume", is_flag=True, help="Complete an interrupted run; start if there is none.")
+@click.option(
+    "--memory",
+    metavar="SIZE",
+    help="What arrays may take, such as 500MB or 2GB (decimal; at least 100MB).",
+)
+@click.option(
+    "--compression",
+    "level",
+    type=click.IntRange(0, 9),
+    default=0,
+    help="Compress the archive: 1 (quick) to 9.",
+)
+@click.option("--float32", "single", is_flag=True, help="Keep results in 32 bits instead of 64.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
-def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: bool) -> None:
-    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive."""
+def run(
+    scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
+    single: bool, threads: int | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
+
+    Blocks are written as they are computed. A run that is interrupted leaves them in the folder
+    OUTPUT.partial; the same command with --resume completes it.
+    """
+    allowed = None if memory is None else _size(memory)
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
-    _check_output(output, overwrite, read.path)
+    _check_output(output, overwrite or resume, read.path)
 
     from engine_dyn.compilation import on_compiling
-    from sweeps import archive
-    from sweeps.reference import text
+    from sweeps.plan import make_plan
+    from sweeps.streaming import Options
 
     if not quiet:
         on_compiling(
@@ -104,34 +138,36 @@ def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: b
                 "compiling kernels (once for this version; later runs start at once)", err=True
             )
         )
-    began = time.perf_counter()
-    dataset = _computed(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
-    computed = time.perf_counter()
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        archive.write(dataset, output, overwrite=overwrite)
-    except FileExistsError:
-        raise SceneError(f"{output}: exists; use --overwrite to replace it") from None
-    except (PermissionError, NotADirectoryError, IsADirectoryError) as error:
-        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
-    written = time.perf_counter()
-
-    counts = _outcomes(dataset)
+    planned = make_plan(read)
+    again = ["engine-dyn", "run", scene, "-o", str(output), "--resume"]
+    again += [] if memory is None else ["--memory", memory]
+    again += ["--compression", str(level)] if level else []
+    again += ["--float32"] if single else []
+    options = Options(
+        resume=resume,
+        overwrite=overwrite,
+        memory=allowed,
+        threads=threads,
+        progress=not quiet and sys.stderr.isatty(),
+        level=level,
+        single=single,
+        command=_command_line(),
+        again=shlex.join(again),
+    )
+    done = _streamed(planned, output, options)
+    counts = done.outcomes
     if not quiet:
-        published = text(dataset)
-        if published:
-            click.echo(published + "\n")
-        designs = math.prod(
-            len(read.axes[d]) if d in read.axes else len(next(iter(read.designs.values())))
-            for d in read.dimensions
-        )
-        click.echo(f"{read.title}: {designs} design{'' if designs == 1 else 's'}")
-        unused = dataset.attrs.get("axes_without_effect")
-        if unused:
-            click.echo(f"nothing that is asked for depends on: {unused}")
+        _print_published(planned, output)
+        click.echo(f"{read.title}: {counted(planned.designs, 'design')}")
+        if planned.unused:
+            click.echo(f"nothing that is asked for depends on: {', '.join(planned.unused)}")
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
-        click.echo(f"computing {computed - began:.2f} s, writing {written - computed:.2f} s")
+        if done.already:
+            click.echo("complete already; nothing to do")
+        else:
+            resumed = f" ({done.before} of {done.blocks} blocks were there)" if done.before else ""
+            click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
         click.echo(f"{output} ({size_text(output.stat().st_size)})")
     failed = {name: n for name, n in counts.items() if name in read.fail_on}
     if failed:
@@ -196,11 +232,17 @@ def plot(archive: Path, output: Path | None, kind: str, slices: tuple[str, ...])
 @click.argument("what")
 @_guarded
 def info(what: str) -> None:
-    """Tell what is in an archive (netCDF), or about an engine (its name or its TOML file)."""
+    """Tell what is in an archive (netCDF), or about an engine (its name or its TOML file).
+
+    Of an interrupted run (the folder OUTPUT.partial), tell how far it has come.
+    """
     from sweeps.engine_file import catalogue, load_engine
 
     if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
         click.echo(_engine_text(load_engine(what, Path())))
+        return
+    if Path(what).is_dir():
+        click.echo(_partial_text(Path(what)))
         return
     with _opened(Path(what)) as dataset:
         click.echo(_archive_text(dataset, what))
@@ -247,10 +289,52 @@ def new(file: Path | None) -> None:
     click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
-def _computed(scene: Scene, *, progress: bool, threads: int | None) -> xr.Dataset:
-    from sweeps.runner import run as run_scene
+def _streamed(plan: Plan, output: Path, options: Options) -> Finished:
+    """Run a plan into its archive."""
+    from sweeps import streaming
 
-    return run_scene(scene, progress=progress, threads=threads)
+    try:
+        return streaming.run(plan, output, options)
+    except streaming.Stopped as error:
+        _end(one_line(error, 2000), FAILURE)
+    except OSError as error:
+        if error.errno not in _CANNOT_WRITE:
+            raise
+        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
+
+
+def _print_published(plan: Plan, output: Path) -> None:
+    """Published against computed values, where the scene has some."""
+    if plan.scene.reference is None:
+        return
+    if plan.output_bytes > LARGEST_TABLE:
+        click.echo(f"published values are in the archive; {plan.designs} designs are no table")
+        return
+    from sweeps.archive import open_archive
+    from sweeps.reference import text
+
+    with open_archive(output) as dataset:
+        published = text(dataset)
+    if published:
+        click.echo(published + "\n")
+
+
+def _command_line() -> str:
+    words = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    # A name of a file need not be text.
+    return words.encode("utf-8", "replace").decode("utf-8")
+
+
+def _size(text: str) -> float:
+    """Bytes of "500MB" or "1.5 GB"."""
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
+    size = float(found[1]) * {"MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    if not SMALLEST_MEMORY <= size < math.inf:
+        raise SceneError(
+            f"--memory {one_line(text, 60)}: must be a number and MB or GB, such as 500MB or 2GB, "
+            "100MB or more"
+        )
+    return size
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -337,6 +421,26 @@ def _outcomes(dataset: xr.Dataset) -> dict[str, int]:
         # Piece by piece: counting makes an index of eight bytes out of each code.
         counts += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
     return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+
+
+def _partial_text(path: Path) -> str:
+    """What an interrupted run has finished, and how to go on."""
+    from sweeps.streaming import what_is_missing
+
+    about = what_is_missing(path)
+    if about is None:
+        raise SceneError(f"{path}: is a folder, and holds no interrupted run")
+    lines = [
+        f"{path}: an interrupted run of {about['output']}",
+        f"  title: {about['title']}",
+        f"  designs: {about['designs']}",
+        f"  finished: {about['finished']} of {counted(about['blocks'], 'block')}",
+        f"  started: {about['started']}",
+        f"  command line: {one_line(about['command_line'], LONGEST)}",
+        f"  to go on: engine-dyn run SCENE -o {shlex.quote(str(path.parent / about['output']))} "
+        "--resume",
+    ]
+    return "\n".join(lines)
 
 
 def _archive_text(dataset: xr.Dataset, name: str) -> str:

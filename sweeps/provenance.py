@@ -97,18 +97,15 @@ def _unequal(before: Any, now: Any, where: str) -> Iterator[tuple[str, str]]:
     """Places where two scenes differ, and how."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in dict.fromkeys((*before, *now)):
-            inside = f"{where} {key}" if where else (f"[{key}]" if _is_table(before, now, key) else key)
-            yield from _unequal(before.get(key), now.get(key), inside)
+            table = isinstance(before.get(key, now.get(key)), dict)
+            name = f"[{key}]" if table and not where else key
+            yield from _unequal(before.get(key), now.get(key), f"{where} {name}".strip())
     elif before != now:
         shown = [
             "not there" if value is None else one_line(json.dumps(value, ensure_ascii=False), 60)
             for value in (before, now)
         ]
         yield where, f"{where} (was {shown[0]}, is {shown[1]})"
-
-
-def _is_table(before: Mapping[str, Any], now: Mapping[str, Any], key: str) -> bool:
-    return isinstance(before.get(key, now.get(key)), dict)
 
 
 def provenance(
@@ -123,8 +120,7 @@ def provenance(
         "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
         "scene": json.dumps(scene.source, ensure_ascii=False),
         "scene_name": plan.name,
-        "scene_folder": scene.folder,
-        "input_files": files_text(scene.files),
+        "input_files": files_text(scene.folder, scene.files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
         "identity": json.dumps(identity(plan), ensure_ascii=False),
         "software": "; ".join(
@@ -146,8 +142,11 @@ def sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def files_text(files: Mapping[str, bytes]) -> str:
-    """JSON of files: hash and text of each; a long text compressed (zlib, base64)."""
+def files_text(folder: str, files: Mapping[str, bytes]) -> str:
+    """JSON of files: hash and text of each; a long text compressed (zlib, base64).
+
+    `folder` is where paths of the scene start from; names of files begin with it.
+    """
     table: dict[str, dict[str, str]] = {}
     for name, data in files.items():
         table[name] = {"sha256": sha256(data)}
@@ -155,11 +154,11 @@ def files_text(files: Mapping[str, bytes]) -> str:
             table[name]["text"] = data.decode("utf-8", "surrogateescape")
         else:
             table[name]["zlib"] = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
-    return json.dumps(table)
+    return json.dumps({"folder": folder, "files": table})
 
 
-def files_from_text(text: str) -> dict[str, bytes]:
-    """Inverse of `files_text`.
+def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
+    """Folder and files: the inverse of `files_text`.
 
     Raises
     ------
@@ -167,7 +166,8 @@ def files_from_text(text: str) -> dict[str, bytes]:
         Where the content of a file does not have its hash.
     """
     files: dict[str, bytes] = {}
-    for name, entry in json.loads(text).items():
+    found = json.loads(text)
+    for name, entry in found["files"].items():
         if "zlib" in entry:
             data = _inflated(base64.b64decode(entry["zlib"]))
         else:
@@ -175,7 +175,7 @@ def files_from_text(text: str) -> dict[str, bytes]:
         if sha256(data) != entry["sha256"]:
             raise ValueError(f"{name}: its text is damaged")
         files[name] = data
-    return files
+    return str(found["folder"]), files
 
 
 MOST = 1 << 27

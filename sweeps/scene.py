@@ -53,7 +53,7 @@ from sweeps.cylinder_keys import KEYS, CylinderKeys, read_keys, resolve
 from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
-from sweeps.table import Table, read_table
+from sweeps.table import Table, kept_files, read_table
 
 __all__ = [
     "DESIGN",
