@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from sweeps.blocks import STEP
 from sweeps.partial import sync_folder
 
 if TYPE_CHECKING:
@@ -24,6 +25,10 @@ __all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "write"]
 
 CHUNK = 1 << 17
 """Numbers of a chunk at most, about: a megabyte."""
+
+SMALLEST_CHUNK = 1 << 12
+
+WASTE = 0.02
 
 
 def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> None:
@@ -177,15 +182,34 @@ def _made(
 def chunks_of(
     dims: tuple[str, ...], shape: tuple[int, ...], lengths: Mapping[str, int]
 ) -> tuple[int, ...]:
-    """Chunks of a variable: about `CHUNK` numbers, and blocks are whole numbers of them."""
-    chunks = [min(n, lengths.get(d, n)) for d, n in zip(dims, shape, strict=True)]
-    free = [i for i, (c, d) in enumerate(zip(chunks, dims, strict=True)) if d not in lengths]
-    cut = [i for i, d in enumerate(dims) if d in lengths]
-    while math.prod(chunks) > CHUNK:
-        halves = [i for i in cut if chunks[i] > 1 and chunks[i] % 2 == 0]
-        halves += [i for i in free if chunks[i] > 1]
+    """Chunks of a variable: about `CHUNK` numbers, and blocks are whole numbers of them.
+
+    The last chunk along a dimension takes as much room as the others: where that would be more
+    than `WASTE` of the whole, chunks are smaller.
+    """
+    if math.prod(shape) <= CHUNK:
+        return shape
+    chunks = list(shape)
+    for i, dimension in enumerate(dims):
+        if dimension in lengths:
+            # Short ranges have few divisors; long ones are multiples of `blocks.STEP`.
+            chunks[i] = lengths[dimension] if lengths[dimension] > STEP else 1
+    while (large := math.prod(chunks) > CHUNK) or (
+        _waste(shape, chunks) > WASTE and math.prod(chunks) > SMALLEST_CHUNK
+    ):
+        halves = [
+            i
+            for i, (c, n, d) in enumerate(zip(chunks, shape, dims, strict=True))
+            if c > 1 and (d not in lengths or c % 2 == 0) and (large or n % c)
+        ]
         if not halves:
             break
         longest = max(halves, key=lambda i: chunks[i])
         chunks[longest] = -(-chunks[longest] // 2)
     return tuple(chunks)
+
+
+def _waste(shape: tuple[int, ...], chunks: list[int]) -> float:
+    """Share of the room of all chunks that is not used."""
+    room = math.prod(-(-n // c) * c for n, c in zip(shape, chunks, strict=True))
+    return 1.0 - math.prod(shape) / room

@@ -77,7 +77,9 @@ class Labels:
         return tuple(self.sizes[d] for d in self.variables[name].dims)
 
 
-def describe(plan: Plan, *, seconds: float | None = None, command: str = "") -> Labels:
+def describe(
+    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False
+) -> Labels:
     """Names, dimensions, units and provenance of what a plan computes.
 
     Parameters
@@ -88,6 +90,8 @@ def describe(plan: Plan, *, seconds: float | None = None, command: str = "") -> 
         How long that took.
     command : str
         The command line that asked for it.
+    single : bool
+        Results are kept in 32 bits.
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}
@@ -97,7 +101,8 @@ def describe(plan: Plan, *, seconds: float | None = None, command: str = "") -> 
         if name == "status":
             variables[name] = Variable(dims, _status_attributes(node), kind="i1")
         else:
-            variables[name] = Variable(dims, _attributes(plan, node), si=node.si)
+            kind = "f4" if single else "f8"
+            variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
     for name, column in (scene.reference.columns if scene.reference else {}).items():
         node = select(name, *scene.words)
         attributes = _attributes(plan, node)
@@ -115,7 +120,15 @@ def describe(plan: Plan, *, seconds: float | None = None, command: str = "") -> 
         {d: plan.sizes[d] for d in dims},
         variables,
         coordinates,
-        {**_about(plan), **provenance(plan, seconds=seconds, command=command)},
+        {
+            **_about(plan),
+            **provenance(
+                plan,
+                seconds=seconds,
+                command=command,
+                numbers="float32" if single else "float64",
+            ),
+        },
     )
 
 

@@ -46,8 +46,11 @@ LONG = 1 << 14
 """Bytes from which on the text of a file is compressed."""
 
 
-def identity(plan: Plan) -> dict[str, Any]:
-    """All that the numbers of a plan depend on, in JSON's types; long texts as hashes."""
+def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
+    """All that the numbers of a plan depend on, in JSON's types; long texts as hashes.
+
+    `numbers` is the kind of number that results are kept as.
+    """
     scene = plan.scene
     return {
         "scene": scene.source,
@@ -61,6 +64,7 @@ def identity(plan: Plan) -> dict[str, Any]:
             "numpy": version("numpy"),
             "numba": version("numba"),
         },
+        "numbers": numbers,
     }
 
 
@@ -109,7 +113,7 @@ def _unequal(before: Any, now: Any, where: str) -> Iterator[tuple[str, str]]:
 
 
 def provenance(
-    plan: Plan, *, seconds: float | None = None, command: str = ""
+    plan: Plan, *, seconds: float | None = None, command: str = "", numbers: str = "float64"
 ) -> dict[str, str | float]:
     """Attributes that say where an archive comes from: texts, JSON texts and numbers."""
     scene = plan.scene
@@ -122,7 +126,7 @@ def provenance(
         "scene_name": plan.name,
         "input_files": files_text(scene.folder, scene.files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
-        "identity": json.dumps(identity(plan), ensure_ascii=False),
+        "identity": json.dumps(identity(plan, numbers=numbers), ensure_ascii=False),
         "software": "; ".join(
             [f"Python {platform.python_version()}"] + [f"{n} {version(n)}" for n in PACKAGES]
         ),

@@ -15,7 +15,7 @@ import shutil
 import time
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +135,7 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
     """
     output.parent.mkdir(parents=True, exist_ok=True)
     here = Partial.of(output)
-    now = {**identity(plan), "numbers": "float32" if options.single else "float64"}
+    now = identity(plan, numbers="float32" if options.single else "float64")
     with here.locked(output):
         try:
             if options.resume and not options.overwrite and output.exists():
@@ -294,14 +294,7 @@ def _check_disk(plan: Plan, output: Path, options: Options, count: int, before: 
 
 
 def _labels(plan: Plan, options: Options, seconds: float) -> Labels:
-    labels = describe(plan, seconds=seconds, command=options.command)
-    if not options.single:
-        return labels
-    variables = {
-        name: replace(v, kind="f4") if v.data is None and v.kind == "f8" else v
-        for name, v in labels.variables.items()
-    }
-    return replace(labels, variables=variables)
+    return describe(plan, seconds=seconds, command=options.command, single=options.single)
 
 
 def _in_file(labels: Labels, name: str, part: npt.NDArray[Any]) -> npt.NDArray[Any]:
