@@ -241,8 +241,9 @@ def info(what: str) -> None:
     if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
         click.echo(_engine_text(load_engine(what, Path())))
         return
-    if Path(what).is_dir():
-        click.echo(_partial_text(Path(what)))
+    folder = _interrupted(Path(what))
+    if folder is not None:
+        click.echo(_partial_text(folder))
         return
     with _opened(Path(what)) as dataset:
         click.echo(_archive_text(dataset, what))
@@ -423,18 +424,28 @@ def _outcomes(dataset: xr.Dataset) -> dict[str, int]:
     return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
 
 
+def _interrupted(path: Path) -> Path | None:
+    """Folder of an interrupted run that is named, or that is all there is of an archive."""
+    from sweeps.partial import Partial
+
+    try:
+        here = Partial(path) if path.exists() else Partial.of(path)
+        return here.path if here.path.is_dir() and here.header() is not None else None
+    except (OSError, ValueError):
+        return None
+
+
 def _partial_text(path: Path) -> str:
     """What an interrupted run has finished, and how to go on."""
-    from sweeps.streaming import what_is_missing
+    from sweeps.partial import Partial
 
-    about = what_is_missing(path)
-    if about is None:
-        raise SceneError(f"{path}: is a folder, and holds no interrupted run")
+    here = Partial(path)
+    about = here.header() or {}
     lines = [
         f"{path}: an interrupted run of {about['output']}",
         f"  title: {about['title']}",
         f"  designs: {about['designs']}",
-        f"  finished: {about['finished']} of {counted(about['blocks'], 'block')}",
+        f"  finished: {len(here.finished())} of {counted(about['blocks'], 'block')}",
         f"  started: {about['started']}",
         f"  command line: {one_line(about['command_line'], LONGEST)}",
         f"  to go on: engine-dyn run SCENE -o {shlex.quote(str(path.parent / about['output']))} "

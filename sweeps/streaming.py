@@ -33,7 +33,7 @@ from sweeps.plan import Plan
 from sweeps.provenance import differences, identity
 from sweeps.runner import computed
 
-__all__ = ["Finished", "Options", "Stopped", "archive_bytes", "run", "what_is_missing"]
+__all__ = ["Finished", "Options", "Stopped", "archive_bytes", "run"]
 
 LARGEST_BLOCK = 64e6
 """Bytes of the arrays of one block, about: larger ones are not quicker."""
@@ -428,15 +428,3 @@ def _already(plan: Plan, output: Path, now: dict[str, Any]) -> Finished:
             "--overwrite replaces it"
         )
     return done
-
-
-def what_is_missing(path: Path) -> dict[str, Any] | None:
-    """About a folder of an interrupted run: its header, with the number of finished blocks.
-
-    None where it is no such folder.
-    """
-    here = Partial(path)
-    header = here.header() if path.is_dir() else None
-    if header is None:
-        return None
-    return {**header, "finished": len(here.finished())}
