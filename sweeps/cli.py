@@ -17,7 +17,7 @@ import tempfile
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from sweeps.streaming import Finished, Options
 
 __all__ = ["main"]
+
+Result = TypeVar("Result")
 
 BAD_INPUT, FAILURE, DESIGNS_FAILED = 2, 1, 3
 
@@ -111,11 +113,12 @@ def main() -> None:
 )
 @click.option("--float32", "single", is_flag=True, help="Keep results in 32 bits instead of 64.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("--shard", metavar="I/N", help="Compute only the Ith of N parts; see merge.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
-    single: bool, threads: int | None, quiet: bool,
+    single: bool, threads: int | None, shard: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
@@ -123,26 +126,26 @@ def run(
     OUTPUT.partial; the same command with --resume completes it.
     """
     allowed = None if memory is None else _size(memory)
+    piece = None if shard is None else _shard(shard)
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
     _check_output(output, overwrite or resume, read.path)
 
-    from engine_dyn.compilation import on_compiling
     from sweeps.plan import make_plan
     from sweeps.streaming import Options
 
-    if not quiet:
-        on_compiling(
-            lambda: click.echo(
-                "compiling kernels (once for this version; later runs start at once)", err=True
-            )
-        )
+    _tell_of_compiling(quiet)
     planned = make_plan(read)
+    if piece is not None:
+        from sweeps.parts import shard as shard_of
+
+        planned = shard_of(planned, *piece)
     again = ["engine-dyn", "run", scene, "-o", str(output), "--resume"]
     again += [] if memory is None else ["--memory", memory]
     again += ["--compression", str(level)] if level else []
     again += ["--float32"] if single else []
+    again += [] if shard is None else ["--shard", shard]
     options = Options(
         resume=resume,
         overwrite=overwrite,
@@ -154,7 +157,7 @@ def run(
         command=_command_line(),
         again=shlex.join(again),
     )
-    done = _streamed(planned, output, options)
+    done = _streamed(lambda: _run(planned, output, options), output)
     counts = done.outcomes
     if not quiet:
         _print_published(planned, output)
@@ -173,6 +176,101 @@ def run(
     if failed:
         listed = ", ".join(f"{name} {n}" for name, n in failed.items())
         _end(f"designs failed: {listed} ([output] fail_on); {output} is written", DESIGNS_FAILED)
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option("--axis", required=True, metavar="AXIS=VALUES", help="Such as speed=1600,1700.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def extend(archive: Path, axis: str, level: int, threads: int | None, quiet: bool) -> None:
+    """Add points to an axis of ARCHIVE, computing only these.
+
+    The archive is replaced when the new one is whole; what it held stays as it is.
+    """
+    name, values = _points(axis)
+    _check_archive(archive)
+    from sweeps import merge as joining
+    from sweeps.streaming import Options
+
+    _tell_of_compiling(quiet)
+    options = Options(
+        threads=threads, level=level, command=_command_line(),
+        progress=not quiet and sys.stderr.isatty(),
+    )  # fmt: skip
+    plan = _streamed(lambda: joining.extend(archive, name, values, options), archive)
+    if not quiet:
+        click.echo(
+            f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
+            f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
+        )
+
+
+@main.command()
+@click.argument("archives", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
+)
+@click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def merge(
+    archives: tuple[Path, ...], output: Path, overwrite: bool, level: int, quiet: bool
+) -> None:
+    """Join ARCHIVES of one scene: all its shards, or archives that differ in one axis.
+
+    What several of them hold must be the same in all.
+    """
+    for path in archives:
+        _check_archive(path)
+    _check_output(output, overwrite, None)
+    from sweeps import merge as joining
+    from sweeps.streaming import Options
+
+    options = Options(overwrite=overwrite, level=level, command=_command_line())
+    plan = _streamed(lambda: joining.merge(archives, output, options), output)
+    if not quiet:
+        size = size_text(output.stat().st_size)
+        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
+)
+@click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--resume", is_flag=True, help="Complete an interrupted run; start if there is none.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def rerun(
+    archive: Path, output: Path, overwrite: bool, resume: bool, level: int, threads: int | None,
+    quiet: bool,
+) -> None:  # fmt: skip
+    """Make ARCHIVE again, from what it holds and nothing else."""
+    _check_archive(archive)
+    _check_output(output, overwrite or resume, archive)
+    from sweeps.rerun import rerun as run_again
+    from sweeps.streaming import Options
+
+    _tell_of_compiling(quiet)
+    again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
+    options = Options(
+        overwrite=overwrite, resume=resume, level=level, threads=threads,
+        command=_command_line(), progress=not quiet and sys.stderr.isatty(),
+        again=shlex.join(again),
+    )  # fmt: skip
+    plan, found = _streamed(lambda: run_again(archive, output, options), output)
+    if found:
+        click.echo(f"made otherwise than {archive}: {'; '.join(found)}", err=True)
+    if not quiet:
+        size = size_text(output.stat().st_size)
+        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
 
 
 @main.command()
@@ -290,18 +388,35 @@ def new(file: Path | None) -> None:
     click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
-def _streamed(plan: Plan, output: Path, options: Options) -> Finished:
-    """Run a plan into its archive."""
+def _run(plan: Plan, output: Path, options: Options) -> Finished:
+    from sweeps import streaming
+
+    return streaming.run(plan, output, options)
+
+
+def _streamed(work: Callable[[], Result], output: Path) -> Result:
+    """Do what writes an archive, and word its failures."""
     from sweeps import streaming
 
     try:
-        return streaming.run(plan, output, options)
+        return work()
     except streaming.Stopped as error:
         _end(one_line(error, 2000), FAILURE)
     except OSError as error:
         if error.errno not in _CANNOT_WRITE:
             raise
         raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
+
+
+def _tell_of_compiling(quiet: bool) -> None:
+    from engine_dyn.compilation import on_compiling
+
+    if not quiet:
+        on_compiling(
+            lambda: click.echo(
+                "compiling kernels (once for this version; later runs start at once)", err=True
+            )
+        )
 
 
 def _print_published(plan: Plan, output: Path) -> None:
@@ -324,6 +439,31 @@ def _command_line() -> str:
     words = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     # A name of a file need not be text.
     return words.encode("utf-8", "replace").decode("utf-8")
+
+
+def _shard(text: str) -> tuple[int, int]:
+    """Number and count of "2/8"."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
+    number, count = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= number <= count:
+        raise SceneError(
+            f"--shard {one_line(text, 60)}: must be I/N, such as 2/8: the second of eight parts"
+        )
+    return number, count
+
+
+def _points(text: str) -> tuple[str, list[float]]:
+    """Axis and values of "speed=1600,1700"."""
+    name, _, values = text.partition("=")
+    try:
+        found = [float(value) for value in values.split(",")]
+    except ValueError:
+        found = []
+    if not name.strip() or not found or not all(math.isfinite(value) for value in found):
+        raise SceneError(
+            f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
+        )
+    return name.strip(), found
 
 
 def _size(text: str) -> float:
@@ -364,6 +504,17 @@ def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
         raise SceneError(f"{path}: cannot be written ({one_line(reason)})") from None
 
 
+def _check_archive(path: Path) -> None:
+    """Refuse what is no file."""
+    try:
+        exists, is_file = path.exists(), path.is_file()
+    except (OSError, ValueError):
+        exists = is_file = False
+    if not is_file:
+        problem = "is not a file" if exists else "no such file"
+        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+
+
 def _opened(path: Path) -> xr.Dataset:
     """Open an archive for reading.
 
@@ -372,13 +523,7 @@ def _opened(path: Path) -> xr.Dataset:
     SceneError
         For anything that is no netCDF file.
     """
-    try:
-        exists, is_file = path.exists(), path.is_file()
-    except (OSError, ValueError):
-        exists = is_file = False
-    if not is_file:
-        problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+    _check_archive(path)
     from sweeps.archive import open_archive
 
     try:

@@ -30,10 +30,12 @@ __all__ = ["Damaged", "Partial", "sync_folder"]
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
 
-_HEADER, _LOCK, _ARCHIVE, _ENDING = "run.json", "lock", "archive.nc", ".new"
+_HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _BLOCK = re.compile(r"block-(\d{6,})\.bin")
 _MAGIC = b"engine-dyn block 1 "
-_OWN = re.compile(rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|block-\d{{6,}}\.bin)({re.escape(_ENDING)})?")
+_OWN = re.compile(
+    rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|{_ADDED}|block-\d{{6,}}\.bin)({re.escape(_ENDING)})?"
+)
 
 
 class Damaged(Exception):
@@ -61,6 +63,11 @@ class Partial:
     def archive(self) -> Path:
         """Where the archive is put together."""
         return self.path / _ARCHIVE
+
+    @property
+    def added(self) -> Path:
+        """Where what is added to an archive is computed."""
+        return self.path / _ADDED
 
     # --- the run --------------------------------------------------------------------------------
 
@@ -123,7 +130,9 @@ class Partial:
         if not self.path.is_dir():
             return
         for path in sorted(self.path.iterdir(), key=lambda p: p.name == _HEADER):
-            if path.name != _LOCK and _OWN.fullmatch(path.name):
+            if path.name == f"{_ADDED}.partial" and not path.is_symlink():
+                Partial(path).remove()
+            elif path.name != _LOCK and _OWN.fullmatch(path.name):
                 path.unlink()
 
     def remove(self) -> None:

@@ -90,6 +90,10 @@ class Plan:
         Axes that nothing depends on.
     of_tables : frozenset of str
         Axes that the tables of the kernels depend on.
+    whole : Plan, optional
+        What this is a part of.
+    piece : str
+        Which part: JSON; see `sweeps.parts`.
     """
 
     scene: Scene
@@ -100,6 +104,8 @@ class Plan:
     outputs: tuple[str, ...]
     unused: tuple[str, ...]
     of_tables: frozenset[str]
+    whole: Plan | None = None
+    piece: str = ""
 
     @property
     def name(self) -> str:

@@ -51,7 +51,7 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
 
     `numbers` is the kind of number that results are kept as.
     """
-    scene = plan.scene
+    scene = (plan.whole or plan).scene
     return {
         "scene": scene.source,
         "values": {
@@ -65,6 +65,7 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
             "numba": version("numba"),
         },
         "numbers": numbers,
+        "part": plan.piece,
     }
 
 
@@ -124,6 +125,7 @@ def provenance(
         "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
         "scene": json.dumps(scene.source, ensure_ascii=False),
         "scene_name": plan.name,
+        "part": plan.piece,
         "input_files": files_text(scene.folder, scene.files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
         "identity": json.dumps(identity(plan, numbers=numbers), ensure_ascii=False),

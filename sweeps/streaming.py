@@ -33,7 +33,16 @@ from sweeps.plan import Plan
 from sweeps.provenance import differences, identity
 from sweeps.runner import computed
 
-__all__ = ["Finished", "Options", "Stopped", "archive_bytes", "run"]
+__all__ = [
+    "Finished",
+    "Options",
+    "Stopped",
+    "archive_bytes",
+    "block_bytes",
+    "check_room",
+    "run",
+    "stopped",
+]
 
 LARGEST_BLOCK = 64e6
 """Bytes of the arrays of one block, about: larger ones are not quicker."""
@@ -202,14 +211,7 @@ def _run(
     except KeyboardInterrupt:
         raise Stopped(f"interrupted; {_left(here, count, options)}") from None
     except (OSError, RuntimeError) as error:
-        if not _about_disk(error):
-            raise
-        reason = one_line(getattr(error, "strerror", None) or error, 200)
-        free = shutil.disk_usage(here.path).free
-        raise Stopped(
-            f"{output}: cannot be written ({reason}; {size_text(free)} are free); "
-            f"{_left(here, count, options)}"
-        ) from None
+        raise stopped(error, output, _left(here, count, options)) from None
     finally:
         here.archive.unlink(missing_ok=True)
     here.remove()
@@ -225,6 +227,15 @@ def _left(here: Partial, count: int, options: Options) -> str:
         f"{finished} of {counted(count, 'block')} are finished in {here.path}; to go on: "
         f"{options.again}"
     )
+
+
+def stopped(error: Exception, output: Path, left: str) -> Exception:
+    """What to raise for an error of a run: `Stopped`, where the disk is to blame."""
+    if not _about_disk(error):
+        return error
+    reason = one_line(getattr(error, "strerror", None) or error, 200)
+    free = size_text(shutil.disk_usage(output.parent).free)
+    return Stopped(f"{output}: cannot be written ({reason}; {free} are free); {left}")
 
 
 def _about_disk(error: BaseException) -> bool:
@@ -280,13 +291,24 @@ def _check_disk(plan: Plan, output: Path, options: Options, count: int, before: 
     """Refuse what does not fit the disk, before anything is computed."""
     size = archive_bytes(plan, single=options.single)
     need = size if count == 1 else size + size * (count - before) // count
+    also = "" if count == 1 else f" and its blocks beside it, {size_text(need)} together"
+    check_room(plan, output, need, also)
+
+
+def check_room(plan: Plan, output: Path, need: float, also: str = "") -> None:
+    """Refuse what does not fit the disk.
+
+    Raises
+    ------
+    SceneError
+        With the size, and what is free.
+    """
     free = shutil.disk_usage(output.parent).free
     if need > free:
-        also = "" if count == 1 else f" and its blocks beside it, {size_text(need)} together"
         raise SceneError(
             f"{plan.name}: {counted(plan.designs, 'design')} make an archive of "
-            f"{size_text(size)}{also}; {size_text(free)} are free where {output} would be; ask for "
-            "fewer points or fewer quantities"
+            f"{size_text(archive_bytes(plan))}{also}; {size_text(free)} are free where {output} "
+            "would be; ask for fewer points or fewer quantities"
         )
 
 
