@@ -107,7 +107,7 @@ def describe(
         node = select(name, *scene.words)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
-        attributes["comment"] = f"from {scene.reference.name}" if scene.reference else ""
+        attributes["comment"] = f"from {scene.reference.file}" if scene.reference else ""
         along = scene.reference.dimensions if scene.reference else ()
         variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
     used = {d for v in variables.values() for d in v.dims}

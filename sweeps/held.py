@@ -50,6 +50,8 @@ class Held:
         Which part of the scene the archive is; empty for the whole.
     values : dict
         Values along each dimension, columns and labels of designs.
+    along : dict of str
+        The dimension of each of them.
     """
 
     path: Path
@@ -60,6 +62,7 @@ class Held:
     identity: dict[str, Any]
     piece: dict[str, Any]
     values: dict[str, Any]
+    along: dict[str, str]
 
     @property
     def single(self) -> bool:
@@ -106,12 +109,14 @@ def held(path: Path) -> Held:
                 f"{path}: not an archive that this version's `run` wrote (no attribute "
                 f"'{missing[0]}')"
             )
-        values = {
-            name: variable[...]
+        coordinates = {
+            name: variable
             for name, variable in file.variables.items()
             if variable.dimensions == (name,)
             or (variable.dimensions == (DESIGN,) and _is_column(name))
         }
+        values = {name: variable[...] for name, variable in coordinates.items()}
+        along = {name: variable.dimensions[0] for name, variable in coordinates.items()}
     try:
         folder, files = files_from_text(attributes["input_files"])
         return Held(
@@ -123,6 +128,7 @@ def held(path: Path) -> Held:
             dict(json.loads(attributes["identity"])),
             dict(json.loads(attributes.get("part", "{}"))),
             values,
+            along,
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise SceneError(
@@ -176,7 +182,8 @@ def plan_of(
     source = archive.source
     if axis:
         raw["axes"][axis] = values
-        source = {**source, "axes": {**source["axes"], axis: shortened(values)}}
+        listed = shortened([float(value) for value in values])
+        source = {**source, "axes": {**source["axes"], axis: listed}}
     name = str(archive.attributes["scene_name"])
     scene: Scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files)
     scene = replace(scene, source=source)

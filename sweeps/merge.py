@@ -98,11 +98,14 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
             f"{path}: --axis {axis}: not an axis; must be one of {', '.join(axes) or 'none'}"
         )
     before = np.asarray(old.values[axis])
-    for value in values:
+    for number, value in enumerate(values):
         if value in before:
             raise SceneError(f"{path}: --axis {axis}: {value:.12g} is on the axis already")
+        if value in values[:number]:
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} stands there twice; each once")
     _check_version(old, plan_of(old))
-    union = _ordered([before, np.asarray(values, dtype=float)])
+    falls = len(before) > 1 and bool((np.diff(before) < 0).all())
+    union = _ordered([before, np.sort(values)[:: -1 if falls else 1]])
     whole = plan_of(old, axis=axis, values=union)
     new = np.flatnonzero(~np.isin(union, before))
     piece = json.dumps({"axis": axis, "values": len(new)})
@@ -163,7 +166,7 @@ def _of_shards(archives: Sequence[Held]) -> tuple[str, Plan, list[Places]]:
         )
     whole: dict[str, Any] = dict(first.values)
     for name, values in first.values.items():
-        if name == axis or (axis == DESIGN and values.shape == first.values[DESIGN].shape):
+        if first.along[name] == axis:
             joined = np.empty(size, dtype=values.dtype)
             for other, here in zip(archives, places, strict=True):
                 joined[here] = other.values[name]

@@ -153,15 +153,15 @@ class Reference:
 
     Attributes
     ----------
-    name : str
-        The file as messages call it.
+    file : str
+        The file as the scene names it.
     dimensions : tuple of str
         Dimensions of the scene that the rows tell apart, in scene order.
     columns : dict of ndarray
         Published values of each quantity over these dimensions, NaN where nothing is printed.
     """
 
-    name: str
+    file: str
     dimensions: tuple[str, ...]
     columns: dict[str, FloatArray]
 
@@ -416,7 +416,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         return scene
     label = f"{name}: [reference] {given.reference.file}"
     rows = read_table(base / given.reference.file, label, "a table of published values (CSV)")
-    return replace(scene, reference=_reference(rows, scene))
+    return replace(scene, reference=_reference(rows, scene, given.reference.file))
 
 
 # --- values -------------------------------------------------------------------------------------
@@ -915,7 +915,7 @@ def _check_motored(scene: Scene, name: str) -> None:
 # --- published values ---------------------------------------------------------------------------
 
 
-def _reference(table: Table, scene: Scene) -> Reference:
+def _reference(table: Table, scene: Scene, file: str) -> Reference:
     """Place the rows of a table of published values among the scene's designs."""
     quantities = _reference_quantities(table, scene)
     by_axis = tuple(d for d in scene.dimensions if d in table.header)
@@ -946,7 +946,7 @@ def _reference(table: Table, scene: Scene) -> Reference:
         columns[quantity] = np.full(shape, np.nan)
         for place, value in zip(places, table.numbers(quantity, blanks=True), strict=True):
             columns[quantity][place] = value
-    return Reference(table.name, dimensions, columns)
+    return Reference(file, dimensions, columns)
 
 
 def _length(scene: Scene, dimension: str) -> int:

@@ -303,6 +303,7 @@ def test_extend_refuses(tmp_path: Path) -> None:
     path.write_bytes(before)
     with Partial.of(path).locked(path):
         assert "another run" in refused("extend", path, "--axis", "speed=1300")
+        Partial.of(path).remove()
     assert path.read_bytes() == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
 
