@@ -638,7 +638,9 @@ def _attribute_lines(key: str, value: object) -> list[str]:
     if isinstance(value, str) and value.startswith("{"):
         try:
             members = json.loads(value)
-        except ValueError:
+            if key == "input_files":  # their texts are long
+                members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
+        except (ValueError, KeyError, TypeError, AttributeError):
             members = {}
         if members:
             texts = {
