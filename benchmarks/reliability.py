@@ -381,8 +381,8 @@ def text(sweep: Sweep, found: Kills, machine: str) -> str:
             f"{count} runs of {found.designs} designs (in many small blocks; uninterrupted "
             f"{found.whole:.1f} s) were killed with SIGKILL, one of ten while the program started, "
             "nine at moments drawn evenly between the first sign of the run and its end; every "
-            "third was killed a second time while it resumed. Then `--resume` completed them. After "
-            "the last kill there was:",
+            "third was killed a second time while it resumed. Then `--resume` completed them. "
+            "After the last kill there was:",
             "",
             "| | runs |",
             "| --- | ---: |",
