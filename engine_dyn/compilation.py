@@ -69,6 +69,36 @@ def threading_layer() -> str:
         return "none; kernels run on a pool of threads"
 
 
+def _link_privately() -> None:
+    """Give every kernel its own copy of what it calls, whoever else calls that.
+
+    Numba links the functions that a kernel calls as weak symbols, which the loader resolves to the
+    first copy in the process: with kernels just compiled, that is another one, optimised apart from
+    its caller, than with kernels from the cache, and the last digit of a result could tell them
+    apart. Only what belongs to kernels of this package is changed.
+    """
+    library: Any = codegen.CPUCodeLibrary
+    optimize = library._optimize_final_module
+    own = f"{len(_PACKAGE)}{_PACKAGE}"  # as mangled names have it
+
+    def optimize_alone(self: Any) -> None:
+        linkage = _codegen.ll.Linkage
+        defined = [f for f in self._final_module.functions if not f.is_declaration]
+        if any(f.linkage == linkage.external and own in f.name for f in defined):
+            for function in defined:
+                if function.linkage == linkage.linkonce_odr:
+                    function.linkage = linkage.internal
+        optimize(self)
+
+    library._optimize_final_module = optimize_alone
+
+
+_PACKAGE = __name__.partition(".")[0]
+
+if hasattr(codegen.CPUCodeLibrary, "_optimize_final_module"):
+    _link_privately()
+
+
 def _stamped(locator: Any) -> Any:
     """Return `locator` with the package's source hash as the stamp of a cached function."""
 

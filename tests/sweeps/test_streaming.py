@@ -49,6 +49,19 @@ quantities = ["delta", "omega_mean", "imep", "fmep"]
 """
 
 
+LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
+"""120 000 designs in some twenty blocks."""
+
+
+PROGRAM = """
+import sys
+import sweeps.streaming
+sweeps.streaming.LARGEST_BLOCK = 4e5
+from sweeps.cli import main
+main()
+"""
+
+
 def of_run(attributes: dict[str, Any]) -> dict[str, Any]:
     """Attributes without those that no two runs share."""
     left = {k: v for k, v in attributes.items() if k not in ("history", "seconds", "command_line")}
@@ -475,6 +488,40 @@ def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) 
     assert_same(output, sweeps.run(path))
 
 
+SMALL_DISK = """
+mount -t tmpfs -o size={size} none disk || exit 77
+{python} -c '{program}' run scene.toml -o disk/out.nc; echo "ended with $?"
+ls disk
+mount -o remount,size=100000000 disk || exit 77
+{python} -c '{program}' run scene.toml -o disk/out.nc --resume || exit 1
+cp disk/out.nc out.nc
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/ns/mnt").exists(), reason="needs Linux's namespaces")
+def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
+    """A file system in memory, just large enough for the blocks but not for the archive too."""
+    plan = plan_of(tmp_path, LARGE)
+    (tmp_path / "disk").mkdir()
+    script = SMALL_DISK.format(
+        size=2 * streaming.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
+    )
+    try:
+        done = subprocess.run(
+            ["unshare", "--map-root-user", "--mount", "sh", "-c", script],
+            cwd=tmp_path, capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+    except OSError:
+        pytest.skip("no unshare")
+    if done.returncode == 77 or "unshare" in done.stderr:
+        pytest.skip(f"no file system may be mounted: {done.stderr}")
+    assert done.returncode == 0, done.stderr
+    assert "ended with 1\nout.nc.partial\n" in done.stdout
+    assert re.search(r"out.nc: cannot be written .*free\); (\d+) of \1 blocks", done.stderr)
+    assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
+
+
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write anywhere")
 def test_a_read_only_folder_is_refused_before_computing(tmp_path: Path) -> None:
     folder = tmp_path / "fixed"
@@ -511,14 +558,6 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
 
 # --- killing ------------------------------------------------------------------------------------
 
-PROGRAM = """
-import sys
-import sweeps.streaming
-sweeps.streaming.LARGEST_BLOCK = 4e5
-from sweeps.cli import main
-main()
-"""
-
 
 def start(*arguments: str | Path, folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
@@ -533,21 +572,12 @@ def wait_for(what: Callable[[], bool], process: subprocess.Popen[str]) -> None:
         time.sleep(0.002)
 
 
-LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
-"""120 000 designs in some twenty blocks."""
-
-
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """The same in one go; once before, because kernels may round otherwise when just compiled."""
+    """The same in one go."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "scene.toml").write_text(LARGE)
-    for _ in range(2):
-        process = start("run", "scene.toml", "-o", "out.nc", "--overwrite", folder=folder)
-        assert process.wait() == 0, process.communicate()
-        process.communicate()
-    with archive.open_archive(folder / "out.nc") as opened:
-        return opened.load()
+    return sweeps.run(folder / "scene.toml")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
@@ -573,6 +603,34 @@ def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) ->
         assert f"({len(finished)} of " in text or "complete already" in text
     assert_same(output, whole)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+FRESH = """
+import hashlib, sys, sweeps
+from engine_dyn.compilation import on_compiling
+on_compiling(lambda: print("compiled", end=" "))
+found = sweeps.run(sys.argv[1])
+data = b"".join(found[name].values.tobytes() for name in sorted(found.data_vars))
+print(hashlib.sha256(data).hexdigest())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
+    """Else a run could be resumed to other bytes than it would have had in one go."""
+    (tmp_path / "scene.toml").write_text(LARGE)
+    environment = {
+        **os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }  # fmt: skip
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", FRESH, str(tmp_path / "scene.toml")],
+            capture_output=True, text=True, check=True, env=environment,
+        ).stdout
+        for _ in range(2)
+    ]  # fmt: skip
+    assert said[0] == f"compiled {said[1]}"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
