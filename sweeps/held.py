@@ -25,6 +25,9 @@ from sweeps.scene import DESIGN, Scene, scene_of
 
 __all__ = ["Held", "held", "opened", "part_of", "plan_of"]
 
+MOST = 10**9
+"""Positions along an axis of which an archive may claim to be a part."""
+
 _NEEDED = ("scene", "scene_name", "input_files", "identity")
 
 
@@ -118,6 +121,7 @@ def held(path: Path) -> Held:
         values = {name: variable[...] for name, variable in coordinates.items()}
         along = {name: variable.dimensions[0] for name, variable in coordinates.items()}
     try:
+        _check_piece(json.loads(attributes.get("part", "{}")), values)
         folder, files = files_from_text(attributes["input_files"])
         return Held(
             path,
@@ -188,6 +192,15 @@ def plan_of(
     scene: Scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files)
     scene = replace(scene, source=source)
     return make_plan(scene)
+
+
+def _check_piece(piece: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+    if "shard" in piece:
+        first, size, count = piece["first"], piece["of"], len(values[piece["axis"]])
+        if not (isinstance(first, int) and isinstance(size, int)):
+            raise ValueError("part: no numbers")
+        if first < 0 or not first + count <= size <= MOST:
+            raise ValueError("part: it does not fit its axis")
 
 
 def _is_column(name: str) -> bool:

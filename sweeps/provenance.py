@@ -82,7 +82,12 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str =
                 was, new = one.get(key, "not there"), other.get(key, "not there")
                 found.append(f"{what.format(key)} (was {was[:16]}, is {new[:16]})")
     in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), ""))
-    found += [f"scene: {text}" for where, text in in_scene if where != f"[axes] {but}"]
+    left_out = (f"[axes] {but}", f"[axes] {but} ")
+    found += [
+        f"scene: {text}"
+        for where, text in in_scene
+        if where != left_out[0] and not where.startswith(left_out[1])
+    ]
     told = " ".join(where for where, _ in in_scene).split()
     one, other = before.get("values", {}), now.get("values", {})
     for key in dict.fromkeys((*one, *other)):

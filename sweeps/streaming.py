@@ -186,6 +186,11 @@ def _run(
         lengths = cut_to(plan, limit)
     else:
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
+        if options.memory is not None and header["block_bytes"] > limit:
+            raise SceneError(
+                f"{here.path}: cannot be resumed with --memory {size_text(options.memory)}: its "
+                "blocks are larger; give as much as the first time"
+            )
     count = block_count(plan, lengths)
     done = Finished(blocks=count, before=len(here.finished()))
     _check_disk(plan, output, options, count, done.before)
@@ -196,6 +201,7 @@ def _run(
                 "identity": now,
                 "lengths": lengths,
                 "blocks": count,
+                "block_bytes": limit,
                 "title": plan.scene.title,
                 "designs": plan.designs,
                 "output": output.name,
@@ -341,7 +347,7 @@ def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: 
             file.put(name, (), part)
             if name == "status":
                 done.count(part)
-    archive.publish(here.archive, output)
+    _publish(here, output, options)
     done.writing = time.perf_counter() - began - done.computing
 
 
@@ -360,7 +366,7 @@ def _run_blocks(
         done.codes[:] = 0
         damaged = _assemble(plan, options, here, lengths, done)
         if not damaged:
-            archive.publish(here.archive, output)
+            _publish(here, output, options)
             done.writing += time.perf_counter() - began
             return
         for number in damaged:
@@ -416,6 +422,15 @@ def _assemble(
             if "status" in arrays:
                 done.count(arrays["status"])
     return damaged
+
+
+def _publish(here: Partial, output: Path, options: Options) -> None:
+    """Give the archive its name, unless somebody else has taken it meanwhile."""
+    if output.exists() and not options.overwrite:
+        raise SceneError(
+            f"{output}: exists by now; move it and use --resume, or --resume --overwrite"
+        )
+    archive.publish(here.archive, output)
 
 
 # --- what is there already ----------------------------------------------------------------------

@@ -189,6 +189,19 @@ def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
     assert sizes[1] < sizes[0] and sizes[2] < sizes[0] and sizes[3] < sizes[2]
 
 
+@pytest.mark.parametrize("scene", ["thesis", "first"])
+def test_a_checker_of_conventions_finds_nothing(scene: str, tmp_path: Path) -> None:
+    checker = Path(sys.executable).with_name("compliance-checker")
+    if not checker.exists():
+        pytest.skip("compliance-checker is not installed")
+    streaming.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
+    done = subprocess.run(
+        [str(checker), "--test=cf:1.11", "--criteria=normal", str(tmp_path / "out.nc")],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
 def test_units_are_read_by_a_unit_registry(tmp_path: Path, small: None) -> None:
     """That of cf-xarray, which pint-xarray can be given; UDUNITS is asked in test_datasets."""
     from cf_xarray.units import units
@@ -307,6 +320,13 @@ def test_resume_computes_nothing_but_what_is_missing(
         return original(plan, lengths, chosen, **more)
 
     monkeypatch.setattr(streaming, "computed", watched)
+    header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
+    assert header["block_bytes"] == SMALL
+    (tmp_path / "out.nc.partial" / "run.json").write_text(
+        json.dumps({**header, "block_bytes": 30e6})
+    )
+    with pytest.raises(sweeps.SceneError, match="as much as the first time"):
+        streaming.run(plan, output, Options(resume=True, memory=100e6))
     # Less memory would cut otherwise: what is there counts.
     monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
     done = streaming.run(plan, output, Options(resume=True))
