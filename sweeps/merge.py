@@ -264,7 +264,8 @@ def _write(
         here.clear()
         single = archives[0].single
         try:
-            check_room(plan, output, archive_bytes(plan, single=single))
+            size = archive_bytes(plan, single=single)
+            check_room(plan, output, size, size)
             more = replace(options, single=single)
             _put_together(plan, axis, archives, places, output, here, more, exact=exact)
         finally:

@@ -55,6 +55,9 @@ AT_ONCE = 4
 TRIES = 3
 """How often blocks that turn out to be damaged are computed again."""
 
+BESIDE = 0.03
+"""Share of an archive that is neither results nor coordinates, at most: see `archive.WASTE`."""
+
 _COUNTED = 1_000_000
 """Outcomes that are counted at a time."""
 
@@ -193,7 +196,7 @@ def _run(
             )
     count = block_count(plan, lengths)
     done = Finished(blocks=count, before=len(here.finished()))
-    _check_disk(plan, output, options, count, done.before)
+    tight = _check_disk(plan, output, options, count, done.before)
     if header is None and count > 1:
         started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         here.begin(
@@ -213,7 +216,7 @@ def _run(
         if count == 1:
             _run_whole(plan, output, options, here, done)
         else:
-            _run_blocks(plan, output, options, here, lengths, done)
+            _run_blocks(plan, output, options, here, lengths, done, tight=tight)
     except KeyboardInterrupt:
         raise Stopped(f"interrupted; {_left(here, count, options)}") from None
     except (OSError, RuntimeError) as error:
@@ -293,15 +296,22 @@ def archive_bytes(plan: Plan, *, single: bool = False) -> int:
     return total + 8 * sum(plan.sizes[d] for d in plan.scene.dimensions)
 
 
-def _check_disk(plan: Plan, output: Path, options: Options, count: int, before: int) -> None:
-    """Refuse what does not fit the disk, before anything is computed."""
+def _check_disk(plan: Plan, output: Path, options: Options, count: int, before: int) -> bool:
+    """Refuse what does not fit the disk, before anything is computed.
+
+    Returns whether it fits but for the room that blocks and archive take together: then blocks
+    are given up as they are put together.
+    """
     size = archive_bytes(plan, single=options.single)
-    need = size if count == 1 else size + size * (count - before) // count
-    also = "" if count == 1 else f" and its blocks beside it, {size_text(need)} together"
-    check_room(plan, output, need, also)
+    if count == 1:
+        check_room(plan, output, size, size)
+        return False
+    missing = size * (count - before) / count
+    check_room(plan, output, size, missing + (BESIDE + 1.0 / count) * size)
+    return size + missing > shutil.disk_usage(output.parent).free
 
 
-def check_room(plan: Plan, output: Path, need: float, also: str = "") -> None:
+def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
     """Refuse what does not fit the disk.
 
     Raises
@@ -313,8 +323,8 @@ def check_room(plan: Plan, output: Path, need: float, also: str = "") -> None:
     if need > free:
         raise SceneError(
             f"{plan.name}: {counted(plan.designs, 'design')} make an archive of "
-            f"{size_text(archive_bytes(plan))}{also}; {size_text(free)} are free where {output} "
-            "would be; ask for fewer points or fewer quantities"
+            f"{size_text(size)}; {size_text(free)} are free where {output} would be; ask for fewer "
+            "points or fewer quantities"
         )
 
 
@@ -353,7 +363,7 @@ def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: 
 
 def _run_blocks(
     plan: Plan, output: Path, options: Options, here: Partial, lengths: dict[str, int],
-    done: Finished,
+    done: Finished, *, tight: bool,
 ) -> None:  # fmt: skip
     """Compute the blocks that are not there, then put all of them together."""
     labels = _labels(plan, options, 0.0)
@@ -364,7 +374,7 @@ def _run_blocks(
         done.computing += time.perf_counter() - began
         began = time.perf_counter()
         done.codes[:] = 0
-        damaged = _assemble(plan, options, here, lengths, done)
+        damaged = _assemble(plan, options, here, lengths, done, tight=tight)
         if not damaged:
             _publish(here, output, options)
             done.writing += time.perf_counter() - began
@@ -403,9 +413,13 @@ def _compute(
 
 
 def _assemble(
-    plan: Plan, options: Options, here: Partial, lengths: Mapping[str, int], done: Finished
-) -> list[int]:
-    """Lay all blocks into one file; returns the numbers of those that are damaged."""
+    plan: Plan, options: Options, here: Partial, lengths: Mapping[str, int], done: Finished,
+    *, tight: bool,
+) -> list[int]:  # fmt: skip
+    """Lay all blocks into one file; returns the numbers of those that are damaged.
+
+    Where it is `tight`, each block makes room for the next.
+    """
     damaged: list[int] = []
     labels = _labels(plan, options, done.computing)
     with archive.new(here.archive, labels, lengths, level=options.level) as file:
@@ -421,6 +435,8 @@ def _assemble(
                 file.put(name, along(labels.variables[name].dims, block), part)
             if "status" in arrays:
                 done.count(arrays["status"])
+            if tight:
+                here.discard(number)
     return damaged
 
 

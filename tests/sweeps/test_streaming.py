@@ -273,11 +273,35 @@ def test_an_archive_larger_than_the_disk_is_refused_before_computing(
     plan_of(tmp_path)
     monkeypatch.setattr(streaming, "computed", None)
     real = streaming.shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=150_000))
+    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=100_000))
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
     assert result.exit_code == 2
-    assert re.search(r"6000 designs make an archive of 103 kB .* 150 kB are free", result.stderr)
+    assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result.stderr)
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_disk_with_room_for_one_archive_is_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    """Not for the blocks beside it: they are given up as they are put together."""
+    plan = plan_of(tmp_path, LARGE)
+    size = streaming.archive_bytes(plan)
+    real = streaming.shutil.disk_usage(tmp_path)
+    room = 1.2 * size
+    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=room))
+    seen: list[int] = []
+    put = archive.Writer.put
+
+    def measured(self: archive.Writer, *arguments: Any) -> None:
+        put(self, *arguments)
+        files = (tmp_path / "out.nc.partial").iterdir()
+        seen.append(sum(path.stat().st_size for path in files))
+
+    monkeypatch.setattr(archive.Writer, "put", measured)
+    streaming.run(plan, tmp_path / "out.nc", Options())
+    assert 0.9 * size < max(seen) < room
+    monkeypatch.undo()
+    assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
 
 
 def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
