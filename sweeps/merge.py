@@ -89,6 +89,22 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
     Stopped
         Where it was interrupted, or cannot be written.
     """
+    here = Partial.of(path)
+    with here.locked(path):  # what is there now is what is extended
+        if here.header() is not None and here.finished():
+            raise SceneError(f"{here.path}: holds an interrupted run; complete it first")
+        here.clear()
+        try:
+            return _extended(path, axis, values, options, here)
+        except Stopped as error:
+            raise Stopped(f"{str(error).partition(';')[0]}; {path} is as it was") from None
+        finally:
+            here.remove()
+
+
+def _extended(
+    path: Path, axis: str, values: Sequence[float], options: Options, here: Partial
+) -> Plan:
     old = held(path)
     if old.piece:
         raise SceneError(f"{path}: a shard; merge all shards first")
@@ -109,23 +125,11 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
     whole = plan_of(old, axis=axis, values=union)
     new = np.flatnonzero(~np.isin(union, before))
     piece = json.dumps({"axis": axis, "values": len(new)})
-    here = Partial.of(path)
-    with here.locked(path):
-        if here.header() is not None and here.finished():
-            raise SceneError(f"{here.path}: holds an interrupted run; complete it first")
-        here.clear()
-        try:
-            added = here.added
-            more = replace(
-                options, overwrite=True, resume=False, single=old.single,
-                again="the same command",
-            )  # fmt: skip
-            run(part(whole, axis, new, piece), added, more)
-            both = [old, held(added)]
-            places = [_places_in(union, a.values[axis]) for a in both]
-            _put_together(whole, axis, both, places, path, here, more, exact=False)
-        finally:
-            here.remove()
+    more = replace(options, overwrite=True, resume=False, single=old.single)
+    run(part(whole, axis, new, piece), here.added, more)
+    both = [old, held(here.added)]
+    places = [_places_in(union, a.values[axis]) for a in both]
+    _put_together(whole, axis, both, places, path, here, more, exact=False)
     return whole
 
 
