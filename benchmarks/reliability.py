@@ -348,7 +348,8 @@ def text(sweep: Sweep, found: Kills, machine: str) -> str:
             "# Reliability of large runs",
             "",
             "Made by `make reliability` (`python -m benchmarks.reliability`); change that, not "
-            "this. The same tests, smaller, are in tests/sweeps/test_streaming.py and tests/sweeps/test_joining.py.",
+            "this. The same tests, smaller, are in tests/sweeps/test_streaming.py and "
+            "tests/sweeps/test_joining.py.",
             "",
             machine,
             "",
