@@ -348,8 +348,9 @@ def text(sweep: Sweep, found: Kills, machine: str) -> str:
             "# Reliability of large runs",
             "",
             "Made by `make reliability` (`python -m benchmarks.reliability`); change that, not "
-            "this. The same tests, smaller, are in tests/sweeps/test_streaming.py and "
-            "tests/sweeps/test_joining.py.",
+            "this. The same tests, smaller: "
+            "[test_streaming.py](../tests/sweeps/test_streaming.py), "
+            "[test_joining.py](../tests/sweeps/test_joining.py).",
             "",
             machine,
             "",
