@@ -23,6 +23,8 @@ from sweeps.scene import read_scene
 from sweeps.streaming import Options
 from tests.sweeps.test_streaming import ENGINE, assert_same, interrupted, invoke, of_run
 
+pytestmark = pytest.mark.compiled
+
 SCENE = """\
 title = "To be joined"
 engine = "ntua"

@@ -32,6 +32,8 @@ from tests.sweeps.test_blocks import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]
 
+pytestmark = pytest.mark.compiled
+
 SMALL = 4e4
 """Bytes of a block."""
 
@@ -660,7 +662,6 @@ print(hashlib.sha256(data).hexdigest())
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
     """Else a run could be resumed to other bytes than it would have had in one go."""
     (tmp_path / "scene.toml").write_text(LARGE)
