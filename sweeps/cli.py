@@ -146,6 +146,7 @@ def run(
     again += ["--compression", str(level)] if level else []
     again += ["--float32"] if single else []
     again += [] if shard is None else ["--shard", shard]
+    again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(
         resume=resume,
         overwrite=overwrite,
@@ -181,11 +182,11 @@ def run(
 @main.command()
 @click.argument("archive", type=click.Path(path_type=Path))
 @click.option("--axis", required=True, metavar="AXIS=VALUES", help="Such as speed=1600,1700.")
-@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
-def extend(archive: Path, axis: str, level: int, threads: int | None, quiet: bool) -> None:
+def extend(archive: Path, axis: str, level: int | None, threads: int | None, quiet: bool) -> None:
     """Add points to an axis of ARCHIVE, computing only these.
 
     The archive is replaced when the new one is whole; what it held stays as it is.
@@ -214,11 +215,11 @@ def extend(archive: Path, axis: str, level: int, threads: int | None, quiet: boo
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
 )
 @click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
-@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
 def merge(
-    archives: tuple[Path, ...], output: Path, overwrite: bool, level: int, quiet: bool
+    archives: tuple[Path, ...], output: Path, overwrite: bool, level: int | None, quiet: bool
 ) -> None:
     """Join ARCHIVES of one scene: all its shards, or archives that differ in one axis.
 
@@ -244,13 +245,13 @@ def merge(
 )
 @click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
 @click.option("--resume", is_flag=True, help="Complete an interrupted run; start if there is none.")
-@click.option("--compression", "level", type=click.IntRange(0, 9), default=0, help="1 to 9.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
 def rerun(
-    archive: Path, output: Path, overwrite: bool, resume: bool, level: int, threads: int | None,
-    quiet: bool,
+    archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,
+    threads: int | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Make ARCHIVE again, from what it holds and nothing else."""
     _check_archive(archive)

@@ -55,6 +55,8 @@ class Held:
         Values along each dimension, columns and labels of designs.
     along : dict of str
         The dimension of each of them.
+    level : int
+        Of its compression.
     """
 
     path: Path
@@ -66,6 +68,7 @@ class Held:
     piece: dict[str, Any]
     values: dict[str, Any]
     along: dict[str, str]
+    level: int
 
     @property
     def single(self) -> bool:
@@ -120,6 +123,8 @@ def held(path: Path) -> Held:
         }
         values = {name: variable[...] for name, variable in coordinates.items()}
         along = {name: variable.dimensions[0] for name, variable in coordinates.items()}
+        filters = [variable.filters() or {} for variable in file.variables.values()]
+        level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
     try:
         _check_piece(json.loads(attributes.get("part", "{}")), values)
         folder, files = files_from_text(attributes["input_files"])
@@ -133,6 +138,7 @@ def held(path: Path) -> Held:
             dict(json.loads(attributes.get("part", "{}"))),
             values,
             along,
+            level,
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise SceneError(

@@ -286,7 +286,12 @@ def _put_together(
     try:
         with (
             ExitStack() as stack,
-            archive.new(here.archive, labels, {}, level=options.level) as new,
+            archive.new(
+                here.archive,
+                labels,
+                {},
+                level=archives[0].level if options.level is None else options.level,
+            ) as new,
         ):
             sources = [
                 _Source(a, stack.enter_context(opened(a.path)), p)

@@ -42,5 +42,6 @@ def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
     old = held(path)
     plan = part_of(old, plan_of(old))
     found = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
-    run(plan, output, replace(options, single=old.single))
+    level = old.level if options.level is None else options.level
+    run(plan, output, replace(options, single=old.single, level=level))
     return plan, found

@@ -84,8 +84,8 @@ class Options:
         As many as the machine has processors, unless given.
     progress : bool
         Show a progress bar.
-    level : int
-        Of compression, 0 to 9.
+    level : int, optional
+        Of compression, 0 to 9; that of the archives that it is made from, or none.
     single : bool
         Results in 32 bits.
     command : str
@@ -99,7 +99,7 @@ class Options:
     memory: float | None = None
     threads: int | None = None
     progress: bool = False
-    level: int = 0
+    level: int | None = None
     single: bool = False
     command: str = ""
     again: str = "the same command with --resume"
@@ -351,7 +351,7 @@ def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: 
     ((_, parts),) = computed(plan, {}, [{}], progress=options.progress, threads=options.threads)
     done.computing = time.perf_counter() - began
     labels = _labels(plan, options, done.computing)
-    with archive.new(here.archive, labels, {}, level=options.level) as file:
+    with archive.new(here.archive, labels, {}, level=options.level or 0) as file:
         for name in plan.outputs:
             part = _in_file(labels, name, parts.pop(name))
             file.put(name, (), part)
@@ -422,7 +422,7 @@ def _assemble(
     """
     damaged: list[int] = []
     labels = _labels(plan, options, done.computing)
-    with archive.new(here.archive, labels, lengths, level=options.level) as file:
+    with archive.new(here.archive, labels, lengths, level=options.level or 0) as file:
         for number, block in enumerate(blocks(plan, dict(lengths))):
             try:
                 arrays = here.read(number)

@@ -276,6 +276,9 @@ def test_extend_computes_only_what_is_new(
         # What is there now can be extended again, merged, made again.
         assert json.loads(found.attrs["scene"])["axes"][axis] == union.tolist()
     ok("rerun", path, "-o", tmp_path / "again.nc")
+    for each in (path, tmp_path / "again.nc"):
+        with netCDF4.Dataset(each) as file:
+            assert file["delta"].filters()["complevel"] == 1  # as it was
     with open_archive(path) as first, open_archive(tmp_path / "again.nc") as second:
         xr.testing.assert_equal(first.load(), second.load())
     assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "out.nc"]

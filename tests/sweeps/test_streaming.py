@@ -181,7 +181,7 @@ def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
         with netCDF4.Dataset(path) as file:
             delta = file["delta"]
             assert delta.chunking() != "contiguous"
-            assert delta.filters()["complevel"] == options.level
+            assert delta.filters()["complevel"] == (options.level or 0)
             values = delta[...]
         if options.single:
             assert values.dtype == np.float32
@@ -472,6 +472,27 @@ def test_a_second_run_on_one_output_is_refused(tmp_path: Path) -> None:
                 streaming.run(plan, output, options)
     streaming.run(plan, output, Options())
     assert output.exists()
+
+
+def test_the_old_archive_stays_until_the_new_one_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    plan_of(tmp_path)
+    streaming.run(make_plan(read_scene("first")), output, Options())
+    before = output.read_bytes()
+    with monkeypatch.context() as patch:
+        stop_after(patch, 4, KeyboardInterrupt())
+        result = invoke("run", path, "-o", output, "--overwrite")
+    assert result.exit_code == 1
+    assert result.stderr.endswith(f"engine-dyn run {path} -o {output} --resume --overwrite\n")
+    assert output.read_bytes() == before
+    # Without --overwrite, the archive that is there counts, and is another one.
+    assert "archive of something else" in invoke("run", path, "-o", output, "--resume").stderr
+    assert len(Partial.of(output).finished()) == 4
+    again = invoke("run", path, "-o", output, "--resume", "--overwrite")
+    assert again.exit_code == 0 and "(4 of " in again.stdout
+    assert_same(output, sweeps.run(path))
 
 
 # --- the disk -----------------------------------------------------------------------------------
