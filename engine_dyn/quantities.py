@@ -135,8 +135,10 @@ _PARAMETERS = (
     ),
     _parameter(
         "rod_inertia", r"\theta_\delta", "kg m2",
-        "moment of inertia of the rod about its centre of gravity", low=0.0,
-        source="Rakopoulos notes, third condition",
+        "moment of inertia of the rod about its centre of gravity; unless given, that of its two "
+        "masses",
+        low=0.0, source="Rakopoulos notes, third condition", needs=("two_mass_rod_inertia",),
+        make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
     ),
     _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
@@ -319,6 +321,18 @@ def _rubbing(
     )  # fmt: skip
 
 
+def _power(base: Any, exponent: Any) -> Any:
+    """Power whose bits do not depend on how designs are cut into blocks.
+
+    Along a loop with one exponent, NumPy squares where that is 2, and else calls `pow`: the last
+    digit would depend on the shape of the arrays.
+    """
+    power = base**exponent
+    if np.ndim(exponent) == 0 or not np.any(exponent == 2.0):
+        return power
+    return np.where(exponent == 2.0, np.square(base), power)
+
+
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
@@ -490,7 +504,7 @@ _LOAD = (
         "Kakaitsas eq. 3.5",
         needs=("torque_mean", "load_offset", "speed", "load_exponent"), when="power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
-        / speed**load_exponent,
+        / _power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
@@ -498,7 +512,7 @@ _LOAD = (
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
         when="cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
-        * (torque_mean - load_offset) / speed**load_exponent,
+        * (torque_mean - load_offset) / _power(speed, load_exponent),
     ),
 )  # fmt: skip
 
@@ -659,13 +673,13 @@ _QUANTITIES: tuple[Node, ...] = (
         "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
         needs=("load_coefficient", "speed", "load_exponent"),
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
-        * speed**load_exponent,
+        * _power(speed, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
         kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
         make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * omega**load_exponent,
+        + load_coefficient * _power(omega, load_exponent),
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
