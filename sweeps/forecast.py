@@ -100,8 +100,10 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         yield stage.size, RATES["torque"]
         return
     scene = plan.scene
-    exponents = np.asarray(plan.leaves["load_exponent"].data)
-    direct = float(np.mean(np.isin(exponents, list(DIRECT))))
+    direct = 0.0
+    if "power_law" in scene.words:
+        exponents = np.asarray(plan.leaves["load_exponent"].data)
+        direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
@@ -186,6 +188,8 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
+    if "power_law" not in plan.scene.words:
+        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]
