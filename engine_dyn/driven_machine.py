@@ -35,6 +35,7 @@ __all__ = [
     "load_over_angle",
     "motor_torque",
     "repeats_of",
+    "synchronous_speed",
     "torque_over_angle",
     "torque_over_speed",
 ]
@@ -370,6 +371,11 @@ def motor_torque(
     """
     slip = 1.0 - omega / synchronous_speed
     return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
+
+
+def synchronous_speed(speed: Any, motor_slip: Any) -> Any:
+    """Synchronous speed of a motor [rad/s] whose slip at the nominal speed is given."""
+    return speed / (1.0 - motor_slip)
 
 
 def repeats_of(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:

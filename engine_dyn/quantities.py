@@ -92,7 +92,17 @@ _PARAMETERS = (
     ),
     _parameter(
         "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
-        si=RPM, low=0.0, source="Kloss's formula",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_slip",
+        needs=("speed", "motor_slip"), make=driven_machine.synchronous_speed,
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_speed",
+    ),
+    _parameter(
+        "motor_slip", "s_n", "1",
+        "driving motor: slip at nominal speed, for a gear or supply that follows that speed",
+        low=0.0, high=1.0, source="Kloss's formula",
     ),
     _parameter(
         "motor_breakdown_slip", "s_b", "1", "driving motor: slip at the largest torque", low=0.0,
@@ -252,7 +262,9 @@ NEUTRAL: Mapping[str, float] = MappingProxyType(
 INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
 """Any of them given, the inertia is that of the engine's running gear and these parts."""
 
-MOTOR_KEYS = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque")
+_OF_MOTOR = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque")
+
+MOTOR_KEYS = (*_OF_MOTOR, "motor_slip")
 """Any of them given, an induction motor drives."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
@@ -553,7 +565,7 @@ _STAGES = (
     ),
     Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
-        public=False, when="motor", needs=("speed", *MOTOR_KEYS),
+        public=False, when="motor", needs=("speed", *_OF_MOTOR),
         make=lambda speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque:
         driven_machine.motor_torque(
             speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
@@ -640,7 +652,7 @@ _LOAD = (
     Node(
         "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
         "Kloss's formula", kind="curve", when="motor",
-        needs=("driver_factor", "omega", *MOTOR_KEYS),
+        needs=("driver_factor", "omega", *_OF_MOTOR),
         make=lambda driver_factor, omega, motor_synchronous_speed, motor_breakdown_slip,
         motor_breakdown_torque: driver_factor * driven_machine.motor_torque(
             omega, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque

@@ -254,6 +254,10 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     part = next((key for key in INERTIA_PARTS if key in values), None)
     if part is not None and "inertia" in values:
         raise SceneError(f"{name}: [values] has both inertia and {part}: give it whole or in parts")
+    if "motor_slip" in values and "motor_synchronous_speed" in values:
+        raise SceneError(
+            f"{name}: [values] has both motor_slip and motor_synchronous_speed: give one of them"
+        )
     if "rod_length" in values:
         if "crank_ratio" in values:
             raise SceneError(

@@ -269,6 +269,8 @@ def _given(scene: Scene) -> dict[str, Value]:
         engine.pop("crank_ratio", None)
     if "inertia_in_parts" in scene.words:
         engine.pop("inertia", None)
+    if "motor_of_slip" in scene.words:
+        engine.pop("motor_synchronous_speed", None)
     given = {
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),

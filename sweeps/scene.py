@@ -276,7 +276,14 @@ class Scene:
             "power_law" if driven.power_law else "motor" if driven.motor else "table",
             "with_driver" if driven.has_driver else "no_driver",
             "steady_load" if driven.over_angle is None else "angle_load",
+            "motor_of_slip" if self._motor_of_slip else "motor_of_speed",
         )
+
+    @property
+    def _motor_of_slip(self) -> bool:
+        if self._gives(("motor_synchronous_speed",)):
+            return False
+        return self._gives(("motor_slip",)) or self._engine_gives(("motor_slip",))
 
     @property
     def driven(self) -> DrivenMachine:
@@ -681,6 +688,11 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
+    if "motor_slip" in place and "motor_synchronous_speed" in place:
+        raise SceneError(
+            f"{name}: motor_slip (in [{place['motor_slip']}]) and motor_synchronous_speed (in "
+            f"[{place['motor_synchronous_speed']}]) say the same thing; give one of them"
+        )
     part = next((key for key in INERTIA_PARTS if key in place), None)
     if part is not None and "inertia" in place:
         raise SceneError(
@@ -857,6 +869,8 @@ def _check_needs(scene: Scene, name: str) -> None:
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     if "inertia_in_parts" in scene.words:
         given.discard("inertia")  # the scene's parts replace the engine's whole
+    if "motor_of_slip" in scene.words:
+        given.discard("motor_synchronous_speed")
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
