@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import psutil
 
+from engine_dyn.driven_machine import repeats_of
 from engine_dyn.quantities import DIMENSIONS, QUANTITIES
 from sweeps.blocks import blocks, cut
 from sweeps.errors import counted, size_text
@@ -166,18 +167,28 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
     numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
-    parts = [
-        f"{cycle / engine.symmetry:.4g} ({number})"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
+    load = plan.scene.driven.over_angle
+    repeats = [0]  # what every number divides
+    if load is not None:
+        gear = np.unique(plan.leaves["gear_ratio"].data)
+        repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
+    parts = []
+    for number, engine in zip(numbers, engines.values(), strict=True):
+        together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
+        solved = " or ".join(f"{cycle / times:.4g}" for times in together)
+        parts.append(f"{solved} ({number})")
     periods = [
         f"{number}: {engine.solved}"
         for number, engine in zip(numbers, engines.values(), strict=True)
     ]
-    return [
+    lines = [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",
     ]
+    if load is not None:
+        times = ", ".join(str(number) for number in repeats)
+        lines.append(f"load over angle: repeats {times} times a cycle")
+    return lines
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:

@@ -434,10 +434,6 @@ def solve_one(
     code = CONVERGED
     if steps < 0:
         code = NOT_CONVERGED if smallest > FLOOR else STALLED
-        if design.law.form != POWER:
-            _, first, _ = load_terms(1.0, design.law)
-            if not (design.kappa * first > 0.0) and design.kappa != 0.0:
-                code = NO_STEADY_STATE
     return code, abs(steps) + (0 if alone else MOST_SWEEPS), mu
 
 
@@ -456,6 +452,15 @@ def holds(design: Design, variable: bool, driven: Driven, table: Floats, records
         _, first, _ = load_terms(records[place_of(j, nodes // SEGMENTS) + Q], design.law)
         total += first / (1.0 + design.eta * table[SQUARE, j] if variable else 1.0)
     return design.kappa * total > 0.0
+
+
+@inlined
+def pulls_back(design: Design) -> bool:
+    """Whether load or driver oppose a deviation from the nominal speed."""
+    if design.law.form == POWER or design.kappa == 0.0:
+        return True
+    _, first, _ = load_terms(1.0, design.law)
+    return design.kappa * first > 0.0
 
 
 @inlined
@@ -690,6 +695,8 @@ def march(
                     code = NOT_CONVERGED
                 elif error > choice.tolerance:
                     code = TOLERANCE_NOT_MET
+        if (code == STALLED or code == NOT_CONVERGED) and not pulls_back(design):
+            code = NO_STEADY_STATE
         answerable = answerable and code != NO_STEADY_STATE and code != INVALID_INPUT
         if answerable and (choice.method == THESIS or choice.method == PICARD):
             delta = (high - low) / mean
