@@ -425,6 +425,9 @@ def _engine_text(engine: Any) -> str:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
         lines.append(f"  {engine.own_cylinders.solved}")
+    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
+        if table is not None:
+            lines.append(f"  {what}_table: {table}")
     lines += ["", "diagrams"]
     speeds = [f" at {s * 30.0 / math.pi:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]

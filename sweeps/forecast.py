@@ -57,7 +57,7 @@ def text(plan: Plan) -> str:
         f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
-        f"{'stage':<22}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        f"{'stage':<25}{'over':<34}{'times':>11}{'designs each':>14}  kept",
         *(_stage_line(plan, stage) for stage in plan.stages),
     ]
     for stage in plan.stages:
@@ -138,7 +138,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     if len(over) > 33:
         over = f"{over[:30]}..."
     shared = plan.designs // times
-    return f"{node.name:<22}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+    return f"{node.name:<25}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
