@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import psutil
 
+from engine_dyn.driven_machine import repeats_of
 from engine_dyn.quantities import DIMENSIONS, QUANTITIES
 from sweeps.blocks import block_count, cut
 from sweeps.errors import counted, size_text
@@ -22,6 +23,7 @@ RATES = {
     "no iteration": 2.5e6,  # designs, load exponents in DIRECT
     "iteration": 1.5e6,  # designs, other exponents
     "variable": 1.5e6,  # designs with variable inertia
+    "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
@@ -55,7 +57,7 @@ def text(plan: Plan) -> str:
         f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
-        f"{'stage':<22}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        f"{'stage':<25}{'over':<34}{'times':>11}{'designs each':>14}  kept",
         *(_stage_line(plan, stage) for stage in plan.stages),
     ]
     for stage in plan.stages:
@@ -100,14 +102,19 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         yield stage.size, RATES["torque"]
         return
     scene = plan.scene
-    exponents = np.asarray(plan.leaves["load_exponent"].data)
-    direct = float(np.mean(np.isin(exponents, list(DIRECT))))
+    direct = 0.0
+    if "power_law" in scene.words:
+        exponents = np.asarray(plan.leaves["load_exponent"].data)
+        direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
             slowest = RATES["variable"] if model == "variable" else math.inf
             if method in STEPPING:
                 yield each, RATES[method]
+                continue
+            if not scene.driven.plain:
+                yield each, RATES["driven"]
                 continue
             share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
             yield each * share, min(RATES["no iteration"], slowest)
@@ -131,7 +138,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     if len(over) > 33:
         over = f"{over[:30]}..."
     shared = plan.designs // times
-    return f"{node.name:<22}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+    return f"{node.name:<25}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
@@ -164,18 +171,28 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
     numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
-    parts = [
-        f"{cycle / engine.symmetry:.4g} ({number})"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
+    load = plan.scene.driven.over_angle
+    repeats = [0]  # what every number divides
+    if load is not None:
+        gear = np.unique(plan.leaves["gear_ratio"].data)
+        repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
+    parts = []
+    for number, engine in zip(numbers, engines.values(), strict=True):
+        together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
+        solved = " or ".join(f"{cycle / times:.4g}" for times in together)
+        parts.append(f"{solved} ({number})")
     periods = [
         f"{number}: {engine.solved}"
         for number, engine in zip(numbers, engines.values(), strict=True)
     ]
-    return [
+    lines = [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",
     ]
+    if load is not None:
+        times = ", ".join(str(number) for number in repeats)
+        lines.append(f"load over angle: repeats {times} times a cycle")
+    return lines
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:
@@ -186,6 +203,8 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
+    if "power_law" not in plan.scene.words:
+        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]

@@ -278,11 +278,15 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "rod_length" in mine:
         # The engine's own crank ratio is what a given rod replaces.
         engine.pop("crank_ratio", None)
+    if "inertia_in_parts" in scene.words:
+        engine.pop("inertia", None)
+    if "motor_of_slip" in scene.words:
+        engine.pop("motor_synchronous_speed", None)
     given = {
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
-        **{key: Value(np.float64(0.0)) for key in NEUTRAL},
+        **{key: Value(np.float64(number)) for key, number in NEUTRAL.items()},
         **engine,
         **mine,
     }
@@ -303,6 +307,9 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         leaves["offset_ratio"] = Value(np.float64(0.0))
     if "equal" in scene.words:
         leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
+    load = scene.driven.over_angle
+    if load is not None and not load.own_angle:
+        leaves["load_gear"] = Value(np.float64(1.0))
     cylinders = leaves["cylinders"].data
     counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
     for name, values in points.items():
@@ -313,6 +320,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
+        "driven": scene.driven,
         "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
         "sharing": None,  # known with the stages
     }
