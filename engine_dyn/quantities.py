@@ -206,6 +206,7 @@ _CONSTANTS = tuple(
     for name, long_name in (
         ("family", "indicator diagrams over load"),
         ("cycle", "which of the scene's modelled cycles"),
+        ("cycle_known", "1, NaN where the parameters are no cycle"),
         ("period", "angle of one cycle"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
@@ -366,8 +367,14 @@ _STAGES = (
     ),
     Node(
         "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
-        needs=("speed", "scale_table"), make=_scale,
+        needs=("speed", "scale_table"), make=_scale, when="given_cycles",
         source="diesel_105x137: curve times peak pressure over speed",
+    ),
+    Node(
+        "pressure_scale", "", "1",
+        "factor on the diagram at this speed, NaN where the parameters are no cycle", public=False,
+        needs=("speed", "scale_table", "cycle_known"), when="own_cycles",
+        make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
     ),
     Node(
         "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),

@@ -285,9 +285,9 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
-    family, leaves["cycle"] = _with_cycles(scene, family, leaves)
+    family, leaves["cycle"], leaves["cycle_known"] = _with_cycles(scene, family, leaves)
     if engine.pressure_scale is None or scene.indicator is not None:
-        leaves["pressure_scale"] = Value(np.float64(1.0))
+        leaves["pressure_scale"] = leaves["cycle_known"]
     if "centred" in scene.words:
         leaves["offset_ratio"] = Value(np.float64(0.0))
     if "equal" in scene.words:
@@ -320,15 +320,18 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
 
 def _with_cycles(
     scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
-) -> tuple[Family, Value]:
-    """Family of the scene, with the cycles that it asks for, and which of them a design has."""
+) -> tuple[Family, Value, Value]:
+    """Family of the scene with the cycles that it asks for, which of them a design has, whether.
+
+    Combinations of parameters that are no cycle have NaN instead of 1, and another one's place.
+    """
 
     def of_speeds(found: Family | FamilyGrid) -> Family:
         return found.at_speeds(leaves["speed"].si) if isinstance(found, FamilyGrid) else found
 
     keys = scene.cycle_keys
     if not keys:
-        return of_speeds(family), Value(np.zeros(()))
+        return of_speeds(family), Value(np.zeros(())), Value(np.float64(1.0))
     dims = tuple(d for d in scene.dimensions if any(d in leaves[k].dims for k in keys))
     shaped = [
         np.asarray(leaves[k].si).reshape([-1 if d in leaves[k].dims else 1 for d in dims])
@@ -338,17 +341,26 @@ def _with_cycles(
     distinct, number = np.unique(columns, axis=0, return_inverse=True)
     again = scene.engine.cycles or ()
     shape = np.broadcast_shapes(*(c.shape for c in shaped))
-    members = []
-    for combination in distinct.tolist():
+    members: list[Family] = []
+    place = np.zeros(len(distinct))
+    known = np.full(len(distinct), np.nan)
+    refused: ValueError | None = None
+    for i, combination in enumerate(distinct.tolist()):
         fields = dict(zip(keys, combination, strict=True))
         made = iter(again)
         try:
-            members.append(of_speeds(family.each(lambda _: next(made)(**fields))))  # noqa: B023
+            member = of_speeds(family.each(lambda _: next(made)(**fields)))  # noqa: B023
         except ValueError as error:
-            name = scene.path.name if scene.path else "scene"
-            raise SceneError(f"{name}: {scene.engine.name}: {error}") from None
-    index = number.reshape(shape).astype(np.float64)
-    return FamilyStack.of(members), Value(index, dims)
+            refused = refused or error
+            continue
+        place[i], known[i] = len(members), 1.0
+        members.append(member)
+    if not members:
+        name = scene.path.name if scene.path else "scene"
+        raise SceneError(f"{name}: {scene.engine.name}: {refused}") from None
+    number = number.reshape(shape)
+    whole = Value(np.float64(1.0)) if refused is None else Value(known[number], dims)
+    return FamilyStack.of(members), Value(place[number], dims), whole
 
 
 def cylinders_of_count(scene: Scene, count: int) -> Cylinders:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache, partial, wraps
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ from engine_dyn.speed.tables import (
     make_grid,
     steps_per_cycle,
 )
-from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NOT_CONVERGED, TOLERANCE_NOT_MET
 
 __all__ = [
     "CLOSURES",
@@ -117,6 +117,31 @@ FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
 
+def _known_apart(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+    """Take out designs without a diagram, whose `scale` is NaN: they have no numbers.
+
+    Kernels do not look for NaN, so they solve these with another diagram, and it is given up.
+    """
+
+    @wraps(solved)
+    def of_known(*, scale: Any, **arguments: Any) -> dict[str, Any]:
+        unknown = np.isnan(scale)
+        if not unknown.any():
+            return solved(scale=scale, **arguments)
+        for name in ("mean_torque", "friction_torque"):  # made from it
+            if name in arguments:
+                arguments[name] = np.nan_to_num(arguments[name])
+        found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
+        for name, array in found.items():
+            here = unknown[..., None] if name in CURVE_RESULTS else unknown
+            lost = INVALID_INPUT if name == "status" else np.nan
+            np.copyto(array, lost, where=here, casting="unsafe")
+        return found
+
+    return of_known
+
+
+@_known_apart
 def solve(
     *,
     family: Family,
@@ -176,7 +201,8 @@ def solve(
         Tables of the whole sweep, and designs that share one, where these designs are a block of
         it: blocks must not decide for themselves how tables are made. Their own unless given.
     **inputs : array_like
-        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
+        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure; NaN
+        says that a design has no diagram: its status is "invalid input"),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
@@ -369,6 +395,7 @@ def _compare(
         np.copyto(found["status"][here], met, where=good)
 
 
+@_known_apart
 def torque_extremes(
     *,
     family: Family,

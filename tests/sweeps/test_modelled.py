@@ -347,3 +347,36 @@ def test_values_of_an_engine_have_no_cycle(tmp_path: Path) -> None:
     path = written(tmp_path, FOUR, heat=20.0)
     with pytest.raises(SceneError, match=r"\[values\] heat: not allowed; belongs to a \[\[diagram"):
         load_engine(path, tmp_path)
+
+
+@pytest.mark.compiled
+def test_combinations_that_are_no_cycle_get_a_status(tmp_path: Path) -> None:
+    """The gas would be hotter than the model allows: the other designs are as without these."""
+    path = written(tmp_path, FOUR)
+    names = [*QUANTITIES, "omega", "pressure", "delta_error", "friction_torque", "energy_swing"]
+    asked = {"quantities": names, "angle_step": 30.0}
+    axes: dict[str, Any] = {"inertia": [0.1, 0.3], "heat": [150.0, 22.0, 199.0, 12.0]}
+    found = sweeps.run({"engine": path, "axes": axes, "output": asked})
+    alone = sweeps.run({"engine": path, "axes": {**axes, "heat": [22.0, 12.0]}, "output": asked})
+    for name in (*names, "status"):
+        np.testing.assert_array_equal(found[name].sel(heat=[22.0, 12.0]), alone[name])
+        lost = found[name].sel(heat=[150.0, 199.0])
+        assert (lost == 4).all() if name == "status" else lost.isnull().all()
+    at_speeds = run(
+        written(tmp_path, *CORNERS),
+        axes={"speed": [2500, 4000], "intake_pressure": [0.05, 0.9], "inertia": [0.1, 0.2]},
+    )  # fmt: skip
+    assert (at_speeds["status"].sel(intake_pressure=0.05) == 4).all()
+    assert (at_speeds["status"].sel(intake_pressure=0.9) == 0).all()
+
+
+def test_a_single_combination_that_is_no_cycle_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUR)
+    for scene in (
+        {"set": {"heat": 150.0}, "axes": {"inertia": [0.1, 0.3]}},
+        {"axes": {"heat": [150.0, 180.0]}},
+    ):
+        with pytest.raises(SceneError) as caught:
+            run(path, **scene)
+        assert "heat = 150 bar: must be less, the gas becomes hotter" in str(caught.value)
+        assert "\n" not in str(caught.value)
