@@ -29,9 +29,11 @@ __all__ = [
     "DIMENSIONS",
     "NEUTRAL",
     "NODES",
+    "NO_STROKE_FRICTION",
     "PARAMETERS",
     "QUANTITIES",
     "SOLVER_COLUMNS",
+    "STROKE_SHARES",
     "Node",
     "check_graph",
     "select",
@@ -145,6 +147,33 @@ _PARAMETERS = (
         low_included=True, source="Chen and Flynn, SAE 650733",
     ),
     _parameter(
+        "friction_boundary", "f_b", "1",
+        "share of the friction over the stroke with a constant coefficient", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_mixed", "f_m", "1",
+        "share of the friction over the stroke whose coefficient falls as the piston moves",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_hydrodynamic", "f_h", "1",
+        "share of the friction over the stroke that grows with the root of speed times pressure",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_skirt", "f_s", "1",
+        "share of the friction over the stroke that grows with the piston's speed", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "ring_pressure", "p_r", "bar",
+        "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
+        high=100.0, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
         "auxiliary_torque", "M_{aux}", "N m",
         "torque of the auxiliaries at the crankshaft, part of the friction", low=0.0,
         low_included=True, source="this project",
@@ -195,8 +224,20 @@ CYCLE_KEYS = (
 
 NEUTRAL = (
     "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
 )  # fmt: skip
 """Parameters that are 0 unless given."""
+
+STROKE_SHARES = (
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
+)  # fmt: skip
+"""Parameters that spread the friction over the stroke."""
+
+NO_STROKE_FRICTION = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Nodes that are 0 where all of `STROKE_SHARES` are."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
@@ -252,6 +293,42 @@ def _mean_gas(
         return whole
     motored = of_tables(pressure_factor=0.0)
     return np.where(share == 1.0, whole, motored + share * (whole - motored))
+
+
+def _mean_gas_of_throws(
+    crank_ratio: Any, row: Any, family: Family, cylinders: Any, cylinders_by_count: CylindersByCount
+) -> Any:  # fmt: skip
+    """Mean over cylinders on throws of unequal radius, over the engine's."""
+    from engine_dyn.speed import sweep
+
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        each = {
+            (f, r): r * sweep.mean_gas_torque(crank_ratio * r, row, family, pressure_factor=f)
+            for f, r in {(m.pressure_factor, m.radius_factor) for m in members}
+        }
+        whole = sum(each[m.pressure_factor, m.radius_factor] for m in members) / len(members)
+        total = np.where(counts == count, whole, total)
+    return total
+
+
+def _mean_square_of_throws(
+    crank_ratio: Any, cylinders: Any, cylinders_by_count: CylindersByCount
+) -> Any:
+    """Mean over cylinders of the square of velocity, times mass and radius factors."""
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        whole = sum(
+            m.mass_factor * m.radius_factor**2
+            * masses.mean_square_velocity(np.asarray(crank_ratio) * m.radius_factor)
+            for m in members
+        ) / len(members)  # fmt: skip
+        total = np.where(counts == count, whole, total)
+    return total
 
 
 def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
@@ -315,6 +392,36 @@ def _torque_solution(**needs: Any) -> Any:
     needs["stroke"] = needs.pop("throw")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
+
+
+def _product(**needs: Any) -> Any:
+    return math.prod(needs.values())
+
+
+def _stroke_friction(needs: dict[str, Any]) -> forces.StrokeFriction:
+    """Take the friction over the stroke out of the needs of a curve."""
+    *levels, ring = (needs.pop(name) for name in NO_STROKE_FRICTION)
+    return forces.StrokeFriction(tuple(levels), ring)
+
+
+def _curve_inputs(needs: dict[str, Any]) -> dict[str, Any]:
+    """Rename the needs of a curve as `forces` has them."""
+    names = {
+        "crank_angle": "phi", "pressure_scale": "scale", "throw": "stroke",
+        "reciprocating_mass": "mass", "offset_ratio": "offset", "cylinders_by_count": "by_count",
+    }  # fmt: skip
+    return {names.get(name, name): value for name, value in needs.items()}
+
+
+def _friction_over_stroke(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    return forces.friction_over_stroke(shape=shape, **_curve_inputs(needs))
+
+
+def _torque_after_throw(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    uniform = not any(np.any(level) for level in shape.levels)
+    return forces.torque_after_throw(shape=None if uniform else shape, **_curve_inputs(needs))
 
 
 def _ratio(numerator: Any, denominator: Any) -> Any:
@@ -424,13 +531,42 @@ _STAGES = (
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
         needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
-        make=_mean_gas,
+        make=_mean_gas, when="equal_throws",
+    ),
+    Node(
+        "mean_gas", "", "Pa",
+        "mean of pressure times piston velocity over the engine's crank radius and speed",
+        public=False, when="unequal_throws",
+        needs=("crank_ratio", "row", "family", "cylinders", "cylinders_by_count"),
+        make=_mean_gas_of_throws,
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        needs=("cylinders", "cylinders_by_count"),
+        make=lambda cylinders, cylinders_by_count: _by_count(
+            cylinders, lambda z: np.mean(cylinders_by_count[z].radius_factors)
+        ),
+    ),
+    Node(
+        "friction_level", "", "Pa",
+        "mean friction torque of a cylinder over piston area and crank radius", public=False,
+        needs=("rubbing", "stroke", "stroke_share", "throw", "period"),
+        make=lambda rubbing, stroke, stroke_share, throw, period: rubbing * 2.0 * stroke
+        * stroke_share / (throw * period),
+    ),
+    *(
+        Node(
+            f"{part}_friction", "", "Pa", f"level of the {part} part of the friction", public=False,
+            needs=(f"friction_{part}", "friction_level"), make=_product,
+        )
+        for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore",
             "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
             "cylinders_by_count", "family", "period", "tolerance",
         ),
@@ -444,7 +580,8 @@ _STAGES = (
             "delta_error", "iterations", "omega", "angular_acceleration", "status",
         ),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore",
             "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
             "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
             "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
@@ -570,8 +707,9 @@ _QUANTITIES = (
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="centred", needs=("mean_gas", "pressure_scale", "period"),
-        make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+        when="centred", needs=("mean_gas", "pressure_scale", "period", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
+        * mean_gas / stroke_share,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
@@ -593,9 +731,11 @@ _QUANTITIES = (
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
-        "mean_piston_speed", "c_m", "m s-1", "mean piston speed", "Kakaitsas eq. 3.9",
-        needs=("stroke", "speed"),
-        make=lambda stroke, speed: friction.mean_piston_speed(stroke, speed),
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, of unequal throws their mean",
+        "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
+        make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
+            stroke * stroke_share, speed
+        ),
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
@@ -612,8 +752,9 @@ _QUANTITIES = (
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
-        needs=("bore", "stroke", "cylinders"),
-        make=lambda bore, stroke, cylinders: cylinders * forces.piston_area(bore) * stroke,
+        needs=("bore", "stroke", "cylinders", "stroke_share"),
+        make=lambda bore, stroke, cylinders, stroke_share: cylinders * forces.piston_area(bore)
+        * stroke * stroke_share,
     ),
     Node(
         "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
@@ -626,12 +767,27 @@ _QUANTITIES = (
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="equal_throws",
         needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
                "offset_ratio", "mass_share"),
         make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
         offset_ratio, mass_share: masses.engine_inertia(
             mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
             offset_ratio,
+        ),
+    ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="unequal_throws",
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+        cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
+            reciprocating_mass * _mean_square_of_throws(crank_ratio, cylinders, cylinders_by_count)
+            + rotating_mass * _by_count(
+                cylinders, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
+            )
         ),
     ),
     *_LOAD,
@@ -725,10 +881,33 @@ _QUANTITIES = (
         ),
     ),
     Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Kakaitsas eq. 3.8",
+        kind="curve", when="uniform_friction", needs=("friction_torque", "crank_angle"),
+        make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
+    ),
+    Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
+        kind="curve", when="stroke_friction",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinders", "period",
+               "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+        make=_friction_over_stroke,
+    ),
+    Node(
         "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
-        kind="curve", needs=("gas_torque", "inertia_torque", "friction_torque"),
+        kind="curve", when="uniform_friction",
+        needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", when="stroke_friction",
+        needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
+        make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
+        + inertia_torque - instantaneous_friction_torque,
     ),
     Node(
         "torque_after_throw", "T_i", "N m",
@@ -736,14 +915,9 @@ _QUANTITIES = (
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-        offset_ratio: forces.torque_after_throw(
-            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-            offset_ratio,
-        ),
+               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio",
+               *NO_STROKE_FRICTION),
+        make=_torque_after_throw,
     ),
 )  # fmt: skip
 

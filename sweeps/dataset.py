@@ -224,6 +224,7 @@ def _arrangement(own: Cylinders | None) -> str:
             "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
             "pressure_factor": list(own.pressure_factors),
             "mass_factor": list(own.mass_factors),
+            "radius_factor": list(own.radius_factors),
         }
     )
 

@@ -79,6 +79,7 @@ class _EngineFile(Strict):
     firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
     pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
     mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=KEYS["radius_factor"])
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1

@@ -25,6 +25,7 @@ from engine_dyn.quantities import (
     CONSTANTS,
     DIMENSIONS,
     NEUTRAL,
+    NO_STROKE_FRICTION,
     PARAMETERS,
     SOLVER_COLUMNS,
     select,
@@ -151,7 +152,10 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
-_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
+_OF_TABLES = (
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+    *NO_STROKE_FRICTION,
+)  # fmt: skip
 """What the tables of the kernels depend on."""
 
 
@@ -292,6 +296,10 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         leaves["offset_ratio"] = Value(np.float64(0.0))
     if "equal" in scene.words:
         leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
+    if "equal_throws" in scene.words:
+        leaves["stroke_share"] = Value(np.float64(1.0))
+    if "uniform_friction" in scene.words:
+        leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
     cylinders = leaves["cylinders"].data
     counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
     for name, values in points.items():

@@ -32,9 +32,11 @@ from engine_dyn.quantities import (
     CYCLE_KEYS,
     DIMENSIONS,
     NEUTRAL,
+    NO_STROKE_FRICTION,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
+    STROKE_SHARES,
     select,
 )
 from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
@@ -244,11 +246,15 @@ class Scene:
         """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
         centred = not (self._has("pin_offset") or self._has("crank_offset"))
         equal = self.own_cylinders is None or self.own_cylinders.equal
+        throws = self.own_cylinders is None or self.own_cylinders.equal_throws
+        rubs = any(self._has(share) for share in STROKE_SHARES)
         over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
         return (
             self.closure,
             "centred" if centred else "offset",
             "equal" if equal else "unequal",
+            "equal_throws" if throws else "unequal_throws",
+            "stroke_friction" if rubs else "uniform_friction",
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
@@ -726,6 +732,8 @@ def _check_values(scene: Scene, name: str) -> None:
     _check_count(scene, name)
     _check_rod(scene, name)
     _check_offset(scene, name)
+    _check_throw_radii(scene, name)
+    _check_shares(scene, name)
     _check_motored(scene, name)
     _check_needs(scene, name)
 
@@ -791,6 +799,8 @@ def _check_needs(scene: Scene, name: str) -> None:
     given |= set(NEUTRAL)
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
+    given |= {"stroke_share"} if "equal_throws" in scene.words else set()
+    given |= set(NO_STROKE_FRICTION) if "uniform_friction" in scene.words else set()
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
@@ -877,6 +887,51 @@ def _check_offset(scene: Scene, name: str) -> None:
             where = _places(scene, offset)
             table = f"[{where[0]}] " if where is not None else f"engine {scene.engine.name} "
             raise SceneError(f"{name}: {table}{offset}: {mentioned(error)}") from None
+
+
+def _check_throw_radii(scene: Scene, name: str) -> None:
+    """Check that the crank turns on throws of unequal radius, and that nothing is offset."""
+    if "equal_throws" in scene.words:
+        return
+    assert scene.own_cylinders is not None
+    where = f"{name}: engine {scene.engine.name} radius_factor"
+    if "offset" in scene.words:
+        raise SceneError(
+            f"{where}: not allowed together with pin_offset or crank_offset; must be 1 for all "
+            "cylinders, or the offsets 0"
+        )
+    largest = max(scene.own_cylinders.radius_factors)
+    given = _places(scene, "crank_ratio")
+    rods, strokes = _places(scene, "rod_length"), _places(scene, "stroke")
+    own = scene.engine.values
+    if rods is None:
+        ratio = own.get("crank_ratio", 0.0) if given is None else float(given[1].max())
+    else:
+        stroke = own.get("stroke", 0.0) if strokes is None else float(strokes[1].max())
+        ratio = 0.5 * stroke / float(rods[1].min())
+    if not ratio * largest < 1.0:
+        raise SceneError(
+            f"{where} = {largest:g}: times the crank ratio, {ratio:g}, must be below 1, or the "
+            "crank cannot turn"
+        )
+
+
+def _check_shares(scene: Scene, name: str) -> None:
+    """Check that no design has more friction over the stroke than it has friction."""
+    total: Any = 0.0
+    of_designs: Any = 0.0
+    for key in STROKE_SHARES:
+        given = _places(scene, key)
+        if given is not None and given[0] == "designs":
+            of_designs = of_designs + given[1]
+        else:
+            total += scene.engine.values.get(key, 0.0) if given is None else given[1].max()
+    total = float(np.max(total + of_designs))
+    if total > 1.0 + 1e-12:
+        raise SceneError(
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
+            "together"
+        )
 
 
 def _check_motored(scene: Scene, name: str) -> None:

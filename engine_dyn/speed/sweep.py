@@ -29,6 +29,7 @@ from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
     FEWEST_NODES,
+    FRICTIONLESS,
     GAS_WORK,
     GAS_WORK_MIDDLE,
     MOST_NODES,
@@ -68,6 +69,12 @@ SPEED_RESULTS = (
 CURVE_RESULTS = ("omega", "angular_acceleration")
 
 TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
+
+FRICTION_NAMES = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Inputs that spread the friction over the stroke, see `tables.Friction`."""
 
 SAMPLE_WIDTH = np.pi / 180.0
 """Step of the thesis's method: one degree."""
@@ -204,6 +211,8 @@ def solve(
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure; NaN
         says that a design has no diagram: its status is "invalid input"),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
+        boundary_friction, mixed_friction, hydrodynamic_friction, skirt_friction (see
+        `tables.Friction`, 0 unless given), ring_pressure (needed by the first three),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
         start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad].
@@ -214,7 +223,8 @@ def solve(
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
     inputs = {
-        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0, **inputs
+        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
+        **dict.fromkeys(FRICTION_NAMES, 0.0), **inputs,
     }  # fmt: skip
     named = {
         "cylinders": np.asarray(cylinders, dtype=np.int64),
@@ -276,7 +286,7 @@ def solve(
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
-        apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
+        apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
         ratio = RATIOS[fine] if in_lanes else 1
@@ -413,7 +423,7 @@ def torque_extremes(
     `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
-               "start_angle", "offset_ratio")  # fmt: skip
+               "start_angle", "offset_ratio", *FRICTION_NAMES)  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
@@ -456,7 +466,7 @@ def mean_gas_torque(
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
     are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
-    offset = _may_be_offset(offset_ratio)
+    offset = _may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
@@ -687,8 +697,10 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build_equal(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
-              np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
+        build_equal(
+            0.3, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), steps, diagram.period / steps, grid,
+            table, np.empty((4, steps)), np.empty(6 * steps),
+        )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
             break
@@ -696,9 +708,15 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     return steps
 
 
-def _may_be_offset(offset_ratio: Any) -> bool:
-    """Whether there may be an offset in the sweep: a block of it must not decide by its own."""
-    return np.ndim(offset_ratio) > 0 or float(offset_ratio) != 0.0
+def _may_be(value: Any) -> bool:
+    """Whether it may be anything but 0 in the sweep: a block of it must not decide by its own."""
+    return np.ndim(value) > 0 or float(value) != 0.0
+
+
+def _own_tables(inputs: Mapping[str, Any]) -> bool:
+    """Whether tables depend on more than crank ratio and pressure, so that each is built."""
+    uneven = any(_may_be(inputs[name]) for name in FRICTION_NAMES)
+    return uneven or _may_be(inputs["offset_ratio"])
 
 
 def _engine(
@@ -712,7 +730,9 @@ def _engine(
 def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
     if not needed:
-        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1))
+        return Samples(
+            np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
+        )
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     count = len(engine.members)
@@ -727,4 +747,7 @@ def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool
         ]
         for row in rows
     ]
-    return Samples(np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors))
+    return Samples(
+        np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors),
+        np.array(engine.radius_factors),
+    )  # fmt: skip
