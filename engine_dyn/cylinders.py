@@ -99,6 +99,19 @@ class Cylinders:
     def _apart(self, one: float, other: float) -> float:
         return abs(math.remainder(one - other, self.period))
 
+    @property
+    def count(self) -> int:
+        """Number of cylinders."""
+        return len(self.members)
+
+    def without(self, number: int) -> Cylinders:
+        """Return the same cylinders, `number` (from 1) of which does not burn; 0: all do."""
+        if number == 0:
+            return self
+        factors = list(self.pressure_factors)
+        factors[number - 1] = 0.0
+        return self.with_factors(pressure_factor=tuple(factors))
+
     @cached_property
     def plain(self) -> bool:
         """Whether they fire evenly, one at a time, and are equal."""
@@ -219,7 +232,7 @@ class Cylinders:
 
 
 CylindersByCount = Mapping[int, Cylinders]
-"""Cylinders of each number of cylinders that a scene has."""
+"""Cylinders of each set: of each number of cylinders where no more differs between designs."""
 
 
 @lru_cache(maxsize=64)

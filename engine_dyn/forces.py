@@ -96,13 +96,16 @@ def superpose(
     """Sum of a cylinder's curve over all cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
 
     The curve is evaluated at the shifted angles themselves, for a cylinder whose factors it may
-    use; `cylinders` broadcasts with `phi`. Evenly firing and equal unless `by_count` has others.
+    use; `cylinders` broadcasts with `phi`. They are keys of `by_count`, or numbers of evenly firing
+    equal cylinders.
     """
     counts = np.asarray(cylinders)
     others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}
     total: Any = 0.0
     if not np.isin(counts, list(others)).all():
         numbers = counts.astype(float)
+        for key, engine in (by_count or {}).items():
+            numbers = np.where(counts == key, float(engine.count), numbers)
         for i in range(int(numbers.max())):
             term = curve(phi - i * period / numbers, EQUAL)
             total = total + (term if i == 0 else np.where(i < numbers, term, 0.0))
@@ -299,7 +302,7 @@ def torque_after_throw(
             crank_ratio, family, row, scale, crankcase_pressure, shape, offset
         )
     counts = np.unique(np.asarray(cylinders)).astype(int)
-    throws = int(counts.max())
+    throws = max(by_count[int(count)].count for count in counts)
     lever = piston_area(bore) * 0.5 * stroke
     moment = mass * (0.5 * stroke * speed) ** 2
     pieces = []
@@ -318,7 +321,7 @@ def torque_after_throw(
                 part = part + lever * (gas - crankcase_pressure) * v
                 b = _acceleration(angle, crank_ratio, offset, member)
                 part = part - moment * member.mass_factor * b * v
-                part = part - friction_torque / count
+                part = part - friction_torque / engine.count
                 if rubbing is not None:
                     part = part - lever * rubbing(angle, member)
             total = np.where(np.asarray(cylinders) == count, part, total)

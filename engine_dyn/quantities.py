@@ -99,6 +99,11 @@ _PARAMETERS = (
         high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
     ),
     _parameter(
+        "misfire", "i_0", "1", "number of the cylinder that does not burn, 0: none", whole=True,
+        low=0.0, low_included=True, high=float(arrangement.MOST_CYLINDERS), high_included=True,
+        source="this project",
+    ),
+    _parameter(
         "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
         low_included=True, source="Kakaitsas eq. 3.4",
     ),
@@ -224,7 +229,7 @@ CYCLE_KEYS = (
 
 NEUTRAL = (
     "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
-    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt", "misfire",
 )  # fmt: skip
 """Parameters that are 0 unless given."""
 
@@ -252,7 +257,8 @@ _CONSTANTS = tuple(
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
-        ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
+        ("cylinder_set", "which of the scene's sets of cylinders"),
+        ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
@@ -296,12 +302,13 @@ def _mean_gas(
 
 
 def _mean_gas_of_throws(
-    crank_ratio: Any, row: Any, family: Family, cylinders: Any, cylinders_by_count: CylindersByCount
+    crank_ratio: Any, row: Any, family: Family, cylinder_set: Any,
+    cylinders_by_count: CylindersByCount,
 ) -> Any:  # fmt: skip
     """Mean over cylinders on throws of unequal radius, over the engine's."""
     from engine_dyn.speed import sweep
 
-    counts = np.asarray(cylinders)
+    counts = np.asarray(cylinder_set)
     total: Any = np.nan
     for count in np.unique(counts):
         members = cylinders_by_count[int(count)].members
@@ -315,10 +322,10 @@ def _mean_gas_of_throws(
 
 
 def _mean_square_of_throws(
-    crank_ratio: Any, cylinders: Any, cylinders_by_count: CylindersByCount
+    crank_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
 ) -> Any:
     """Mean over cylinders of the square of velocity, times mass and radius factors."""
-    counts = np.asarray(cylinders)
+    counts = np.asarray(cylinder_set)
     total: Any = np.nan
     for count in np.unique(counts):
         members = cylinders_by_count[int(count)].members
@@ -332,7 +339,7 @@ def _mean_square_of_throws(
 
 
 def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
-    """Take a value for each number of cylinders."""
+    """Take a value for each set of cylinders."""
     counts = np.asarray(cylinders)
     found = np.empty(counts.shape)
     for count in np.unique(counts):
@@ -380,6 +387,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return sweep.solve(**needs)
 
@@ -390,6 +398,7 @@ def _torque_solution(**needs: Any) -> Any:
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
 
@@ -408,7 +417,8 @@ def _curve_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     """Rename the needs of a curve as `forces` has them."""
     names = {
         "crank_angle": "phi", "pressure_scale": "scale", "throw": "stroke",
-        "reciprocating_mass": "mass", "offset_ratio": "offset", "cylinders_by_count": "by_count",
+        "reciprocating_mass": "mass", "offset_ratio": "offset", "cylinder_set": "cylinders",
+        "cylinders_by_count": "by_count",
     }  # fmt: skip
     return {names.get(name, name): value for name, value in needs.items()}
 
@@ -509,23 +519,23 @@ _STAGES = (
     ),
     Node(
         "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
         ),
     ),
     Node(
         "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].mass_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].mass_factors)
         ),
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.mean
         ),
     ),
     Node(
@@ -537,14 +547,14 @@ _STAGES = (
         "mean_gas", "", "Pa",
         "mean of pressure times piston velocity over the engine's crank radius and speed",
         public=False, when="unequal_throws",
-        needs=("crank_ratio", "row", "family", "cylinders", "cylinders_by_count"),
+        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count"),
         make=_mean_gas_of_throws,
     ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].radius_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].radius_factors)
         ),
     ),
     Node(
@@ -567,7 +577,7 @@ _STAGES = (
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *NO_STROKE_FRICTION, "bore",
-            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
+            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
             "cylinders_by_count", "family", "period", "tolerance",
         ),
         make=_torque_solution,
@@ -583,7 +593,7 @@ _STAGES = (
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *NO_STROKE_FRICTION, "bore",
             "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
-            "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
+            "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count", "passes",
             "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
             "method",
             "inertia_model", "crank_angle",
@@ -745,9 +755,9 @@ _QUANTITIES = (
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
         "Kakaitsas eq. 3.9", si=BAR, when="unequal",
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.max
         ),
     ),
     Node(
@@ -781,12 +791,13 @@ _QUANTITIES = (
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="unequal_throws",
         needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
-               "cylinders_by_count"),
-        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+               "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders, cylinder_set,
         cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
-            reciprocating_mass * _mean_square_of_throws(crank_ratio, cylinders, cylinders_by_count)
+            reciprocating_mass
+            * _mean_square_of_throws(crank_ratio, cylinder_set, cylinders_by_count)
             + rotating_mass * _by_count(
-                cylinders, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
+                cylinder_set, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
             )
         ),
     ),
@@ -835,34 +846,34 @@ _QUANTITIES = (
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="unequal",
-        needs=("crank_angle", "family", "row", "pressure_scale", "cylinders",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
                "cylinders_by_count"),
-        make=lambda crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count:
+        make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
         forces.pressure_of_first(
-            crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count
+            crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
         ),
     ),
     Node(
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "cylinders", "period", "offset_ratio",
+               "crankcase_pressure", "bore", "throw", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, cylinders, period, offset_ratio, cylinders_by_count: forces.gas_torque(
+        bore, throw, cylinder_set, period, offset_ratio, cylinders_by_count: forces.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, cylinders, period, offset_ratio, cylinders_by_count,
+            throw, cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinders",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinder_set",
                "period", "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders,
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set,
         period, offset_ratio, cylinders_by_count: forces.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders, period,
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set, period,
             offset_ratio, cylinders_by_count,
         ),
     ),
@@ -871,13 +882,13 @@ _QUANTITIES = (
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
-               "angular_acceleration", "cylinders", "period", "offset_ratio",
+               "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
-        angular_acceleration, cylinders, period, offset_ratio, cylinders_by_count:
+        angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
         forces.inertia_torque_actual(
             crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
-            cylinders, period, offset_ratio, cylinders_by_count,
+            cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
@@ -891,7 +902,7 @@ _QUANTITIES = (
         "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinders", "period",
+               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",
                "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
         make=_friction_over_stroke,
     ),
@@ -915,7 +926,7 @@ _QUANTITIES = (
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio",
+               "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
                *NO_STROKE_FRICTION),
         make=_torque_after_throw,
     ),

@@ -163,15 +163,12 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
-    parts = [
-        f"{cycle / engine.symmetry:.4g} ({number})"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
-    periods = [
-        f"{number}: {engine.solved}"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
+    parts: dict[str, None] = {}
+    periods: dict[str, None] = {}
+    for engine in engines.values():
+        number = str(engine.count) if parts else counted(engine.count, "cylinder")
+        parts.setdefault(f"{cycle / engine.symmetry:.4g} ({number})")
+        periods.setdefault(f"{number}: {engine.solved}")
     return [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",

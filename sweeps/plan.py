@@ -152,6 +152,9 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
+FIRST_SET = MOST_CYLINDERS + 1
+"""Numbers of sets of cylinders begin here: none is a number of cylinders."""
+
 _OF_TABLES = (
     "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
     *NO_STROKE_FRICTION,
@@ -212,6 +215,8 @@ def make_plan(scene: Scene) -> Plan:
     leaves["sharing"] = Value((tables, designs // tables))
     if "cycle" in used:
         used.update(scene.cycle_keys)
+    if "cylinder_set" in used:
+        used.update(("cylinders", "misfire"))
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
@@ -300,8 +305,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         leaves["stroke_share"] = Value(np.float64(1.0))
     if "uniform_friction" in scene.words:
         leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
-    cylinders = leaves["cylinders"].data
-    counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
+    leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
     for name, values in points.items():
         leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
     constants = {
@@ -310,7 +314,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
-        "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
+        "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
@@ -340,15 +344,8 @@ def _with_cycles(
     keys = scene.cycle_keys
     if not keys:
         return of_speeds(family), Value(np.zeros(())), Value(np.float64(1.0))
-    dims = tuple(d for d in scene.dimensions if any(d in leaves[k].dims for k in keys))
-    shaped = [
-        np.asarray(leaves[k].si).reshape([-1 if d in leaves[k].dims else 1 for d in dims])
-        for k in keys
-    ]
-    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
-    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+    dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
     again = scene.engine.cycles or ()
-    shape = np.broadcast_shapes(*(c.shape for c in shaped))
     members: list[Family] = []
     place = np.zeros(len(distinct))
     known = np.full(len(distinct), np.nan)
@@ -366,9 +363,43 @@ def _with_cycles(
     if not members:
         name = scene.path.name if scene.path else "scene"
         raise SceneError(f"{name}: {scene.engine.name}: {refused}") from None
-    number = number.reshape(shape)
     whole = Value(np.float64(1.0)) if refused is None else Value(known[number], dims)
     return FamilyStack.of(members), Value(place[number], dims), whole
+
+
+def _combinations(
+    scene: Scene, values: list[Value]
+) -> tuple[tuple[str, ...], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Axes on which any of the values depends, their combinations there, and which stands where.
+
+    The combinations are rows of a table, each once.
+    """
+    dims = tuple(d for d in scene.dimensions if any(d in value.dims for value in values))
+    shaped = [
+        np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
+        for value in values
+    ]
+    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
+    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+    return dims, distinct, number.reshape(np.broadcast_shapes(*(c.shape for c in shaped)))
+
+
+def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
+    """Which set of cylinders a design has, and the sets: by their number, if no more varies."""
+    count, misfire = leaves["cylinders"], leaves["misfire"]
+    arrangements = scene.arrangements
+    if not arrangements and not np.any(misfire.data):
+        counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
+        return count, {n: cylinders_of_count(scene, n) for n in counts}
+    which = Value(np.zeros(()))
+    if arrangements:
+        which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
+    dims, distinct, number = _combinations(scene, [count, which, misfire])
+    sets = {}
+    for i, (cylinders, place, silent) in enumerate(distinct.astype(int).tolist()):
+        engine = arrangements[place] if arrangements else cylinders_of_count(scene, cylinders)
+        sets[FIRST_SET + i] = engine.without(silent)
+    return Value(FIRST_SET + number, dims), sets
 
 
 def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
@@ -380,7 +411,8 @@ def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
 
 
 def _check_orders(scene: Scene, leaves: Mapping[str, Value]) -> None:
-    for count, cylinders in leaves["cylinders_by_count"].data.items():
+    for cylinders in leaves["cylinders_by_count"].data.values():
+        count = cylinders.count
         if cylinders.along_shaft is None:
             raise SceneError(
                 f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "

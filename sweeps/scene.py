@@ -191,6 +191,8 @@ class Scene:
     own_cylinders : Cylinders, optional
         Arrangement and factors of the cylinders, the scene's over the engine's; they hold where an
         engine has as many.
+    arrangements : tuple of Cylinders
+        Cylinders along the axis `arrangement`; empty without it.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
     methods, inertia_models : tuple of str
@@ -225,6 +227,7 @@ class Scene:
     labels: dict[str, tuple[str, ...]]
     settings: dict[str, float]
     own_cylinders: Cylinders | None
+    arrangements: tuple[Cylinders, ...]
     indicator: Diagram | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
@@ -245,8 +248,10 @@ class Scene:
     def words(self) -> tuple[str, ...]:
         """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
         centred = not (self._has("pin_offset") or self._has("crank_offset"))
-        equal = self.own_cylinders is None or self.own_cylinders.equal
-        throws = self.own_cylinders is None or self.own_cylinders.equal_throws
+        described = (self.own_cylinders, *self.arrangements)
+        engines = [engine for engine in described if engine is not None]
+        equal = all(engine.equal for engine in engines) and not self._has("misfire")
+        throws = all(engine.equal_throws for engine in engines)
         rubs = any(self._has(share) for share in STROKE_SHARES)
         over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
         return (
@@ -335,7 +340,9 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
     keys = read_keys(given.set, f"{name}: [set] ")
     axes: dict[str, FloatArray | tuple[str, ...]] = {}
     for key, item in given.axes.items():
-        axes[key] = _axis(key, item, name)
+        axes[key] = (
+            _arrangement_axis(item, keys, name) if key == "arrangement" else _axis(key, item, name)
+        )
     designs, labels = _designs(given.designs, name, base)
     start = _start(given.solver, name)
     _check_places(settings, axes, designs, start, name)
@@ -380,7 +387,8 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         designs=designs,
         labels=labels,
         settings=settings,
-        own_cylinders=_own_cylinders(keys, counts, engine, name),
+        own_cylinders=_own_cylinders(keys, counts, engine, f"{name}: [set] "),
+        arrangements=_arrangements(axes, keys, counts, engine, name),
         indicator=indicator,
         methods=methods,
         inertia_models=models,
@@ -430,13 +438,12 @@ def _counts(
 
 
 def _own_cylinders(
-    keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+    keys: CylinderKeys, counts: list[int], engine: Engine, where: str
 ) -> Cylinders | None:
     """Cylinders of the scene's keys over the engine's; they say for which number of cylinders."""
     own = engine.own_cylinders
     if not keys.given:
         return own
-    where = f"{name}: [set] "
     count = counts[0]
     if len(counts) > 1:
         lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
@@ -459,10 +466,40 @@ def _own_cylinders(
     return resolve(keys, base, count, where)
 
 
+def _arrangement_axis(raw: Any, keys: CylinderKeys, name: str) -> tuple[str, ...]:
+    """Texts of [axes] arrangement."""
+    where = f"{name}: [axes] arrangement"
+    if not isinstance(raw, list) or not raw or not all(isinstance(text, str) for text in raw):
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane'")
+    for key in ("arrangement", "firing_angles"):
+        if key in keys.given:
+            raise SceneError(f"{where}: not allowed beside {key} in [set]; give one of them")
+    for i, text in enumerate(raw):
+        if text in raw[:i]:
+            raise SceneError(f"{where}: {shown(text)} stands there twice; each once")
+    return tuple(raw)
+
+
+def _arrangements(
+    axes: Mapping[str, Any], keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+) -> tuple[Cylinders, ...]:
+    """Cylinders along the axis `arrangement`."""
+    where = f"{name}: [axes] "
+    texts = axes.get("arrangement", ())
+    if texts and len(counts) > 1:
+        raise SceneError(
+            f"{where}arrangement: not allowed together with several numbers of cylinders; must be "
+            "one number"
+        )
+    made = (_own_cylinders(replace(keys, arrangement=t), counts, engine, where) for t in texts)
+    return tuple(cylinders for cylinders in made if cylinders is not None)
+
+
 def _key(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
     if key in KEYS:
-        raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file")
+        also = "; [axes] may have misfire and arrangement" if table == "axes" else ""
+        raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file{also}")
     if key in SOLVER_COLUMNS:
         raise SceneError(
             f"{name}: [{table}] {key}: must stand in [solver] or as a column of [designs]"
@@ -733,6 +770,7 @@ def _check_values(scene: Scene, name: str) -> None:
     _check_rod(scene, name)
     _check_offset(scene, name)
     _check_throw_radii(scene, name)
+    _check_misfire(scene, name)
     _check_shares(scene, name)
     _check_motored(scene, name)
     _check_needs(scene, name)
@@ -822,6 +860,8 @@ def _check_needs(scene: Scene, name: str) -> None:
 
 def _check_throws(scene: Scene, quantity: str, name: str) -> None:
     """Check that the order of the throws is known for every number of cylinders."""
+    if scene.arrangements:
+        return
     given = _places(scene, "cylinders")
     counts = [scene.engine.values["cylinders"]] if given is None else np.unique(given[1])
     own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
@@ -889,18 +929,36 @@ def _check_offset(scene: Scene, name: str) -> None:
             raise SceneError(f"{name}: {table}{offset}: {mentioned(error)}") from None
 
 
+def _check_misfire(scene: Scene, name: str) -> None:
+    """Check that the cylinder that does not burn is one of the engine's in every combination."""
+    own = np.array([scene.engine.values.get("misfire", 0.0)])
+    table, silent = _places(scene, "misfire") or ("set", own)
+    counts = _places(scene, "cylinders")
+    of_engine = np.array([scene.engine.values["cylinders"]])
+    number = of_engine if counts is None else counts[1]
+    if not (counts is not None and counts[0] == table == "designs"):
+        silent, number = silent.max(keepdims=True), number.min(keepdims=True)
+    wrong = np.flatnonzero(silent > number)
+    if wrong.size:
+        most = np.broadcast_to(number, silent.shape)[wrong[0]]
+        raise SceneError(
+            f"{name}: [{table}] misfire = {silent[wrong[0]]:g}: must be the number of one of "
+            f"{most:g} cylinders, or 0"
+        )
+
+
 def _check_throw_radii(scene: Scene, name: str) -> None:
     """Check that the crank turns on throws of unequal radius, and that nothing is offset."""
     if "equal_throws" in scene.words:
         return
-    assert scene.own_cylinders is not None
+    described = (scene.own_cylinders, *scene.arrangements)
     where = f"{name}: engine {scene.engine.name} radius_factor"
     if "offset" in scene.words:
         raise SceneError(
             f"{where}: not allowed together with pin_offset or crank_offset; must be 1 for all "
             "cylinders, or the offsets 0"
         )
-    largest = max(scene.own_cylinders.radius_factors)
+    largest = max(r for engine in described if engine is not None for r in engine.radius_factors)
     given = _places(scene, "crank_ratio")
     rods, strokes = _places(scene, "rod_length"), _places(scene, "stroke")
     own = scene.engine.values
@@ -936,15 +994,19 @@ def _check_shares(scene: Scene, name: str) -> None:
 
 def _check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one."""
-    own = scene.own_cylinders
-    if own is None or set(own.pressure_factors) == {1.0}:
+    described = (scene.own_cylinders, *scene.arrangements)
+    factors = {f for engine in described if engine is not None for f in engine.pressure_factors}
+    silent = _places(scene, "misfire")
+    if factors <= {1.0} and (silent is None or not silent[1].any()):
         return
+    key = "pressure_factor" if silent is None else "misfire"
+    table = "set" if silent is None else silent[0]
     mine = scene.indicator
     for diagram in scene.engine.family.diagrams if mine is None else (mine,):
         try:
             motored(diagram)
         except ValueError as error:
-            raise SceneError(f"{name}: [set] pressure_factor: {mentioned(error)}") from None
+            raise SceneError(f"{name}: [{table}] {key}: {mentioned(error)}") from None
 
 
 # --- published values ---------------------------------------------------------------------------

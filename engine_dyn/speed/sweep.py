@@ -188,9 +188,9 @@ def solve(
     tolerance : float
         Relative error of delta aimed at.
     cylinders : array_like of int
-        How many.
+        How many, or keys of `cylinders_by_count`.
     cylinders_by_count : mapping, optional
-        Their phases and factors for each number of them; evenly firing and equal if not there.
+        Cylinders of each key; so many evenly firing equal ones where there is none.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
@@ -227,21 +227,23 @@ def solve(
         **dict.fromkeys(FRICTION_NAMES, 0.0), **inputs,
     }  # fmt: skip
     named = {
-        "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": _codes(METHODS, method),
         "inertia_model": _codes(INERTIA_MODELS, inertia_model),
     }
     shape = np.broadcast_shapes(
-        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values())
-    )
+        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values()),
+        np.shape(cylinders),
+    )  # fmt: skip
     rank = len(shape)
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
+    sets = aligned(np.asarray(cylinders, dtype=np.int64), rank)
     keys = [
         *(aligned(v, rank) for v in named.values()),
         np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
         np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
         finer * _fewest_nodes(family, row, tolerance),
+        *_along_axes(sets),
     ]
     size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
@@ -272,7 +274,7 @@ def solve(
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, method_code, variable, kind, steep, fewest = (int(key) for key in part.keys)
+        method_code, variable, kind, steep, fewest = (int(key) for key in part.keys[:5])
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
@@ -281,14 +283,14 @@ def solve(
         in_lanes = not general and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
-        engine = _engine(count, period, cylinders_by_count)
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         times = engine.symmetry
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
         apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
         ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
@@ -347,7 +349,7 @@ def solve(
 
     if missed.size and finer < FINEST:
         # Repeating cycles from a start has an error of its own, which more nodes do not mend.
-        missed = missed[~np.isin(chosen(keys[1], missed), MARCHING)]
+        missed = missed[~np.isin(chosen(keys[0], missed), MARCHING)]
     if missed.size and finer < FINEST:
         again = solve(
             family=family, wanted=wanted, method=chosen(method, missed),
@@ -362,8 +364,8 @@ def solve(
         known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
-        if np.isin(keys[1], MARCHING).any():
-            known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if np.isin(keys[0], MARCHING).any():
+            known &= ~np.isin(np.broadcast_to(keys[0], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
@@ -428,15 +430,16 @@ def torque_extremes(
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
-    keys = [aligned(counts, len(shape)), _fewest_nodes(family, row, tolerance)]
+    sets = aligned(counts, len(shape))
+    keys = [_fewest_nodes(family, row, tolerance), *_along_axes(sets)]
     names = [name for name in TORQUE_RESULTS if name in wanted]
     scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
     places = np.array([names.index(n) if n in names else -1 for n in TORQUE_RESULTS])
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, fewest = (int(key) for key in part.keys)
-        engine = _engine(count, period, cylinders_by_count)
+        fewest = int(part.keys[0])
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
@@ -641,6 +644,24 @@ def _extremes(
         begin, end, product, row_of, width, grid, wanted, scalars,
         np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)), np.empty(grid.quadrature_sine.size),
     )  # fmt: skip
+
+
+def _along_axes(sets: Integers) -> list[Integers]:
+    """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
+
+    Sets may vary along several axes (number, misfire, arrangement): places of an axis are one key
+    where all sets there are the same.
+    """
+    varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
+    if len(varying) <= 1:
+        return [sets]
+    keys = []
+    for axis in varying:
+        rows = np.moveaxis(sets, axis, 0).reshape(sets.shape[axis], -1)
+        _, number = np.unique(rows, axis=0, return_inverse=True)
+        shape = [size if i == axis else 1 for i, size in enumerate(sets.shape)]
+        keys.append(number.reshape(shape))
+    return keys
 
 
 def _codes(names: tuple[str, ...], value: Any) -> Integers:
