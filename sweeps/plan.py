@@ -216,7 +216,8 @@ def make_plan(scene: Scene) -> Plan:
     if "cycle" in used:
         used.update(scene.cycle_keys)
     if "cylinder_set" in used:
-        used.update(("cylinders", "misfire"))
+        varying = set(leaves["cylinder_set"].dims)
+        used.update(k for k in ("cylinders", "misfire") if set(leaves[k].dims) <= varying)
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:

@@ -28,7 +28,7 @@ OUTCOMES = {
     "no_steady_state": "the mean torque is below the constant part of the load torque",
     "not_converged": "the iteration did not end",
     "invalid_input": "no such solution: the moment of inertia would vanish somewhere in the cycle, "
-    "or method `closed` at an exponent other than 0 and 2",
+    "the parameters are no modelled cycle, or method `closed` at an exponent other than 0 and 2",
     "tolerance_not_met": "a solution, but `delta_error` is above the tolerance",
     "passes_done": "the cycles asked for (`passes`) are done",
 }

@@ -44,7 +44,7 @@ def unequal(
     design = engine(random, cylinders, exponent, model, closure, delta=0.01)
     assert isinstance(design.pressure, SmoothPressure)
     if "friction_shares" in changes:  # far more than an engine has, so that it counts
-        friction = 3.0 * design.friction_torque
+        friction = 2.0 * design.friction_torque
         changes = {"friction_torque": friction, "ring_pressure": 1.2e5, **changes}
     if {"pressure_factors", "mass_factors", "radius_factors"} & set(changes):
         # The oracle numbers cylinders by their firing otherwise.
