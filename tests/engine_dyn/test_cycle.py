@@ -60,11 +60,12 @@ def equation(model):
     """p' of the model, written from its description without its code."""
 
     def volume(phi):
-        lam = model.crank_ratio
-        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
-        return 1.0 / (model.compression_ratio - 1.0) + 0.5 * (
-            1.0 - np.cos(phi) + (1.0 - root) / lam
-        )
+        rod, beside = 1.0 / model.crank_ratio, model.offset_ratio
+        highest = np.sqrt((rod + 1.0) ** 2 - beside**2)
+        stroke = highest - np.sqrt((rod - 1.0) ** 2 - beside**2)
+        theta = phi + np.arcsin(beside / (rod + 1.0))
+        height = np.cos(theta) + np.sqrt(rod**2 - (np.sin(theta) - beside) ** 2)
+        return 1.0 / (model.compression_ratio - 1.0) + (highest - height) / stroke
 
     def burnt(phi):
         total = 0.0
@@ -122,8 +123,9 @@ def test_the_table_does_not_depend_on_its_step(step, form, tolerance):
     np.testing.assert_allclose(pressure, finest[:: round(step / 0.05)], rtol=tolerance)
 
 
-def test_against_a_general_integrator():
-    model = cycle()
+@pytest.mark.parametrize("offset", [0.0, 0.5])
+def test_against_a_general_integrator(offset):
+    model = cycle(offset_ratio=offset)
     angle, pressure = model.points(1.0)
     first = 90  # -270 degrees, in the intake stroke
     phi = np.concatenate([angle[first:], angle[:first] + 4.0 * np.pi, [angle[first] + 4.0 * np.pi]])

@@ -15,6 +15,7 @@ from engine_dyn.compressor import CompressorCycle
 from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.indicator import Diagram
+from engine_dyn.slider_crank import crank_radius_of_ratio
 from sweeps.engine_file import load_engine
 from sweeps.errors import SceneError
 from sweeps.scene import MOST_DIAGRAMS, read_scene
@@ -110,6 +111,27 @@ def test_the_diagram_has_its_own_geometry_where_it_says_so(tmp_path: Path) -> No
     found = load_engine(written(tmp_path, table), tmp_path).family.diagrams[0]
     expected = built(FourStrokeCycle, FourStrokeCycle.units, table)
     np.testing.assert_array_equal(found.pressure, expected.pressure)
+
+
+@pytest.mark.parametrize("kind", ["first_law", "two_stroke"])
+def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) -> None:
+    """By whichever of pin and crank, or said over the crank radius by the diagram itself."""
+    table = FOUR if kind == "first_law" else PORTS
+    cycle = "four-stroke" if kind == "first_law" else "two-stroke"
+    radius = float(crank_radius_of_ratio(0.1, 0.3, 0.01))
+    both = written(tmp_path, table, cycle=cycle, pin_offset=-0.005, crank_offset=0.015)
+    found = load_engine(both, tmp_path).family.diagrams[0]
+    said = written(tmp_path, {**table, "offset_ratio": 0.01 / radius}, cycle=cycle)
+    expected = load_engine(said, tmp_path).family.diagrams[0]
+    centred = load_engine(written(tmp_path, table, cycle=cycle), tmp_path).family.diagrams[0]
+    np.testing.assert_array_equal(found.pressure, expected.pressure)
+    assert np.abs(found.pressure / centred.pressure - 1.0).max() > 1e-4
+
+
+def test_a_compressor_has_no_offset(tmp_path: Path) -> None:
+    path = written(tmp_path, COMPRESSOR, cycle="two-stroke", pin_offset=0.01)
+    with pytest.raises(SceneError, match="'compressor': is modelled without offset; pin_offset"):
+        load_engine(path, tmp_path)
 
 
 def without(table: dict[str, Any], key: str) -> dict[str, Any]:
