@@ -86,12 +86,16 @@ class Cylinders:
     @cached_property
     def representatives(self) -> tuple[Member, ...]:
         """Cylinders of which all others are copies, shifted by multiples of the period."""
+        return self.representatives_of(self.symmetry)
+
+    def representatives_of(self, times: int) -> tuple[Member, ...]:
+        """Representatives where less repeats: `times` is a divisor of the symmetry."""
         free, found = list(self.members), []
         while free:
             first = free.pop(0)
             found.append(first)
-            for k in range(1, self.symmetry):
-                place = first.phase + k * self.period / self.symmetry
+            for k in range(1, times):
+                place = first.phase + k * self.period / times
                 alike = [member for member in free if member[1:] == first[1:]]
                 free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
         return tuple(found)

@@ -15,8 +15,9 @@ Sources
 Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: first law of one zone, ch. 9;
 Wiebe function, eq. 9.30; Woschni's formula with its constants, section 12.4. Gatowski, Balles,
 Chun, Nelson, Ekchian and Heywood, SAE paper 841359, 1984: ratio of specific heats linear in
-temperature. Woschni, SAE paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary
-Differential Equations, Wiley 1987: Runge-Kutta method of order six in seven stages.
+temperature (constants as they are usually quoted; the paper itself was not compared). Woschni, SAE
+paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary Differential Equations, Wiley 1987:
+Runge-Kutta method of order six in seven stages.
 """
 
 from __future__ import annotations

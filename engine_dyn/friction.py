@@ -8,7 +8,8 @@ Sources
 Chen and Flynn, SAE paper 650733, 1965: mean effective pressure over p_max and piston speed.
 Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988, ch. 13: regimes of lubrication,
 friction as a sum of parts that grow with no, the first and the second power of speed. Rezeka and
-Henein, SAE paper 840179, 1984: instantaneous friction of rings and skirt.
+Henein, SAE paper 840179, 1984: instantaneous friction of rings and skirt (forms as they are
+usually quoted; the paper itself was not compared).
 """
 
 from __future__ import annotations

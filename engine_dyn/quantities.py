@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn import arrangement, driven_machine, forces, friction, masses, slider_crank
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
@@ -27,6 +27,8 @@ __all__ = [
     "CONSTANTS",
     "CYCLE_KEYS",
     "DIMENSIONS",
+    "INERTIA_PARTS",
+    "MOTOR_KEYS",
     "NEUTRAL",
     "NODES",
     "NO_STROKE_FRICTION",
@@ -55,7 +57,62 @@ _PARAMETERS = (
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
-        source="Kakaitsas section 3.2", low=0.0,
+        source="Kakaitsas section 3.2", low=0.0, when="inertia_in_parts",
+        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "load_inertia",
+               "gear_ratio"),
+        make=masses.inertia_of_parts,
+    ),
+    _parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="inertia_whole",
+    ),
+    _parameter(
+        "auxiliary_inertia", r"\Theta_{aux}", "kg m2",
+        "moment of inertia of the auxiliaries, at the crank", low=0.0, low_included=True,
+        source="Kakaitsas eq. 3.2",
+    ),
+    _parameter(
+        "flywheel_inertia", r"\Theta_{fly}", "kg m2", "moment of inertia of the flywheel",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.2",
+    ),
+    _parameter(
+        "load_inertia", r"\Theta_L", "kg m2", "moment of inertia of the load at its own shaft",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.1",
+    ),
+    _parameter(
+        "gear_ratio", "i", "1", "speed of the load's shaft over that of the crank", low=0.0,
+        high=100.0, high_included=True, source="Kakaitsas eq. 3.1",
+    ),
+    _parameter(
+        "load_phase", r"\theta_0", "degree",
+        "angle of a load over angle at firing dead centre of cylinder 1", si=DEGREE, low=-720.0,
+        high=720.0, low_included=True, high_included=True, source="this project",
+    ),
+    _parameter(
+        "load_table_factor", "f_L", "1", "factor on a load over angle", low=0.0, low_included=True,
+        source="this project",
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_slip",
+        needs=("speed", "motor_slip"), make=driven_machine.synchronous_speed,
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_speed",
+    ),
+    _parameter(
+        "motor_slip", "s_n", "1",
+        "driving motor: slip at nominal speed, for a gear or supply that follows that speed",
+        low=0.0, high=1.0, source="Kloss's formula",
+    ),
+    _parameter(
+        "motor_breakdown_slip", "s_b", "1", "driving motor: slip at the largest torque", low=0.0,
+        high=10.0, source="Kloss's formula",
+    ),
+    _parameter(
+        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at the crank",
+        low=0.0, source="Kloss's formula",
     ),
     _parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
@@ -227,11 +284,24 @@ CYCLE_KEYS = (
 )  # fmt: skip
 """Parameters of a modelled cycle that a scene may replace in the engine's diagrams."""
 
-NEUTRAL = (
-    "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
-    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt", "misfire",
+NEUTRAL: Mapping[str, float] = MappingProxyType(
+    {
+        "pin_offset": 0.0, "crank_offset": 0.0, "friction_mean_piston_speed_square": 0.0,
+        "auxiliary_torque": 0.0, "auxiliary_inertia": 0.0, "flywheel_inertia": 0.0,
+        "load_inertia": 0.0, "gear_ratio": 1.0, "load_phase": 0.0, "load_table_factor": 1.0,
+        "friction_boundary": 0.0, "friction_mixed": 0.0, "friction_hydrodynamic": 0.0,
+        "friction_skirt": 0.0, "misfire": 0.0,
+    }
 )  # fmt: skip
-"""Parameters that are 0 unless given."""
+"""Parameters that have these values, in file units, unless given."""
+
+INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
+"""Any of them given, the inertia is that of the engine's running gear and these parts."""
+
+_OF_MOTOR = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque")
+
+MOTOR_KEYS = (*_OF_MOTOR, "motor_slip")
+"""Any of them given, an induction motor drives."""
 
 STROKE_SHARES = (
     "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
@@ -257,6 +327,7 @@ _CONSTANTS = tuple(
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
+        ("driven", "load over angle, load over speed or driver"),
         ("cylinder_set", "which of the scene's sets of cylinders"),
         ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
@@ -378,12 +449,22 @@ def _rubbing(
     )  # fmt: skip
 
 
+_NAMES_OF_LOAD = {
+    "load_gear": "gear_ratio", "load_table_factor": "load_scale",
+    "motor_synchronous_speed": "synchronous_speed", "motor_breakdown_slip": "breakdown_slip",
+}  # fmt: skip
+
+
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
     needs["mass"] = needs.pop("reciprocating_mass")
-    needs["exponent"] = needs.pop("load_exponent")
-    needs["offset"] = needs.pop("load_offset")
+    needs["exponent"] = needs.pop("load_exponent", 1.0)
+    # Of a load over angle, its mean is part of what the speed does not change.
+    needs["offset"] = needs.pop("load_constant" if "load_constant" in needs else "load_offset")
+    for name, here in _NAMES_OF_LOAD.items():
+        if name in needs:
+            needs[here] = needs.pop(name)
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
@@ -444,6 +525,27 @@ def _balance(plus: Any, minus: Any) -> Any:
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
     return np.where(np.abs(difference) <= 1e-13 * np.abs(minus), 0.0, difference)
+
+
+def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> Node:
+    """Return the stage of the periodic speed; `more` is what loads and drivers need."""
+    return Node(
+        "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
+        can_fail=True, when=when,
+        gives=(
+            "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
+            "delta_error", "iterations", "omega", "angular_acceleration", "status",
+        ),
+        needs=(
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "inertia", load,
+            "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count", "passes",
+            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
+            "method", "inertia_model", "crank_angle",
+            *(("load_exponent",) if "power_law" in when else ()), *more,
+        ),
+        make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
+    )  # fmt: skip
 
 
 _STAGES = (
@@ -583,22 +685,59 @@ _STAGES = (
         make=_torque_solution,
     ),
     Node(
-        "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
-        can_fail=True,
-        gives=(
-            "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
-            "delta_error", "iterations", "omega", "angular_acceleration", "status",
+        "load_gear", "i", "1", "speed of a load's angle over that of the crank", public=False,
+        needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
+    ),
+    Node(
+        "load_constant", "", "N m", "load torque that the speed does not change", public=False,
+        when="steady_load", needs=("load_offset",), make=lambda load_offset: load_offset,
+    ),
+    Node(
+        "load_constant", "", "N m", "load torque that the speed does not change, its mean",
+        public=False, when="angle_load",
+        needs=("load_offset", "driven", "load_gear", "load_table_factor"),
+        make=lambda load_offset, driven, load_gear, load_table_factor:
+        driven_machine.constant_load(
+            load_offset, driven.over_angle, load_gear, load_table_factor
         ),
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore",
-            "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
-            "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count", "passes",
-            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
-            "method",
-            "inertia_model", "crank_angle",
+    ),
+    Node(
+        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        public=False, when="power_mean", needs=("torque_mean", "load_constant"),
+        make=lambda torque_mean, load_constant: torque_mean - load_constant,
+    ),
+    Node(
+        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        public=False, when="cycle_time", needs=("torque_mean", "load_constant", "load_factor"),
+        make=lambda torque_mean, load_constant, load_factor: load_factor
+        * (torque_mean - load_constant),
+    ),
+    Node(
+        "shape_at_nominal", "", "N m", "torque of a table at nominal speed", public=False,
+        when="table", needs=("driven", "speed"),
+        make=lambda driven, speed: driven.over_speed(speed),
+    ),
+    Node(
+        "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
+        public=False, when="motor", needs=("speed", *_OF_MOTOR),
+        make=lambda speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque:
+        driven_machine.motor_torque(
+            speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
         ),
-        make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
+    ),
+    _speed_solution_node("power_law steady_load"),
+    *(
+        _speed_solution_node(
+            f"{law} {load}", "load_constant", "driven", *of_law, *of_angle
+        )
+        for law, of_law in (
+            ("power_law", ()), ("table", ()),
+            ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
+        )
+        for load, of_angle in (
+            ("steady_load", ()), ("angle_load", ("load_gear", "load_phase", "load_table_factor")),
+        )
+        if (law, load) != ("power_law", "steady_load")
     ),
 )  # fmt: skip
 
@@ -616,7 +755,8 @@ _LOAD = (
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
         "Kakaitsas eq. 3.5",
-        needs=("torque_mean", "load_offset", "speed", "load_exponent"), when="power_mean",
+        needs=("torque_mean", "load_offset", "speed", "load_exponent"),
+        when="power_law steady_load power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
         / speed**load_exponent,
     ),
@@ -624,9 +764,112 @@ _LOAD = (
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
         "Kakaitsas eq. 3.5 with the solved speed",
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
-        when="cycle_time",
+        when="power_law steady_load cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
         * (torque_mean - load_offset) / speed**load_exponent,
+    ),
+    Node(
+        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "Kakaitsas eq. 3.5 with the mean of the load over angle",
+        needs=("load_surplus", "speed", "load_exponent"), when="power_law angle_load",
+        make=lambda load_surplus, speed, load_exponent: load_surplus / speed**load_exponent,
+    ),
+    Node(
+        "load_coefficient", "k", "1", "factor on the load's table over speed",
+        "Kakaitsas eq. 3.5 with a table", needs=("load_surplus", "shape_at_nominal"),
+        when="table no_driver",
+        make=lambda load_surplus, shape_at_nominal: _ratio(load_surplus, shape_at_nominal),
+    ),
+    Node(
+        "load_coefficient", "k", "1", "coefficient of the load torque over speed, 0: driven",
+        "this project", when="with_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
+        "this project", needs=("load_surplus", "shape_at_nominal"), when="with_driver",
+        make=lambda load_surplus, shape_at_nominal: -_ratio(load_surplus, shape_at_nominal),
+    ),
+    Node(
+        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
+        "this project", when="no_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "this project", kind="curve", when="no_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "this project", kind="curve", when="table with_driver",
+        needs=("driver_factor", "driven", "omega"),
+        make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "Kloss's formula", kind="curve", when="motor",
+        needs=("driver_factor", "omega", *_OF_MOTOR),
+        make=lambda driver_factor, omega, motor_synchronous_speed, motor_breakdown_slip,
+        motor_breakdown_torque: driver_factor * driven_machine.motor_torque(
+            omega, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
+        ),
+    ),
+    Node(
+        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
+        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
+        needs=("load_coefficient", "speed", "load_exponent"), when="power_law",
+        make=lambda load_coefficient, speed, load_exponent: load_coefficient
+        * speed**load_exponent,
+    ),
+    Node(
+        "load_torque_nominal", "k T(\\omega_n)", "N m",
+        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4 with a table",
+        needs=("load_coefficient", "shape_at_nominal"), when="table no_driver",
+        make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
+    ),
+    Node(
+        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
+        "load torque at nominal speed without its offset, 0: driven", "this project",
+        when="with_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
+        when="power_law steady_load",
+        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
+        + load_coefficient * omega**load_exponent,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", needs=("load_over_angle", "load_coefficient", "omega", "load_exponent"),
+        when="power_law angle_load",
+        make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
+        + load_coefficient * omega**load_exponent,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed",
+        "Kakaitsas eq. 3.4 with a table", kind="curve", when="table no_driver",
+        needs=("load_over_angle", "load_coefficient", "omega", "driven"),
+        make=lambda load_over_angle, load_coefficient, omega, driven: load_over_angle
+        + load_coefficient * driven.over_speed(omega),
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque, which the speed does not change", "this project",
+        kind="curve", when="with_driver", needs=("load_over_angle",),
+        make=lambda load_over_angle: load_over_angle,
+    ),
+    Node(
+        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        public=False, when="steady_load", needs=("load_offset",),
+        make=lambda load_offset: load_offset,
+    ),
+    Node(
+        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        public=False, when="angle_load",
+        needs=("load_offset", "driven", "crank_angle", "load_gear", "load_phase",
+               "load_table_factor"),
+        make=lambda load_offset, driven, crank_angle, load_gear, load_phase, load_table_factor:
+        load_offset + driven_machine.load_over_angle(
+            crank_angle, driven.over_angle, load_gear, load_phase, load_table_factor
+        ),
     ),
 )  # fmt: skip
 
@@ -803,19 +1046,6 @@ _QUANTITIES = (
     ),
     *_LOAD,
     Node(
-        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
-        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
-        needs=("load_coefficient", "speed", "load_exponent"),
-        make=lambda load_coefficient, speed, load_exponent: load_coefficient
-        * speed**load_exponent,
-    ),
-    Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
-        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
-        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * omega**load_exponent,
-    ),
-    Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
         "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
         make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
@@ -973,7 +1203,7 @@ CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 def select(name: str, *words: str) -> Node:
     """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
     for node in NODES[name]:
-        if node.when in ("", *words):
+        if all(word in words for word in node.when.split()):
             return node
     raise KeyError(name)
 

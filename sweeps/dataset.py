@@ -93,7 +93,7 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
     unit: str | None = node.unit
-    if node.name == "load_coefficient":
+    if node.name == "load_coefficient" and not unit:
         exponents = plan.leaves["load_exponent"].data
         first = float(exponents.min())
         unit = load_coefficient_unit(first) if first == exponents.max() else None

@@ -277,11 +277,15 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "rod_length" in mine:
         # The engine's own crank ratio is what a given rod replaces.
         engine.pop("crank_ratio", None)
+    if "inertia_in_parts" in scene.words:
+        engine.pop("inertia", None)
+    if "motor_of_slip" in scene.words:
+        engine.pop("motor_synchronous_speed", None)
     given = {
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
-        **{key: Value(np.float64(0.0)) for key in NEUTRAL},
+        **{key: Value(np.float64(number)) for key, number in NEUTRAL.items()},
         **engine,
         **mine,
     }
@@ -306,6 +310,9 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         leaves["stroke_share"] = Value(np.float64(1.0))
     if "uniform_friction" in scene.words:
         leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
+    load = scene.driven.over_angle
+    if load is not None and not load.own_angle:
+        leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
     for name, values in points.items():
         leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
@@ -315,6 +322,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
+        "driven": scene.driven,
         "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
     }

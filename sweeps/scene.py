@@ -21,6 +21,12 @@ from pydantic import Field
 
 from engine_dyn import arrangement, status
 from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.driven_machine import (
+    DrivenMachine,
+    TorqueOverAngle,
+    TorqueOverSpeed,
+    repeats_of,
+)
 from engine_dyn.engine import Engine
 from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
@@ -31,6 +37,8 @@ from engine_dyn.quantities import (
     CONSTANTS,
     CYCLE_KEYS,
     DIMENSIONS,
+    INERTIA_PARTS,
+    MOTOR_KEYS,
     NEUTRAL,
     NO_STROKE_FRICTION,
     PARAMETERS,
@@ -55,6 +63,8 @@ from sweeps.cylinder_keys import KEYS, CylinderKeys, read_keys, resolve
 from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
+from sweeps.load_tables import KEYS as TABLE_KEYS
+from sweeps.load_tables import Tables, read_tables
 from sweeps.table import Table, read_table
 
 __all__ = [
@@ -193,6 +203,8 @@ class Scene:
         engine has as many.
     arrangements : tuple of Cylinders
         Cylinders along the axis `arrangement`; empty without it.
+    tables : Tables
+        Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
     methods, inertia_models : tuple of str
@@ -228,6 +240,7 @@ class Scene:
     settings: dict[str, float]
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]
+    tables: Tables
     indicator: Diagram | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
@@ -263,7 +276,54 @@ class Scene:
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
+            *self._load_words,
+            "inertia_in_parts" if self._inertia_in_parts else "inertia_whole",
         )
+
+    @property
+    def _load_words(self) -> tuple[str, ...]:
+        driven = self.driven
+        return (
+            "power_law" if driven.power_law else "motor" if driven.motor else "table",
+            "with_driver" if driven.has_driver else "no_driver",
+            "steady_load" if driven.over_angle is None else "angle_load",
+            "motor_of_slip" if self._motor_of_slip else "motor_of_speed",
+        )
+
+    @property
+    def _motor_of_slip(self) -> bool:
+        if self._gives(("motor_synchronous_speed",)):
+            return False
+        return self._gives(("motor_slip",)) or self._engine_gives(("motor_slip",))
+
+    @property
+    def driven(self) -> DrivenMachine:
+        """What acts on the crankshaft beside a + k omega^alpha; the scene's over the engine's."""
+        load = self.tables.load or self.engine.load_table
+        motor = self.tables.driver is None and (
+            self._gives(MOTOR_KEYS)
+            or (self.engine.driver_table is None and self._engine_gives(MOTOR_KEYS))
+        )
+        return DrivenMachine(
+            over_angle=load if isinstance(load, TorqueOverAngle) else None,
+            load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
+            driver_over_speed=None if motor else self.tables.driver or self.engine.driver_table,
+            motor=motor,
+        )
+
+    @property
+    def _inertia_in_parts(self) -> bool:
+        if self._gives(("inertia",)):
+            return False
+        return self._gives(INERTIA_PARTS) or self._engine_gives(INERTIA_PARTS)
+
+    def _gives(self, keys: tuple[str, ...]) -> bool:
+        """Whether the scene gives any of these."""
+        places = (self.settings, self.axes, self.designs)
+        return any(key in place for key in keys for place in places)
+
+    def _engine_gives(self, keys: tuple[str, ...]) -> bool:
+        return any(key in self.engine.values for key in keys)
 
     @property
     def cycle_keys(self) -> tuple[str, ...]:
@@ -336,8 +396,11 @@ def _find(scene: str | Path) -> tuple[Path, str]:
 def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Scene:
     given = check_structure(_SceneFile, raw, name)
     engine = load_engine(given.engine, base, f"{name}: engine")
-    settings = _settings({k: v for k, v in given.set.items() if k not in KEYS}, name)
+    settings = _settings(
+        {k: v for k, v in given.set.items() if k not in KEYS and k not in TABLE_KEYS}, name
+    )
     keys = read_keys(given.set, f"{name}: [set] ")
+    tables = read_tables(given.set, base, f"{name}: [set] ")
     axes: dict[str, FloatArray | tuple[str, ...]] = {}
     for key, item in given.axes.items():
         axes[key] = (
@@ -389,6 +452,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         settings=settings,
         own_cylinders=_own_cylinders(keys, counts, engine, f"{name}: [set] "),
         arrangements=_arrangements(axes, keys, counts, engine, name),
+        tables=tables,
         indicator=indicator,
         methods=methods,
         inertia_models=models,
@@ -497,7 +561,7 @@ def _arrangements(
 
 def _key(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
-    if key in KEYS:
+    if key in KEYS or key in TABLE_KEYS:
         also = "; [axes] may have misfire and arrangement" if table == "axes" else ""
         raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file{also}")
     if key in SOLVER_COLUMNS:
@@ -667,6 +731,17 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
+    if "motor_slip" in place and "motor_synchronous_speed" in place:
+        raise SceneError(
+            f"{name}: motor_slip (in [{place['motor_slip']}]) and motor_synchronous_speed (in "
+            f"[{place['motor_synchronous_speed']}]) say the same thing; give one of them"
+        )
+    part = next((key for key in INERTIA_PARTS if key in place), None)
+    if part is not None and "inertia" in place:
+        raise SceneError(
+            f"{name}: inertia (in [{place['inertia']}]) and {part} (in [{place[part]}]): give the "
+            "inertia whole or in parts"
+        )
 
 
 def _check_solver(
@@ -773,6 +848,7 @@ def _check_values(scene: Scene, name: str) -> None:
     _check_misfire(scene, name)
     _check_shares(scene, name)
     _check_motored(scene, name)
+    _check_driven(scene, name)
     _check_needs(scene, name)
 
 
@@ -839,6 +915,10 @@ def _check_needs(scene: Scene, name: str) -> None:
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     given |= {"stroke_share"} if "equal_throws" in scene.words else set()
     given |= set(NO_STROKE_FRICTION) if "uniform_friction" in scene.words else set()
+    if "inertia_in_parts" in scene.words:
+        given.discard("inertia")  # the scene's parts replace the engine's whole
+    if "motor_of_slip" in scene.words:
+        given.discard("motor_synchronous_speed")
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
@@ -990,6 +1070,48 @@ def _check_shares(scene: Scene, name: str) -> None:
             f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
             "together"
         )
+
+
+def _check_driven(scene: Scene, name: str) -> None:
+    """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
+    driven, engine = scene.driven, scene.engine
+    motor = next((key for key in MOTOR_KEYS if scene._gives((key,))), None)
+    if motor is not None and scene.tables.driver is not None:
+        table, _ = _places(scene, motor) or ("set", None)
+        raise SceneError(
+            f"{name}: [{table}] {motor}: not allowed together with driver_table: give one driver"
+        )
+    if driven.load_over_speed is not None and driven.has_driver:
+        raise SceneError(
+            f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
+            "the balance finds; must be over an angle"
+        )
+    if not driven.plain and "thesis" in scene.methods:
+        raise SceneError(
+            f"{name}: [solver] method = 'thesis': marches the load a + k omega^alpha alone; with "
+            "load_table or a driver must be one of auto, picard, newton"
+        )
+    curve = driven.over_speed
+    if curve is not None:
+        what = "load_table" if driven.load_over_speed is not None else "driver_table"
+        table, speeds = _places(scene, "speed") or ("", np.array([engine.values["speed"]]))
+        where = f"[{table}] speed" if table else f"speed of engine {engine.name}"
+        low, high = curve.low / RPM, curve.high / RPM
+        bad = (speeds < low * (1.0 - 1e-9)) | (speeds > high * (1.0 + 1e-9))
+        if bad.any():
+            raise SceneError(
+                f"{name}: {where} = {speeds[bad][0]:g}: must be from {low:g} to {high:g} rpm, "
+                f"which {what} covers"
+            )
+    if driven.over_angle is not None:
+        given = _places(scene, "gear_ratio")
+        own = engine.values.get("gear_ratio", NEUTRAL["gear_ratio"])
+        ratios = np.array([own]) if given is None else given[1]
+        try:
+            repeats_of(driven.over_angle, ratios, engine.period)
+        except ValueError as error:
+            table = f"[{given[0]}] " if given is not None else ""
+            raise SceneError(f"{name}: {table}{mentioned(error)}") from None
 
 
 def _check_motored(scene: Scene, name: str) -> None:

@@ -12,6 +12,13 @@ import numpy.typing as npt
 from engine_dyn import status
 from engine_dyn.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.driven_machine import (
+    NOTHING_DRIVEN,
+    DrivenMachine,
+    constant_load,
+    motor_torque,
+    repeats_of,
+)
 from engine_dyn.forces import piston_area
 from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
@@ -38,7 +45,10 @@ class PeriodicSpeed:
     torque_mean : float
         Mean torque of the engine [N m].
     load_coefficient : float
-        k of the load law a + k omega^alpha [N m s^alpha].
+        k of the load law a + k omega^alpha [N m s^alpha]; the factor on a load's table over speed;
+        0 where a driver drives.
+    driver_factor : float
+        Factor on the driver's torque; 0 without one.
     iterations : int
         Cycles marched, or sweeps of the iteration.
     crank_angle, omega : ndarray
@@ -53,6 +63,7 @@ class PeriodicSpeed:
     omega_mean: float
     torque_mean: float
     load_coefficient: float
+    driver_factor: float
     iterations: int
     crank_angle: npt.NDArray[np.float64]
     omega: npt.NDArray[np.float64]
@@ -83,6 +94,13 @@ def periodic_speed(
     load_exponent: float = 2.0,
     load_offset: float = 0.0,
     friction_torque: float = 0.0,
+    driven: DrivenMachine = NOTHING_DRIVEN,
+    gear_ratio: float = 1.0,
+    load_phase: float = 0.0,
+    load_scale: float = 1.0,
+    synchronous_speed: float | None = None,
+    breakdown_slip: float | None = None,
+    breakdown_torque: float = 1.0,
     crankcase_pressure: float = 101325.0,
     inertia_model: str = "constant",
     method: str = "auto",
@@ -127,6 +145,13 @@ def periodic_speed(
         alpha and a [N m] of the load torque a + k omega^alpha.
     friction_torque : float
         Mean, positive, whole engine [N m].
+    driven : DrivenMachine
+        Load over angle, load over speed in place of omega^alpha, or a driver.
+    gear_ratio, load_phase, load_scale : float
+        Of a load over its own angle: its speed over the crank's and its angle at firing dead centre
+        [rad]; factor on a load over any angle.
+    synchronous_speed, breakdown_slip, breakdown_torque : float, optional
+        Of a driver that is an induction motor: [rad/s] of the crank, [1] and [N m] at the crank.
     crankcase_pressure : float
         Absolute [Pa].
     inertia_model : {"constant", "variable"}
@@ -188,6 +213,18 @@ def periodic_speed(
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
+    if driven.motor:
+        for name, given in (
+            ("synchronous_speed", synchronous_speed), ("breakdown_slip", breakdown_slip),
+            ("breakdown_torque", breakdown_torque),
+        ):  # fmt: skip
+            if given is None or not 0.0 < given < np.inf:
+                raise ValueError(f"{name} = {given}: must be a positive number")
+    gear = 1.0
+    if driven.over_angle is not None and driven.over_angle.own_angle:
+        gear = gear_ratio
+        repeats_of(driven.over_angle, gear, diagram.period)
+
     family = _family_of(diagram)
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
@@ -205,15 +242,24 @@ def periodic_speed(
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
-    shape: dict[str, float] = {}
+    levels: dict[str, float] = {}
     if friction_shape is not None:
         shares = (friction_shape.boundary, friction_shape.mixed, friction_shape.hydrodynamic,
                   friction_shape.skirt)  # fmt: skip
         level = friction_torque / (cylinders * lever)
-        shape = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
-        shape["ring_pressure"] = friction_shape.ring_pressure
+        levels = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
+        levels["ring_pressure"] = friction_shape.ring_pressure
+    constant = load_offset
+    if driven.over_angle is not None:
+        constant = constant_load(load_offset, driven.over_angle, gear, load_scale)
     result = sweep.solve(
         family=family,
+        driven=driven,
+        gear_ratio=gear,
+        load_phase=load_phase,
+        load_scale=load_scale,
+        synchronous_speed=synchronous_speed or 1.0,
+        breakdown_slip=breakdown_slip or 1.0,
         wanted=(*sweep.SPEED_RESULTS, *(("omega",) if angles.size else ())),
         method=method,
         inertia_model=inertia_model,
@@ -234,10 +280,10 @@ def periodic_speed(
         speed=speed,
         inertia=inertia,
         exponent=load_exponent,
-        offset=load_offset,
+        offset=constant,
         mean_torque=torque_mean,
         friction_torque=friction_torque,
-        **shape,
+        **levels,
         start_speed=0.0 if start_speed is None else start_speed,
         passes=0.0 if passes is None else float(passes),
         start_angle=start_angle,
@@ -245,7 +291,13 @@ def periodic_speed(
     code = int(result["status"])
     steps = float(result["iterations"])
     with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
-        power = float(np.power(speed, load_exponent))
+        shape = float(np.power(speed, load_exponent))
+    if driven.over_speed is not None:
+        shape = float(driven.over_speed(speed))
+    elif driven.motor:
+        shape = float(motor_torque(speed, synchronous_speed, breakdown_slip, breakdown_torque))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = float(np.float64(float(result["load_factor"]) * (torque_mean - constant)) / shape)
     return PeriodicSpeed(
         status=code,
         delta=float(result["delta"]),
@@ -254,7 +306,8 @@ def periodic_speed(
         omega_min=float(result["omega_min"]),
         omega_mean=float(result["omega_mean"]),
         torque_mean=torque_mean,
-        load_coefficient=float(result["load_factor"]) * (torque_mean - load_offset) / power,
+        load_coefficient=0.0 if driven.has_driver else factor,
+        driver_factor=-factor if driven.has_driver else 0.0,
         iterations=int(steps) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),

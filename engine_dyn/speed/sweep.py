@@ -17,12 +17,19 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders, Member, even_cylinders
+from engine_dyn.driven_machine import (
+    NOTHING_DRIVEN,
+    DrivenMachine,
+    TorqueOverAngle,
+    repeats_of,
+)
 from engine_dyn.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
+from engine_dyn.speed.load_law import MOTOR, POWER, TABLE
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
@@ -120,6 +127,9 @@ CHUNK_OF_ARRAYS = 1 << 16
 LANES_TOLERANCE = 1e-7
 """Smaller tolerances go to the general method at once, whose error is smaller."""
 
+NO_POWER = 4
+"""Class of a load or driver over speed that is no power of it."""
+
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
@@ -166,6 +176,7 @@ def solve(
     iterated: float | None = None,
     general: bool = False,
     sharing: tuple[int, int] | None = None,
+    driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -207,6 +218,9 @@ def solve(
     sharing : tuple of int, optional
         Tables of the whole sweep, and designs that share one, where these designs are a block of
         it: blocks must not decide for themselves how tables are made. Their own unless given.
+    driven : DrivenMachine
+        Load over angle, load over speed or driver beside a + k omega^alpha: these take the general
+        method.
     **inputs : array_like
         SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure; NaN
         says that a design has no diagram: its status is "invalid input"),
@@ -215,7 +229,10 @@ def solve(
         `tables.Friction`, 0 unless given), ring_pressure (needed by the first three),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
-        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad].
+        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad]; for a
+        load over angle gear_ratio and load_phase [rad] of its own angle, load_scale (the factor on
+        it), its mean being part of `offset`; for a motor synchronous_speed [rad/s] and
+        breakdown_slip.
 
     Returns
     -------
@@ -224,7 +241,8 @@ def solve(
     """
     inputs = {
         "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
-        **dict.fromkeys(FRICTION_NAMES, 0.0), **inputs,
+        **dict.fromkeys(FRICTION_NAMES, 0.0), "gear_ratio": 1.0, "load_phase": 0.0,
+        "load_scale": 1.0, "synchronous_speed": 1.0, "breakdown_slip": 1.0, **inputs,
     }  # fmt: skip
     named = {
         "method": _codes(METHODS, method),
@@ -235,14 +253,23 @@ def solve(
         np.shape(cylinders),
     )  # fmt: skip
     rank = len(shape)
+    period = family.row(0).period
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
+    gear = aligned(np.asarray(inputs["gear_ratio"], dtype=float), rank)
+    if not driven.plain and np.isin(named["method"], designs.THESIS).any():
+        raise ValueError("method 'thesis' marches a + k omega^alpha alone: take another")
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
     sets = aligned(np.asarray(cylinders, dtype=np.int64), rank)
+    kinds = np.full((1,) * rank, NO_POWER)
+    if driven.power_law:
+        kinds = np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3)
     keys = [
         *(aligned(v, rank) for v in named.values()),
-        np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
+        kinds,
         np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
         finer * _fewest_nodes(family, row, tolerance),
+        _repeats(driven.over_angle, gear, period),
+        finer * _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
         *_along_axes(sets),
     ]
     size = int(np.prod(shape, dtype=np.int64))
@@ -255,7 +282,7 @@ def solve(
             closure=closure, tolerance=tolerance, cylinders=cylinders,
             cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
             progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
-            **inputs,
+            driven=driven, **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -272,19 +299,22 @@ def solve(
         acceleration=np.empty((size, angles.size) if curves["angular_acceleration"] else (1, 0)),
     )
     packed = Packed.of(inputs, shape)
-    period = family.row(0).period
+    acting = _acting(driven)
     for part in split(shape, keys):
-        method_code, variable, kind, steep, fewest = (int(key) for key in part.keys[:5])
+        method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys[:7])
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
             ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
-        in_lanes = not general and _fits_lanes(choice)
+        in_lanes = not general and driven.plain and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
         engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
-        times = engine.symmetry
+        # Torque and load repeat together as often as both do.
+        times = math.gcd(engine.symmetry, repeats)
+        members = engine.representatives_of(times)
+        fewest = max(fewest, of_load)
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
@@ -294,7 +324,7 @@ def solve(
         ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
-        grid = make_grid(family, rows, steps, engine.representatives)
+        grid = make_grid(family, rows, steps, members)
         samples = _sample_grid(family, rows, engine, method_code == designs.THESIS)
         place = np.mod(angles, period / times) / width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
@@ -307,7 +337,7 @@ def solve(
 
         rest = partial(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, curves=at, results=results,
+            choice=choice, driven=acting, curves=at, results=results,
         )  # fmt: skip
         scratch = partial(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
@@ -355,7 +385,7 @@ def solve(
             family=family, wanted=wanted, method=chosen(method, missed),
             inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
             cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
-            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True,
+            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True, driven=driven,
             **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
@@ -371,7 +401,8 @@ def solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
                 closure=closure, tolerance=tolerance, cylinders=cylinders,
                 cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
-                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing, **inputs,
+                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing,
+                driven=driven, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
 
             def masses_at(places: Integers) -> Floats:
@@ -425,7 +456,8 @@ def torque_extremes(
     `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
-               "start_angle", "offset_ratio", *FRICTION_NAMES)  # fmt: skip
+               "start_angle", "offset_ratio", "gear_ratio", "load_phase", "load_scale",
+               "synchronous_speed", "breakdown_slip", *FRICTION_NAMES)  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
@@ -544,14 +576,14 @@ def _march(
 
 def _march_rest(
     chosen: Integers, memory: designs.Scratch, *, product: Product, row_of: Integers, width: float,
-    grid: Grid, samples: Samples, choice: designs.Choice, curves: designs.Curves,
-    results: designs.Results,
+    grid: Grid, samples: Samples, choice: designs.Choice, driven: designs.Driven,
+    curves: designs.Curves, results: designs.Results,
 ) -> None:  # fmt: skip
     """Solve designs by the general methods."""
     if chosen.size:
         designs.march(
-            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, curves, results,
-            memory,
+            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, driven, curves,
+            results, memory,
         )  # fmt: skip
 
 
@@ -703,6 +735,55 @@ def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     counts[needed] = [_nodes_of_diagram(family.row(int(i)), tolerance) for i in needed]
     below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
     return np.maximum(counts[below], counts[above])
+
+
+def _acting(driven: DrivenMachine) -> designs.Driven:
+    """What kernels take of a driven machine."""
+    table, angle = np.zeros((3, 0)), np.zeros((4, 0))
+    curve = driven.over_speed
+    if curve is not None:
+        table = np.stack([curve.speed, curve.torque, curve.slope])
+    if driven.over_angle is not None:
+        angle = np.ascontiguousarray(driven.over_angle.table)
+    form = MOTOR if driven.motor else POWER if curve is None else TABLE
+    return designs.Driven(form, -1.0 if driven.has_driver else 1.0, table, angle)
+
+
+def _repeats(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:
+    """How often a load over angle repeats within the cycle.
+
+    0 where there is none: the engine's symmetry divides it.
+    """
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    return np.broadcast_to(repeats_of(load, gear, period), gear.shape)
+
+
+def _fewest_nodes_of_load(
+    load: TorqueOverAngle | None, gear: Floats, period: float, tolerance: float
+) -> Integers:
+    """Nodes of a cycle that a load over angle asks for, judged as `_nodes_of_diagram`."""
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    found = np.empty(gear.shape, dtype=np.int64)
+    for ratio in np.unique(gear):
+        found[gear == ratio] = _nodes_of_load(load, float(ratio), period, tolerance)
+    return found
+
+
+def _nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance: float) -> int:
+    steps = FEWEST_NODES
+    while steps < MOST_NODES:
+        count = max(int(np.ceil(steps * load.period / (ratio * period))), 4)
+        step = load.period / count
+        here = load.angle[0] + np.arange(count) * step
+        work, torque = load.work(here), load(here) - load.mean
+        cubic = 0.5 * (work + np.roll(work, -1)) + 0.125 * step * (torque - np.roll(torque, -1))
+        missed = np.abs(load.work(here + 0.5 * step) - cubic).max()
+        if missed <= 30.0 * tolerance * np.ptp(work):
+            break
+        steps *= 2
+    return steps
 
 
 @lru_cache(maxsize=4096)

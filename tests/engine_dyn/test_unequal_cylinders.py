@@ -43,9 +43,8 @@ def unequal(
     random = Random(f"{cylinders} {exponent} {model} {closure}")
     design = engine(random, cylinders, exponent, model, closure, delta=0.01)
     assert isinstance(design.pressure, SmoothPressure)
-    if "friction_shares" in changes:  # far more than an engine has, so that it counts
-        friction = 2.0 * design.friction_torque
-        changes = {"friction_torque": friction, "ring_pressure": 1.2e5, **changes}
+    if "friction_shares" in changes:
+        changes = {"ring_pressure": 1.2e5, **changes}
     if {"pressure_factors", "mass_factors", "radius_factors"} & set(changes):
         # The oracle numbers cylinders by their firing otherwise.
         changes = {"firing_angles": angles_of(f"in-line {cylinders}"), **changes}
@@ -188,8 +187,8 @@ def test_energy_balance_and_torque(name: str) -> None:
         np.testing.assert_allclose(curve, friction, atol=1e-6 * np.ptp(friction))
         assert curve.mean() == pytest.approx(design.friction_torque, rel=1e-5)
     torque = gas + inertia - friction
-    assert found["torque_max"] == pytest.approx(torque.max(), abs=1e-6 * scale)
-    assert found["torque_min"] == pytest.approx(torque.min(), abs=1e-6 * scale)
+    assert found["torque_max"] == pytest.approx(highest(torque), abs=1e-6 * scale)
+    assert found["torque_min"] == pytest.approx(-highest(-torque), abs=1e-6 * scale)
     work = np.cumsum(torque - torque.mean()) * (CYCLE / phi.size)
     assert found["energy_swing"] == pytest.approx(np.ptp(work), rel=1e-4)
     # What the kinetic energy gains over any angle is the work of the torque less that of the load.
@@ -202,6 +201,13 @@ def test_energy_balance_and_torque(name: str) -> None:
     surplus = np.append(acting, acting[0]) - load
     gained = np.append(0.0, np.cumsum(0.5 * (surplus[1:] + surplus[:-1]))) * (CYCLE / phi.size)
     np.testing.assert_allclose(energy - energy[0], gained, atol=2e-6 * np.ptp(energy))
+
+
+def highest(curve: np.ndarray) -> float:
+    """Vertex of the parabola through the largest sample and its neighbours."""
+    place = int(curve.argmax())
+    left, top, right = (float(curve[(place + i) % curve.size]) for i in (-1, 0, 1))
+    return top + 0.125 * (left - right) ** 2 / (2.0 * top - left - right)
 
 
 def levels_of(design: Design) -> dict[str, float]:

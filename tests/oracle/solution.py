@@ -214,6 +214,8 @@ class Problem:
     ``torque`` [N m] does the work that changes the kinetic energy, ``inertia_ratio`` is
     Theta(phi)/Theta and ``inertia_slope`` its derivative, all over the crank angle.
     ``torque_mean`` is the mean of ``torque``; ``torque_range`` [N m] decides what is no load.
+    ``law`` takes the place of ``u^(alpha/2)``: its value, 1 at ``u = 1``, and its slope; ``sign``
+    is that of the slope, -1 for a driver, whose torque falls with the speed.
     """
 
     torque: Curve
@@ -226,6 +228,8 @@ class Problem:
     load_exponent: float
     load_offset: float
     closure: str
+    law: Callable[[float], tuple[float, float]] | None = None
+    sign: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -516,10 +520,15 @@ def _equations(
         u = max((start + state[W] - kappa * state[J]) / theta, 0.5 * FLOOR)
         u_e = (1.0 - kappa * state[J_E]) / theta
         u_c = -kappa * state[J_C] / theta
-        power = u**half
-        power_u = half * power / u
+        if problem.law is None:
+            power = u**half
+            power_u = half * power / u
+        else:
+            power, power_u = problem.law(u)
         if problem.closure == "cycle_time":
             closing, closing_u = 1.0 - u**-0.5, 0.5 * u**-1.5
+        elif problem.law is not None:
+            closing, closing_u = problem.sign * (power - 1.0), problem.sign * power_u
         elif half == 0.0:
             closing, closing_u = 0.5 * math.log(u), 0.5 / u
         else:
@@ -603,7 +612,8 @@ def _increasing_root(function: Callable[[float], tuple[float, float]], guess: fl
 def _shoot(problem: Problem, kappa: float) -> tuple[float, float]:
     """``e_0`` and ``c`` of the periodic solution; raises `_Stalled` if there is none."""
     alpha = problem.load_exponent
-    both = problem.closure == "cycle_time" and alpha > 0.0 and kappa > 0.0
+    falling = problem.law is not None or alpha > 0.0
+    both = problem.closure == "cycle_time" and falling and kappa != 0.0
 
     def closing(start: float) -> tuple[float, float]:
         end = _sweep(problem, kappa, start, 1.0).y[:, -1]
@@ -618,10 +628,11 @@ def _shoot(problem: Problem, kappa: float) -> tuple[float, float]:
 
         def returning(start: float, level: float = level) -> tuple[float, float]:
             end = _sweep(problem, kappa, start, level).y[:, -1]
-            return float(end[J]), float(end[J_E])
+            return problem.sign * float(end[J]), problem.sign * float(end[J_E])
 
         try:
-            start = _increasing_root(returning, level ** (2.0 / alpha))
+            guess = level ** (2.0 / alpha) if problem.law is None else 1.0
+            start = _increasing_root(returning, guess)
             break
         except _Stalled:
             level *= 2.0
@@ -689,10 +700,11 @@ def periodic_speed(problem: Problem) -> Speed:
     surplus = problem.torque_mean - problem.load_offset
     if abs(surplus) <= IDLE * problem.torque_range:
         surplus = 0.0
-    if surplus < 0.0:
+    if problem.sign * surplus < 0.0:
         return Speed("no_steady_state")
     # A torque load (alpha = 0) takes the mean torque at every angle: nothing is left for J.
-    kappa = scale * surplus if problem.load_exponent > 0.0 else 0.0
+    free = problem.load_exponent == 0.0 and problem.law is None
+    kappa = 0.0 if free else scale * surplus
     try:
         start, level = _shoot(problem, kappa)
         run = _sweep(problem, kappa, start, level, dense=True)
@@ -713,9 +725,9 @@ def periodic_speed(problem: Problem) -> Speed:
     nominal_load = surplus / level
 
     def energy_slope(phi: float) -> float:
-        load = problem.load_offset + nominal_load * float(square(phi)) ** (
-            problem.load_exponent / 2.0
-        )
+        u = float(square(phi))
+        shape = u ** (problem.load_exponent / 2.0) if problem.law is None else problem.law(u)[0]
+        load = problem.load_offset + nominal_load * shape
         drift = problem.torque_mean - problem.load_offset - surplus  # only when idle
         return scale * (float(problem.torque(phi)) - load - drift)
 
