@@ -124,15 +124,16 @@ def report(size: int) -> str:
         "",
         "What the ratios are made of:",
         "",
-        "- Where designs share a table, a design costs what its period has of nodes: cylinders of "
-        "unequal mass repeat once a cycle instead of Z times, with as many nodes a cycle. An offset "
-        "and friction over the stroke cost nothing beyond making their table.",
-        "- Tables of even, equal, centred engines, each for few designs, are interpolated in the "
-        "crank ratio between shared ones. With an offset (over the crank radius), friction over "
-        "the stroke (whose level follows p_max and piston speed) or throws of unequal radius (whose "
-        "crank ratios leave the panels) each design has its own: 720 nodes and 4320 points of "
-        "quadrature for each representative cylinder, some ten nanoseconds a point. Interpolating "
-        "in a second variable would take ten times the shared tables; it is not done.",
+        "- Where designs share a table, a design costs what its period has of nodes: cylinders "
+        "of unequal mass repeat once a cycle instead of Z times, with as many nodes a cycle. An "
+        "offset and friction over the stroke cost nothing beyond making their table.",
+        "- Tables of even, equal, centred engines, each for few designs, are interpolated in "
+        "the crank ratio between shared ones. With an offset (over the crank radius), friction "
+        "over the stroke (whose level follows p_max and piston speed) or throws of unequal "
+        "radius (whose crank ratios leave the panels) each design has its own: 720 nodes and "
+        "4320 points of quadrature for each representative cylinder, some ten nanoseconds a "
+        "point. Interpolating in a second variable would take ten times the shared tables; it "
+        "is not done.",
         "",
     ]
     return "\n".join(lines)

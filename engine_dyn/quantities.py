@@ -1226,6 +1226,8 @@ def check_graph() -> None:
             for need in node.needs:
                 if need not in NODES:
                     raise ValueError(f"{node.name} needs {need}, which is not a node")
+            if "cylinders_by_count" in node.needs and "cylinder_set" not in node.needs:
+                raise ValueError(f"{node.name}: keys of cylinders_by_count are cylinder_set")
             if node.make is None:
                 continue
             arguments = inspect.signature(node.make).parameters.values()
