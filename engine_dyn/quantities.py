@@ -20,12 +20,15 @@ from engine_dyn import arrangement, driven_machine, forces, friction, masses, sl
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
+from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
 __all__ = [
+    "ALONG_SHAFT",
     "CONSTANTS",
     "CYCLE_KEYS",
+    "DEFAULTS",
     "DIMENSIONS",
     "INERTIA_PARTS",
     "MOTOR_KEYS",
@@ -186,6 +189,11 @@ _PARAMETERS = (
         source="Kakaitsas table 4.1",
     ),
     _parameter(
+        "rod_inertia", r"\theta_\delta", "kg m2",
+        "moment of inertia of the rod about its centre of gravity", low=0.0,
+        source="Rakopoulos notes, third condition",
+    ),
+    _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15",
     ),
@@ -265,6 +273,12 @@ _PARAMETERS = (
         source="Heywood (1988), eq. 9.30",
     ),
     _parameter(
+        "truncation", r"\nu_{max}", "1",
+        "highest order kept, an even number, of the shortened series of the piston's motion",
+        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        source="Mosakowski eqs. 13, 18",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -313,6 +327,9 @@ NO_STROKE_FRICTION = (
     "ring_pressure",
 )  # fmt: skip
 """Nodes that are 0 where all of `STROKE_SHARES` are."""
+
+DEFAULTS: Mapping[str, float] = MappingProxyType({"truncation": 2.0})
+"""Parameters that have another value unless given."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
@@ -873,7 +890,7 @@ _LOAD = (
     ),
 )  # fmt: skip
 
-_QUANTITIES = (
+_QUANTITIES: tuple[Node, ...] = (
     _speed_result(
         "delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"
     ),
@@ -1160,10 +1177,15 @@ _QUANTITIES = (
                *NO_STROKE_FRICTION),
         make=_torque_after_throw,
     ),
+    *MECHANISM,
 )  # fmt: skip
 
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
+    Dimension(
+        "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
+        whole=True,
+    ),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
     Dimension(
         "crank_angle", r"\varphi", "degree",
@@ -1173,6 +1195,9 @@ _DIMENSIONS = (
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
 """Dimensions beside the axes of a scene, in the order of archives."""
+
+ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
+"""Dimensions of what needs to know the throws of an engine."""
 
 _POINTS = tuple(
     Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)

@@ -22,7 +22,9 @@ from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
+    ALONG_SHAFT,
     CONSTANTS,
+    DEFAULTS,
     DIMENSIONS,
     NEUTRAL,
     NO_STROKE_FRICTION,
@@ -200,10 +202,9 @@ def make_plan(scene: Scene) -> Plan:
         stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
         return ordered
 
-    if "torque_after_throw" in scene.quantities:
-        _check_orders(scene, leaves)
     for name in scene.quantities:
-        visit(name)
+        if not ALONG_SHAFT.isdisjoint(visit(name)):
+            _check_orders(scene, leaves, name)
     outputs = list(scene.quantities)
     if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
         outputs.append("status")
@@ -247,9 +248,17 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, most + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "crank_angle": _crank_angles(scene),
     }
+
+
+def _throws(scene: Scene) -> int:
+    """Throws of the engine with most of them; none where their order is unknown."""
+    counts = np.unique(_given(scene)["cylinders"].data)
+    engines = (cylinders_of_count(scene, int(count)) for count in counts)
+    return max(len(engine.along_shaft or ()) for engine in engines)
 
 
 def _crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
@@ -285,7 +294,7 @@ def _given(scene: Scene) -> dict[str, Value]:
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
-        **{key: Value(np.float64(number)) for key, number in NEUTRAL.items()},
+        **{key: Value(np.float64(number)) for key, number in {**NEUTRAL, **DEFAULTS}.items()},
         **engine,
         **mine,
     }
@@ -419,12 +428,12 @@ def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
     return even_cylinders(count, scene.engine.period)
 
 
-def _check_orders(scene: Scene, leaves: Mapping[str, Value]) -> None:
+def _check_orders(scene: Scene, leaves: Mapping[str, Value], quantity: str) -> None:
     for cylinders in leaves["cylinders_by_count"].data.values():
         count = cylinders.count
         if cylinders.along_shaft is None:
             raise SceneError(
                 f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
-                "'torque_after_throw' needs throws, and no firing order is known for "
+                f"'{quantity}' needs throws, and no firing order is known for "
                 f"{count} cylinders; known: 1 to 8, and the engine's own"
             )

@@ -34,8 +34,10 @@ from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
+    ALONG_SHAFT,
     CONSTANTS,
     CYCLE_KEYS,
+    DEFAULTS,
     DIMENSIONS,
     INERTIA_PARTS,
     MOTOR_KEYS,
@@ -910,7 +912,7 @@ def _check_needs(scene: Scene, name: str) -> None:
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     # What `sweeps.plan` takes as known, as long as nothing is given.
-    given |= set(NEUTRAL)
+    given |= {*NEUTRAL, *DEFAULTS}
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     given |= {"stroke_share"} if "equal_throws" in scene.words else set()
@@ -921,12 +923,20 @@ def _check_needs(scene: Scene, name: str) -> None:
         given.discard("motor_synchronous_speed")
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+        along_shaft = False
         while waiting:
             need = waiting.pop()
+            along_shaft |= need in ALONG_SHAFT
             if need in seen:
                 continue
             seen.add(need)
-            node = select(need, *scene.words)
+            try:
+                node = select(need, *scene.words)
+            except KeyError:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' is not known for throws of unequal "
+                    "radius; radius_factor must be 1 for all cylinders"
+                ) from None
             if node.make is None and need in PARAMETERS:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "
@@ -934,7 +944,8 @@ def _check_needs(scene: Scene, name: str) -> None:
                     "in [set], [axes] or [designs]"
                 )
             waiting += node.needs
-        if quantity == "torque_after_throw":
+            along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
+        if along_shaft:
             _check_throws(scene, quantity, name)
 
 

@@ -49,6 +49,7 @@ def test_every_quantity_is_computed(closure: str) -> None:
     result = sweeps.run(
         {
             "engine": "ntua",
+            "set": {"rod_inertia": 0.1},
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
             "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},

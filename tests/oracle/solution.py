@@ -376,13 +376,11 @@ def friction_forms(design: Design) -> tuple[Any, Any]:
     )
     # At its own angle, so that the dead centres lie at the ends of pieces.
     count = design.cylinders
-    means = [
-        [
-            cycle_mean(lambda phi, f=f, i=i: f(np.asarray(phi)[..., None] + np.zeros(count), i))
-            for f in forms
-        ]
-        for i in range(design.cylinders)
-    ]
+
+    def mean(form: Any, i: int) -> float:
+        return cycle_mean(lambda phi: form(np.asarray(phi)[..., None] + np.zeros(count), i))
+
+    means = [[mean(form, i) for form in forms] for i in range(count)]
     return forms, means
 
 
@@ -477,12 +475,12 @@ def _varying_inertia(design: Design) -> tuple[Curve, Curve]:
         raise ValueError(f"inertia_model is constant or variable, not {design.inertia_model!r}")
     share = design.masses * design.radius**2 / design.inertia
     offset = design.offset / design.radius
-    means = np.array(
-        [
-            cycle_mean(lambda phi, r=r: (r * velocity(phi, design.crank_ratio * r, offset)) ** 2)
-            for r in design.radius_factors or (1.0,)
-        ]
-    )
+
+    def mean(radius: float) -> float:
+        ratio = design.crank_ratio * radius
+        return cycle_mean(lambda phi: (radius * velocity(phi, ratio, offset)) ** 2)
+
+    means = np.array([mean(radius) for radius in design.radius_factors or (1.0,)])
 
     def ratio(phi: ArrayLike) -> Array:
         squares = _speeds(design, _crank_angles(design, phi)) ** 2
