@@ -529,3 +529,18 @@ def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> No
                 "output": {"quantities": ["delta"]},
             }
         )
+
+
+@pytest.mark.compiled
+def test_arrangements_with_other_numbers_of_throws() -> None:
+    """Past an arrangement's last throw and journal there is nothing."""
+    found = sweeps.run(
+        {"engine": "ntua", "axes": {"arrangement": ["V4 90", "in-line 4"]},
+         "set": {"cylinders": 4},
+         "output": {"quantities": ["main_journal_load_max", "torque_after_throw"],
+                    "angle_step": 30.0}}
+    )  # fmt: skip
+    known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
+    assert known.values.tolist() == [3, 5]
+    throws = np.isfinite(found["torque_after_throw"]).all("crank_angle").sum("cylinder")
+    assert throws.values.tolist() == [2, 4]
