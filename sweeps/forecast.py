@@ -23,6 +23,7 @@ RATES = {
     "no iteration": 2.5e6,  # designs, load exponents in DIRECT
     "iteration": 1.5e6,  # designs, other exponents
     "variable": 1.5e6,  # designs with variable inertia
+    "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
@@ -122,6 +123,9 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
             slowest = RATES["variable"] if model == "variable" else math.inf
             if method in STEPPING:
                 yield each, RATES[method]
+                continue
+            if not scene.driven.plain:
+                yield each, RATES["driven"]
                 continue
             share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
             yield each * share, min(RATES["no iteration"], slowest)
