@@ -212,7 +212,12 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
     found = run(
         quantities=tuple(QUANTITIES),
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
-        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1]},
+        set={
+            "cylinders": 4,
+            "pressure_factor": [1, 1, 0, 1],
+            "mass_factor": [1, 1, 1.1, 1],
+            "rod_inertia": 0.1,
+        },  # fmt: skip
     )
     for name in QUANTITIES:
         assert np.isfinite(found[name]).all(), name
