@@ -217,7 +217,7 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
             "pressure_factor": [1, 1, 0, 1],
             "mass_factor": [1, 1, 1.1, 1],
             "rod_inertia": 0.1,
-        },  # fmt: skip
+        },
     )
     for name in QUANTITIES:
         assert np.isfinite(found[name]).all(), name
