@@ -209,8 +209,18 @@ def test_factors_hold_at_their_own_number_of_cylinders() -> None:
 
 @pytest.mark.compiled
 def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
+    # The coefficients of the series are those of a centred mechanism.
+    names = [
+        name
+        for name in QUANTITIES
+        if (
+            name not in ("position_mean", "inertia_pressure_order")
+            and not name.endswith(("_coefficient", "_truncated"))
+        )
+        or name == "load_coefficient"
+    ]
     found = run(
-        quantities=tuple(QUANTITIES),
+        quantities=tuple(names),
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
         set={
             "cylinders": 4,
@@ -219,7 +229,7 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
             "rod_inertia": 0.1,
         },
     )
-    for name in QUANTITIES:
+    for name in names:
         assert np.isfinite(found[name]).all(), name
     assert "pin_offset" not in found["fmep"].dims
 
