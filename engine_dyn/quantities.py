@@ -20,20 +20,25 @@ from engine_dyn import arrangement, driven_machine, forces, friction, masses, sl
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
+from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
 __all__ = [
+    "ALONG_SHAFT",
     "CONSTANTS",
     "CYCLE_KEYS",
+    "DEFAULTS",
     "DIMENSIONS",
     "INERTIA_PARTS",
     "MOTOR_KEYS",
     "NEUTRAL",
     "NODES",
+    "NO_STROKE_FRICTION",
     "PARAMETERS",
     "QUANTITIES",
     "SOLVER_COLUMNS",
+    "STROKE_SHARES",
     "Node",
     "check_graph",
     "select",
@@ -154,6 +159,11 @@ _PARAMETERS = (
         high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
     ),
     _parameter(
+        "misfire", "i_0", "1", "number of the cylinder that does not burn, 0: none", whole=True,
+        low=0.0, low_included=True, high=float(arrangement.MOST_CYLINDERS), high_included=True,
+        source="this project",
+    ),
+    _parameter(
         "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
         low_included=True, source="Kakaitsas eq. 3.4",
     ),
@@ -179,6 +189,11 @@ _PARAMETERS = (
         source="Kakaitsas table 4.1",
     ),
     _parameter(
+        "rod_inertia", r"\theta_\delta", "kg m2",
+        "moment of inertia of the rod about its centre of gravity", low=0.0,
+        source="Rakopoulos notes, third condition",
+    ),
+    _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15",
     ),
@@ -200,6 +215,33 @@ _PARAMETERS = (
         "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
         "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
         low_included=True, source="Chen and Flynn, SAE 650733",
+    ),
+    _parameter(
+        "friction_boundary", "f_b", "1",
+        "share of the friction over the stroke with a constant coefficient", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_mixed", "f_m", "1",
+        "share of the friction over the stroke whose coefficient falls as the piston moves",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_hydrodynamic", "f_h", "1",
+        "share of the friction over the stroke that grows with the root of speed times pressure",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_skirt", "f_s", "1",
+        "share of the friction over the stroke that grows with the piston's speed", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "ring_pressure", "p_r", "bar",
+        "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
+        high=100.0, source="Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "auxiliary_torque", "M_{aux}", "N m",
@@ -231,6 +273,12 @@ _PARAMETERS = (
         source="Heywood (1988), eq. 9.30",
     ),
     _parameter(
+        "truncation", r"\nu_{max}", "1",
+        "highest order kept, an even number, of the shortened series of the piston's motion",
+        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        source="Mosakowski eqs. 13, 18",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -255,6 +303,8 @@ NEUTRAL: Mapping[str, float] = MappingProxyType(
         "pin_offset": 0.0, "crank_offset": 0.0, "friction_mean_piston_speed_square": 0.0,
         "auxiliary_torque": 0.0, "auxiliary_inertia": 0.0, "flywheel_inertia": 0.0,
         "load_inertia": 0.0, "gear_ratio": 1.0, "load_phase": 0.0, "load_table_factor": 1.0,
+        "friction_boundary": 0.0, "friction_mixed": 0.0, "friction_hydrodynamic": 0.0,
+        "friction_skirt": 0.0, "misfire": 0.0,
     }
 )  # fmt: skip
 """Parameters that have these values, in file units, unless given."""
@@ -267,6 +317,20 @@ _OF_MOTOR = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown
 MOTOR_KEYS = (*_OF_MOTOR, "motor_slip")
 """Any of them given, an induction motor drives."""
 
+STROKE_SHARES = (
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
+)  # fmt: skip
+"""Parameters that spread the friction over the stroke."""
+
+NO_STROKE_FRICTION = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Nodes that are 0 where all of `STROKE_SHARES` are."""
+
+DEFAULTS: Mapping[str, float] = MappingProxyType({"truncation": 2.0})
+"""Parameters that have another value unless given."""
+
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
 
@@ -275,12 +339,14 @@ _CONSTANTS = tuple(
     for name, long_name in (
         ("family", "indicator diagrams over load"),
         ("cycle", "which of the scene's modelled cycles"),
+        ("cycle_known", "1, NaN where the parameters are no cycle"),
         ("period", "angle of one cycle"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
         ("driven", "load over angle, load over speed or driver"),
-        ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
+        ("cylinder_set", "which of the scene's sets of cylinders"),
+        ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
@@ -323,8 +389,48 @@ def _mean_gas(
     return np.where(share == 1.0, whole, motored + share * (whole - motored))
 
 
+def _mean_gas_of_throws(
+    crank_ratio: Any, row: Any, family: Family, cylinder_set: Any,
+    cylinders_by_count: CylindersByCount, sharing: tuple[int, int],
+) -> Any:  # fmt: skip
+    """Mean over cylinders on throws of unequal radius, over the engine's."""
+    from engine_dyn.speed import sweep
+
+    counts = np.asarray(cylinder_set)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        each = {
+            (f, r): r
+            * sweep.mean_gas_torque(
+                crank_ratio * r, row, family, pressure_factor=f, tables=sharing[0]
+            )
+            for f, r in {(m.pressure_factor, m.radius_factor) for m in members}
+        }
+        whole = sum(each[m.pressure_factor, m.radius_factor] for m in members) / len(members)
+        total = np.where(counts == count, whole, total)
+    return total
+
+
+def _mean_square_of_throws(
+    crank_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
+) -> Any:
+    """Mean over cylinders of the square of velocity, times mass and radius factors."""
+    counts = np.asarray(cylinder_set)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        whole = sum(
+            m.mass_factor * m.radius_factor**2
+            * masses.mean_square_velocity(np.asarray(crank_ratio) * m.radius_factor)
+            for m in members
+        ) / len(members)  # fmt: skip
+        total = np.where(counts == count, whole, total)
+    return total
+
+
 def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
-    """Take a value for each number of cylinders."""
+    """Take a value for each set of cylinders."""
     counts = np.asarray(cylinders)
     found = np.empty(counts.shape)
     for count in np.unique(counts):
@@ -394,6 +500,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return sweep.solve(**needs)
 
@@ -404,8 +511,40 @@ def _torque_solution(**needs: Any) -> Any:
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
+
+
+def _product(**needs: Any) -> Any:
+    return math.prod(needs.values())
+
+
+def _stroke_friction(needs: dict[str, Any]) -> forces.StrokeFriction:
+    """Take the friction over the stroke out of the needs of a curve."""
+    *levels, ring = (needs.pop(name) for name in NO_STROKE_FRICTION)
+    return forces.StrokeFriction(tuple(levels), ring)
+
+
+def _curve_inputs(needs: dict[str, Any]) -> dict[str, Any]:
+    """Rename the needs of a curve as `forces` has them."""
+    names = {
+        "crank_angle": "phi", "pressure_scale": "scale", "throw": "stroke",
+        "reciprocating_mass": "mass", "offset_ratio": "offset", "cylinder_set": "cylinders",
+        "cylinders_by_count": "by_count",
+    }  # fmt: skip
+    return {names.get(name, name): value for name, value in needs.items()}
+
+
+def _friction_over_stroke(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    return forces.friction_over_stroke(shape=shape, **_curve_inputs(needs))
+
+
+def _torque_after_throw(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    uniform = not any(np.any(level) for level in shape.levels)
+    return forces.torque_after_throw(shape=None if uniform else shape, **_curve_inputs(needs))
 
 
 def _ratio(numerator: Any, denominator: Any) -> Any:
@@ -430,9 +569,9 @@ def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> No
             "delta_error", "iterations", "omega", "angular_acceleration", "status",
         ),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
-            "throw", "reciprocating_mass", "speed", "inertia", load, "torque_mean",
-            "friction_torque", "cylinders", "cylinders_by_count", "passes",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "inertia", load,
+            "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count", "passes",
             "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
             "method", "inertia_model", "crank_angle",
             *(("load_exponent",) if "power_law" in when else ()), *more,
@@ -479,8 +618,14 @@ _STAGES = (
     ),
     Node(
         "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
-        needs=("speed", "scale_table"), make=_scale,
+        needs=("speed", "scale_table"), make=_scale, when="given_cycles",
         source="diesel_105x137: curve times peak pressure over speed",
+    ),
+    Node(
+        "pressure_scale", "", "1",
+        "factor on the diagram at this speed, NaN where the parameters are no cycle", public=False,
+        needs=("speed", "scale_table", "cycle_known"), when="own_cycles",
+        make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
     ),
     Node(
         "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
@@ -508,36 +653,65 @@ _STAGES = (
     ),
     Node(
         "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
         ),
     ),
     Node(
         "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].mass_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].mass_factors)
         ),
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.mean
         ),
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
         needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
-        make=_mean_gas,
+        make=_mean_gas, when="equal_throws",
+    ),
+    Node(
+        "mean_gas", "", "Pa",
+        "mean of pressure times piston velocity over the engine's crank radius and speed",
+        public=False, when="unequal_throws",
+        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count", "sharing"),
+        make=_mean_gas_of_throws,
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].radius_factors)
+        ),
+    ),
+    Node(
+        "friction_level", "", "Pa",
+        "mean friction torque of a cylinder over piston area and crank radius", public=False,
+        needs=("rubbing", "stroke", "stroke_share", "throw", "period"),
+        make=lambda rubbing, stroke, stroke_share, throw, period: rubbing * 2.0 * stroke
+        * stroke_share / (throw * period),
+    ),
+    *(
+        Node(
+            f"{part}_friction", "", "Pa", f"level of the {part} part of the friction", public=False,
+            needs=(f"friction_{part}", "friction_level"), make=_product,
+        )
+        for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
-            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore",
+            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
             "cylinders_by_count", "family", "period", "tolerance",
         ),
         make=_torque_solution,
@@ -732,7 +906,7 @@ _LOAD = (
     ),
 )  # fmt: skip
 
-_QUANTITIES = (
+_QUANTITIES: tuple[Node, ...] = (
     _speed_result(
         "delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"
     ),
@@ -819,8 +993,9 @@ _QUANTITIES = (
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="centred", needs=("mean_gas", "pressure_scale", "period"),
-        make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+        when="centred", needs=("mean_gas", "pressure_scale", "period", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
+        * mean_gas / stroke_share,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
@@ -842,9 +1017,11 @@ _QUANTITIES = (
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
-        "mean_piston_speed", "c_m", "m s-1", "mean piston speed", "Kakaitsas eq. 3.9",
-        needs=("stroke", "speed"),
-        make=lambda stroke, speed: friction.mean_piston_speed(stroke, speed),
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, of unequal throws their mean",
+        "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
+        make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
+            stroke * stroke_share, speed
+        ),
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
@@ -854,15 +1031,16 @@ _QUANTITIES = (
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
         "Kakaitsas eq. 3.9", si=BAR, when="unequal",
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.max
         ),
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
-        needs=("bore", "stroke", "cylinders"),
-        make=lambda bore, stroke, cylinders: cylinders * forces.piston_area(bore) * stroke,
+        needs=("bore", "stroke", "cylinders", "stroke_share"),
+        make=lambda bore, stroke, cylinders, stroke_share: cylinders * forces.piston_area(bore)
+        * stroke * stroke_share,
     ),
     Node(
         "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
@@ -875,12 +1053,28 @@ _QUANTITIES = (
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="equal_throws",
         needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
                "offset_ratio", "mass_share"),
         make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
         offset_ratio, mass_share: masses.engine_inertia(
             mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
             offset_ratio,
+        ),
+    ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="unequal_throws",
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders, cylinder_set,
+        cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
+            reciprocating_mass
+            * _mean_square_of_throws(crank_ratio, cylinder_set, cylinders_by_count)
+            + rotating_mass * _by_count(
+                cylinder_set, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
+            )
         ),
     ),
     *_LOAD,
@@ -915,34 +1109,34 @@ _QUANTITIES = (
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="unequal",
-        needs=("crank_angle", "family", "row", "pressure_scale", "cylinders",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
                "cylinders_by_count"),
-        make=lambda crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count:
+        make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
         forces.pressure_of_first(
-            crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count
+            crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
         ),
     ),
     Node(
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "cylinders", "period", "offset_ratio",
+               "crankcase_pressure", "bore", "throw", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, cylinders, period, offset_ratio, cylinders_by_count: forces.gas_torque(
+        bore, throw, cylinder_set, period, offset_ratio, cylinders_by_count: forces.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, cylinders, period, offset_ratio, cylinders_by_count,
+            throw, cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinders",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinder_set",
                "period", "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders,
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set,
         period, offset_ratio, cylinders_by_count: forces.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders, period,
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set, period,
             offset_ratio, cylinders_by_count,
         ),
     ),
@@ -951,20 +1145,43 @@ _QUANTITIES = (
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
-               "angular_acceleration", "cylinders", "period", "offset_ratio",
+               "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
-        angular_acceleration, cylinders, period, offset_ratio, cylinders_by_count:
+        angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
         forces.inertia_torque_actual(
             crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
-            cylinders, period, offset_ratio, cylinders_by_count,
+            cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Kakaitsas eq. 3.8",
+        kind="curve", when="uniform_friction", needs=("friction_torque", "crank_angle"),
+        make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
+    ),
+    Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
+        kind="curve", when="stroke_friction",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",
+               "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+        make=_friction_over_stroke,
+    ),
+    Node(
         "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
-        kind="curve", needs=("gas_torque", "inertia_torque", "friction_torque"),
+        kind="curve", when="uniform_friction",
+        needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", when="stroke_friction",
+        needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
+        make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
+        + inertia_torque - instantaneous_friction_torque,
     ),
     Node(
         "torque_after_throw", "T_i", "N m",
@@ -972,19 +1189,19 @@ _QUANTITIES = (
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-        offset_ratio: forces.torque_after_throw(
-            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-            offset_ratio,
-        ),
+               "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
+               *NO_STROKE_FRICTION),
+        make=_torque_after_throw,
     ),
+    *MECHANISM,
 )  # fmt: skip
 
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
+    Dimension(
+        "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
+        whole=True,
+    ),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
     Dimension(
         "crank_angle", r"\varphi", "degree",
@@ -994,6 +1211,9 @@ _DIMENSIONS = (
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
 """Dimensions beside the axes of a scene, in the order of archives."""
+
+ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
+"""Dimensions of what needs to know the throws of an engine."""
 
 _POINTS = tuple(
     Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
@@ -1047,6 +1267,8 @@ def check_graph() -> None:
             for need in node.needs:
                 if need not in NODES:
                     raise ValueError(f"{node.name} needs {need}, which is not a node")
+            if "cylinders_by_count" in node.needs and "cylinder_set" not in node.needs:
+                raise ValueError(f"{node.name}: keys of cylinders_by_count are cylinder_set")
             if node.make is None:
                 continue
             arguments = inspect.signature(node.make).parameters.values()

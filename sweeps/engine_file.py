@@ -82,6 +82,7 @@ class _EngineFile(Strict):
     firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
     pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
     mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=KEYS["radius_factor"])
     load_table: Any = Field(default=None, description=TABLE_KEYS["load_table"])
     driver_table: Any = Field(default=None, description=TABLE_KEYS["driver_table"])
     values: dict[str, Any] = Field(description="a table of parameters")

@@ -9,7 +9,7 @@ import numpy as np
 import psutil
 
 from engine_dyn.driven_machine import repeats_of
-from engine_dyn.quantities import DIMENSIONS, QUANTITIES
+from engine_dyn.quantities import DIMENSIONS, NO_STROKE_FRICTION, QUANTITIES
 from sweeps.blocks import block_count, cut
 from sweeps.errors import counted, size_text
 from sweeps.plan import Plan, Stage
@@ -34,7 +34,8 @@ RATES = {
 else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
 
 TABLE_INPUTS = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "cylinders",
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+    *NO_STROKE_FRICTION, "cylinder_set",
 )  # fmt: skip
 """What a table of work depends on; designs that agree in all of it share one."""
 
@@ -63,7 +64,7 @@ def text(plan: Plan) -> str:
     for stage in plan.stages:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
-    lines += ["", *_skipped(plan)]
+    lines += ["", *_no_cycles(plan), *_skipped(plan)]
     pieces = block_count(plan, cut(plan))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
@@ -73,6 +74,16 @@ def text(plan: Plan) -> str:
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
+
+
+def _no_cycles(plan: Plan) -> list[str]:
+    """How many combinations of the parameters of a modelled cycle are none."""
+    known = np.asarray(plan.leaves["cycle_known"].data)
+    lost = int(np.isnan(known).sum())
+    if not lost:
+        return []
+    keys = ", ".join(plan.scene.cycle_keys)
+    return [f"no cycle: {lost} of {known.size} combinations of {keys} (status 4)"]
 
 
 def seconds(plan: Plan) -> float:
@@ -170,21 +181,19 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
     load = plan.scene.driven.over_angle
     repeats = [0]  # what every number divides
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
         repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
-    parts = []
-    for number, engine in zip(numbers, engines.values(), strict=True):
+    parts: dict[str, None] = {}
+    periods: dict[str, None] = {}
+    for engine in engines.values():
+        number = str(engine.count) if parts else counted(engine.count, "cylinder")
         together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
         solved = " or ".join(f"{cycle / times:.4g}" for times in together)
-        parts.append(f"{solved} ({number})")
-    periods = [
-        f"{number}: {engine.solved}"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
+        parts.setdefault(f"{solved} ({number})")
+        periods.setdefault(f"{number}: {engine.solved}")
     lines = [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",

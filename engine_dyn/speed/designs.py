@@ -43,24 +43,29 @@ from engine_dyn.speed.newton import POWER_MEAN, closure_terms, newton
 from engine_dyn.speed.picard import repeat_cycles
 from engine_dyn.speed.product import (
     BORE,
+    BOUNDARY,
     BREAKDOWN,
     CRANKCASE,
     EXPONENT,
     FRICTION,
     GEAR_RATIO,
+    HYDRODYNAMIC,
     INERTIA,
     INPUTS,
     LOAD_PHASE,
     LOAD_SCALE,
     MASS,
     MEAN_TORQUE,
+    MIXED,
     OFFSET,
     OFFSET_RATIO,
     OUTPUT,
     PASSES,
     RATIO,
+    RING,
     ROW,
     SCALE,
+    SKIRT,
     SPEED,
     START_ANGLE,
     STROKE,
@@ -84,6 +89,7 @@ from engine_dyn.speed.segments import (
     spread,
 )
 from engine_dyn.speed.tables import (
+    FRICTIONLESS,
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
@@ -98,6 +104,7 @@ from engine_dyn.speed.tables import (
     TORQUE_MIDDLE,
     TORQUE_SLOPE,
     Blend,
+    Friction,
     Grid,
 )
 from engine_dyn.status import (
@@ -272,7 +279,11 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
     weight = row - whole
     first = row_of[whole]
     second = row_of[whole + 1] if weight > 0.0 else first
-    return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE]])
+    friction = Friction(
+        values[at[BOUNDARY]], values[at[MIXED]], values[at[HYDRODYNAMIC]], values[at[SKIRT]],
+        values[at[RING]],
+    )  # fmt: skip
+    return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE]], friction)
 
 
 @inlined
@@ -1197,7 +1208,7 @@ def mean_gas_torque(
         weight = row[i] - whole
         first = row_of[whole]
         second = row_of[whole + 1] if weight > 0.0 else first
-        blend = Blend(first, second, weight, 1.0, 0.0)
+        blend = Blend(first, second, weight, 1.0, 0.0, FRICTIONLESS)
         if offset[i] == 0.0:
             tables.rates_of_work(ratio[i], blend, grid, rates)
         else:

@@ -20,6 +20,7 @@ from engine_dyn.driven_machine import (
     repeats_of,
 )
 from engine_dyn.forces import piston_area
+from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import sweep
@@ -88,6 +89,8 @@ def periodic_speed(
     firing_angles: Sequence[float] | None = None,
     pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None,
+    radius_factor: Sequence[float] | None = None,
+    friction_shape: FrictionShape | None = None,
     load_exponent: float = 2.0,
     load_offset: float = 0.0,
     friction_torque: float = 0.0,
@@ -134,6 +137,10 @@ def periodic_speed(
     pressure_factor, mass_factor : sequence of float, optional
         One a cylinder: f in p_motored + f (p - p_motored), see `engine_dyn.motored`, and the factor
         on its reciprocating mass.
+    radius_factor : sequence of float, optional
+        Crank radius of each cylinder over the first's; their rods are equally long.
+    friction_shape : FrictionShape, optional
+        How the friction torque is spread over the stroke; constant over the cycle unless given.
     load_exponent, load_offset : float
         alpha and a [N m] of the load torque a + k omega^alpha.
     friction_torque : float
@@ -219,17 +226,29 @@ def periodic_speed(
         repeats_of(driven.over_angle, gear, diagram.period)
 
     family = _family_of(diagram)
-    engine = _cylinders(cylinders, diagram.period, firing_angles, pressure_factor, mass_factor)
+    engine = _cylinders(
+        cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
+    )
+    if not engine.equal_throws:
+        _check_radii(engine, crank_ratio, offset)
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     offset_ratio = offset / (0.5 * throw)
     means = [
-        float(sweep.mean_gas_torque(crank_ratio, 0.0, family, offset_ratio, factor))
-        for factor in engine.pressure_factors
+        radius
+        * float(sweep.mean_gas_torque(crank_ratio * radius, 0.0, family, offset_ratio, factor))
+        for factor, radius in zip(engine.pressure_factors, engine.radius_factors, strict=True)
     ]
     mean_gas = means[0] if engine.equal else sum(means) / cylinders
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
+    levels: dict[str, float] = {}
+    if friction_shape is not None:
+        shares = (friction_shape.boundary, friction_shape.mixed, friction_shape.hydrodynamic,
+                  friction_shape.skirt)  # fmt: skip
+        level = friction_torque / (cylinders * lever)
+        levels = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
+        levels["ring_pressure"] = friction_shape.ring_pressure
     constant = load_offset
     if driven.over_angle is not None:
         constant = constant_load(load_offset, driven.over_angle, gear, load_scale)
@@ -264,6 +283,7 @@ def periodic_speed(
         offset=constant,
         mean_torque=torque_mean,
         friction_torque=friction_torque,
+        **levels,
         start_speed=0.0 if start_speed is None else start_speed,
         passes=0.0 if passes is None else float(passes),
         start_angle=start_angle,
@@ -300,6 +320,7 @@ def _cylinders(
     firing_angles: Sequence[float] | None,
     pressure_factor: Sequence[float] | None,
     mass_factor: Sequence[float] | None,
+    radius_factor: Sequence[float] | None,
 ) -> Cylinders:
     """Cylinders with their phases and factors."""
     engine = even_cylinders(count, period)
@@ -315,4 +336,16 @@ def _cylinders(
     return engine.with_factors(
         None if pressure_factor is None else tuple(pressure_factor),
         None if mass_factor is None else tuple(mass_factor),
+        None if radius_factor is None else tuple(radius_factor),
     )
+
+
+def _check_radii(engine: Cylinders, crank_ratio: float, offset: float) -> None:
+    largest = max(engine.radius_factors)
+    if not crank_ratio * largest < 1.0:
+        raise ValueError(
+            f"radius_factor = {largest:g}: times crank_ratio = {crank_ratio:g} must be below 1, or "
+            "the crank cannot turn"
+        )
+    if offset != 0.0:
+        raise ValueError("radius_factor: not allowed with an offset; must be 1 for all cylinders")

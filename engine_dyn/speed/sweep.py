@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache, partial, wraps
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
     FEWEST_NODES,
+    FRICTIONLESS,
     GAS_WORK,
     GAS_WORK_MIDDLE,
     MOST_NODES,
@@ -46,7 +47,7 @@ from engine_dyn.speed.tables import (
     make_grid,
     steps_per_cycle,
 )
-from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NOT_CONVERGED, TOLERANCE_NOT_MET
 
 __all__ = [
     "CLOSURES",
@@ -75,6 +76,12 @@ SPEED_RESULTS = (
 CURVE_RESULTS = ("omega", "angular_acceleration")
 
 TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
+
+FRICTION_NAMES = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Inputs that spread the friction over the stroke, see `tables.Friction`."""
 
 SAMPLE_WIDTH = np.pi / 180.0
 """Step of the thesis's method: one degree."""
@@ -127,6 +134,31 @@ FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
 
+def _known_apart(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+    """Take out designs without a diagram, whose `scale` is NaN: they have no numbers.
+
+    Kernels do not look for NaN, so they solve these with another diagram, and it is given up.
+    """
+
+    @wraps(solved)
+    def of_known(*, scale: Any, **arguments: Any) -> dict[str, Any]:
+        unknown = np.isnan(scale)
+        if not unknown.any():
+            return solved(scale=scale, **arguments)
+        for name in ("mean_torque", "friction_torque"):  # made from it
+            if name in arguments:
+                arguments[name] = np.nan_to_num(arguments[name])
+        found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
+        for name, array in found.items():
+            here = unknown[..., None] if name in CURVE_RESULTS else unknown
+            lost = INVALID_INPUT if name == "status" else np.nan
+            np.copyto(array, lost, where=here, casting="unsafe")
+        return found
+
+    return of_known
+
+
+@_known_apart
 def solve(
     *,
     family: Family,
@@ -167,9 +199,9 @@ def solve(
     tolerance : float
         Relative error of delta aimed at.
     cylinders : array_like of int
-        How many.
+        How many, or keys of `cylinders_by_count`.
     cylinders_by_count : mapping, optional
-        Their phases and factors for each number of them; evenly firing and equal if not there.
+        Cylinders of each key; so many evenly firing equal ones where there is none.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
@@ -190,8 +222,11 @@ def solve(
         Load over angle, load over speed or driver beside a + k omega^alpha: these take the general
         method.
     **inputs : array_like
-        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
+        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure; NaN
+        says that a design has no diagram: its status is "invalid input"),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
+        boundary_friction, mixed_friction, hydrodynamic_friction, skirt_friction (see
+        `tables.Friction`, 0 unless given), ring_pressure (needed by the first three),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
         start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad]; for a
@@ -206,17 +241,17 @@ def solve(
     """
     inputs = {
         "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
-        "gear_ratio": 1.0, "load_phase": 0.0, "load_scale": 1.0, "synchronous_speed": 1.0,
-        "breakdown_slip": 1.0, **inputs,
+        **dict.fromkeys(FRICTION_NAMES, 0.0), "gear_ratio": 1.0, "load_phase": 0.0,
+        "load_scale": 1.0, "synchronous_speed": 1.0, "breakdown_slip": 1.0, **inputs,
     }  # fmt: skip
     named = {
-        "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": _codes(METHODS, method),
         "inertia_model": _codes(INERTIA_MODELS, inertia_model),
     }
     shape = np.broadcast_shapes(
-        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values())
-    )
+        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values()),
+        np.shape(cylinders),
+    )  # fmt: skip
     rank = len(shape)
     period = family.row(0).period
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
@@ -226,6 +261,7 @@ def solve(
     if not driven.plain and np.isin(named["method"], designs.THESIS).any():
         raise ValueError("method 'thesis' marches a + k omega^alpha alone: take another")
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
+    sets = aligned(np.asarray(cylinders, dtype=np.int64), rank)
     kinds = np.full((1,) * rank, NO_POWER)
     if driven.power_law:
         kinds = np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3)
@@ -236,6 +272,7 @@ def solve(
         finer * _fewest_nodes(family, row, tolerance),
         _repeats(driven.over_angle, gear, period),
         finer * _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
+        *_along_axes(sets),
     ]
     size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
@@ -266,7 +303,7 @@ def solve(
     packed = Packed.of(inputs, shape)
     over_speed, over_angle = _acting(driven)
     for part in split(shape, keys):
-        count, method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys)
+        method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys[:7])
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
@@ -275,7 +312,7 @@ def solve(
         in_lanes = not general and driven.plain and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
-        engine = _engine(count, period, cylinders_by_count)
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         # Torque and load repeat together as often as both do.
         times = math.gcd(engine.symmetry, repeats)
         members = engine.representatives_of(times)
@@ -283,9 +320,9 @@ def solve(
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
-        apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
+        apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
         ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
@@ -345,7 +382,7 @@ def solve(
 
     if missed.size and finer < FINEST:
         # Repeating cycles from a start has an error of its own, which more nodes do not mend.
-        missed = missed[~np.isin(chosen(keys[1], missed), MARCHING)]
+        missed = missed[~np.isin(chosen(keys[0], missed), MARCHING)]
     if missed.size and finer < FINEST:
         again = solve(
             family=family, wanted=wanted, method=chosen(method, missed),
@@ -360,8 +397,8 @@ def solve(
         known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
-        if np.isin(keys[1], MARCHING).any():
-            known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if np.isin(keys[0], MARCHING).any():
+            known &= ~np.isin(np.broadcast_to(keys[0], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
@@ -404,6 +441,7 @@ def _compare(
         np.copyto(found["status"][here], met, where=good)
 
 
+@_known_apart
 def torque_extremes(
     *,
     family: Family,
@@ -422,20 +460,21 @@ def torque_extremes(
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
                "start_angle", "offset_ratio", "gear_ratio", "load_phase", "load_scale",
-               "synchronous_speed", "breakdown_slip")  # fmt: skip
+               "synchronous_speed", "breakdown_slip", *FRICTION_NAMES)  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
-    keys = [aligned(counts, len(shape)), _fewest_nodes(family, row, tolerance)]
+    sets = aligned(counts, len(shape))
+    keys = [_fewest_nodes(family, row, tolerance), *_along_axes(sets)]
     names = [name for name in TORQUE_RESULTS if name in wanted]
     scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
     places = np.array([names.index(n) if n in names else -1 for n in TORQUE_RESULTS])
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, fewest = (int(key) for key in part.keys)
-        engine = _engine(count, period, cylinders_by_count)
+        fewest = int(part.keys[0])
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
@@ -465,7 +504,7 @@ def mean_gas_torque(
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
     are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
-    offset = _may_be_offset(offset_ratio)
+    offset = _may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
@@ -642,6 +681,24 @@ def _extremes(
     )  # fmt: skip
 
 
+def _along_axes(sets: Integers) -> list[Integers]:
+    """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
+
+    Sets may vary along several axes (number, misfire, arrangement): places of an axis are one key
+    where all sets there are the same.
+    """
+    varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
+    if len(varying) <= 1:
+        return [sets]
+    keys = []
+    for axis in varying:
+        rows = np.moveaxis(sets, axis, 0).reshape(sets.shape[axis], -1)
+        _, number = np.unique(rows, axis=0, return_inverse=True)
+        shape = [size if i == axis else 1 for i, size in enumerate(sets.shape)]
+        keys.append(number.reshape(shape))
+    return keys
+
+
 def _codes(names: tuple[str, ...], value: Any) -> Integers:
     words = np.asarray(value)
     return np.array([names.index(str(w)) for w in words.ravel()], dtype=np.int64).reshape(
@@ -746,8 +803,10 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build_equal(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
-              np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
+        build_equal(
+            0.3, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), steps, diagram.period / steps, grid,
+            table, np.empty((4, steps)), np.empty(6 * steps),
+        )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
             break
@@ -755,9 +814,15 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     return steps
 
 
-def _may_be_offset(offset_ratio: Any) -> bool:
-    """Whether there may be an offset in the sweep: a block of it must not decide by its own."""
-    return np.ndim(offset_ratio) > 0 or float(offset_ratio) != 0.0
+def _may_be(value: Any) -> bool:
+    """Whether it may be anything but 0 in the sweep: a block of it must not decide by its own."""
+    return np.ndim(value) > 0 or float(value) != 0.0
+
+
+def _own_tables(inputs: Mapping[str, Any]) -> bool:
+    """Whether tables depend on more than crank ratio and pressure, so that each is built."""
+    uneven = any(_may_be(inputs[name]) for name in FRICTION_NAMES)
+    return uneven or _may_be(inputs["offset_ratio"])
 
 
 def _engine(
@@ -771,7 +836,9 @@ def _engine(
 def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
     if not needed:
-        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1))
+        return Samples(
+            np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
+        )
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     count = len(engine.members)
@@ -786,4 +853,7 @@ def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool
         ]
         for row in rows
     ]
-    return Samples(np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors))
+    return Samples(
+        np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors),
+        np.array(engine.radius_factors),
+    )  # fmt: skip
