@@ -21,7 +21,7 @@ NOTES = "Rakopoulos notes, bearing loads; derived here"
 PARTS_WIDTH = 64
 """Bytes of a load's components, with the parts that they are summed from."""
 
-_COUNTED = ("cylinders", "cylinders_by_count")
+_COUNTED = ("cylinder_set", "cylinders_by_count")
 _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
 _LOADED = (
     "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
@@ -52,8 +52,8 @@ def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
 
 def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
     """Cylinders to take; of equal ones the first is that of any engine."""
-    if "cylinders" in needs:
-        return needs["cylinders"], needs["cylinders_by_count"]
+    if "cylinder_set" in needs:
+        return needs["cylinder_set"], needs["cylinders_by_count"]
     return 1, {1: even_cylinders(1, needs["period"])}
 
 
@@ -76,7 +76,7 @@ def _load_nodes(
         )  # fmt: skip
 
     whole, extreme = f"{load}_components", f"{load}_extremes"
-    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
+    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("equal_throws", _COUNTED),)
     if load != "main_journal":
         variants = (("equal", ()), ("unequal", _COUNTED))
     made = [
@@ -118,7 +118,7 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
         if turning == "engine":
             found = bearings.turned(found, bearings.first_crank(
                 needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
-                needs["cylinders"], needs["cylinders_by_count"],
+                needs["cylinder_set"], needs["cylinders_by_count"],
             ))  # fmt: skip
         elif turning == "crank":
             top = slider_crank.dead_centres(needs["crank_ratio"], needs["offset_ratio"]).top

@@ -41,9 +41,9 @@ _FORCES = (
     ),
     hidden(
         "mass_of_first", "kg", "reciprocating mass of cylinder 1",
-        ("reciprocating_mass", "cylinders", "cylinders_by_count"),
-        lambda reciprocating_mass, cylinders, cylinders_by_count: reciprocating_mass
-        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinders, cylinders_by_count),
+        ("reciprocating_mass", "cylinder_set", "cylinders_by_count"),
+        lambda reciprocating_mass, cylinder_set, cylinders_by_count: reciprocating_mass
+        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinder_set, cylinders_by_count),
         when="unequal",
     ),
     Node(
@@ -119,12 +119,12 @@ _FORCES = (
     Node(
         "gravity_torque", "M_G", "N m",
         "torque of the weight of the running gear without counterweights, all cylinders",
-        f"{NOTES}, T_G", kind="curve",
+        f"{NOTES}, T_G", kind="curve", when="equal_throws",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "rotating_mass", "throw",
-               "cylinders", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, rotating_mass, throw, cylinders,
-        cylinders_by_count, offset_ratio: mechanism.gravity_torque(
-            crank_angle, crank_ratio, reciprocating_mass, rotating_mass, 0.5 * throw, cylinders,
+               "cylinder_set", "cylinders_by_count", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, rotating_mass, throw,
+        cylinder_set, cylinders_by_count, offset_ratio: mechanism.gravity_torque(
+            crank_angle, crank_ratio, reciprocating_mass, rotating_mass, 0.5 * throw, cylinder_set,
             cylinders_by_count, offset_ratio,
         ),
     ),

@@ -60,8 +60,8 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Word of the scene for which this variant of a name holds (its closure, "centred" or
-        "offset", "equal" or "unequal" cylinders); empty: any.
+        Words of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders): all of them; empty: any.
     can_fail : bool
         The stage writes `status`.
     low, high : float

@@ -28,7 +28,7 @@ def _gas_torque_of(work: Any, speed: Any, pressure_scale: Any, crankcase_pressur
     return lever * (pressure_scale * work - crankcase_pressure * speed)
 
 
-_COUNTED = ("cylinders", "cylinders_by_count")
+_COUNTED = ("cylinder_set", "cylinders_by_count")
 _GAS = ("pressure_scale", "crankcase_pressure", "bore", "throw")
 
 
@@ -71,13 +71,14 @@ def _gravity(scope: str, first_only: bool) -> Node:
     def make(**needs: Any) -> Any:
         return harmonics.gravity_harmonics(
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
-            needs["rotating_mass"], 0.5 * needs["throw"], needs["cylinders"],
+            needs["rotating_mass"], 0.5 * needs["throw"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
         (*_MOTION, "reciprocating_mass", "rotating_mass", "throw", *_COUNTED), make,
+        when="" if first_only else "equal_throws",
     )  # fmt: skip
 
 
@@ -126,23 +127,23 @@ _HARMONICS = (
     _harmonic(
         "gas_harmonics", "Pa", "harmonics of pressure times reduced piston velocity, cylinder 1",
         (*_DIAGRAM, *_COUNTED),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinders,
+        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
         cylinders_by_count: harmonics.first_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinders, cylinders_by_count
+            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count
         ),
         when="unequal",
     ),
     _harmonic(
         "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
-        lambda order, cylinders, cylinders_by_count: harmonics.phase_vectors(
-            order, cylinders, cylinders_by_count
+        lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
+            order, cylinder_set, cylinders_by_count
         ),
     ),
     _harmonic(
         "mass_vectors", "1", "sum of the phase vectors, weighted with the masses",
         ("order", *_COUNTED),
-        lambda order, cylinders, cylinders_by_count: harmonics.phase_vectors(
-            order, cylinders, cylinders_by_count, lambda member: member.mass_factor
+        lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
+            order, cylinder_set, cylinders_by_count, lambda member: member.mass_factor
         ),
     ),
     _harmonic(
@@ -155,29 +156,31 @@ _HARMONICS = (
         "engine_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity, all cylinders",
         (*_DIAGRAM, *_COUNTED),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinders,
+        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
         cylinders_by_count: harmonics.engine_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinders, cylinders_by_count
+            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count
         ),
-        when="unequal",
+        when="unequal equal_throws",
     ),
     _harmonic(
         "engine_speed_harmonics", "1", "harmonics of the reduced piston velocity, all cylinders",
         ("speed_harmonics", "phase_vectors"),
         lambda speed_harmonics, phase_vectors: speed_harmonics * phase_vectors,
+        when="equal_throws",
     ),
     _harmonic(
         "engine_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2, all cylinders",
         ("inertia_harmonics", "mass_vectors"),
         lambda inertia_harmonics, mass_vectors: inertia_harmonics * mass_vectors,
+        when="equal_throws",
     ),
     _harmonic(
         "first_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2, cylinder 1",
         ("inertia_harmonics", *_COUNTED),
-        lambda inertia_harmonics, cylinders, cylinders_by_count: inertia_harmonics
-        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinders, cylinders_by_count),
+        lambda inertia_harmonics, cylinder_set, cylinders_by_count: inertia_harmonics
+        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinder_set, cylinders_by_count),
         when="unequal",
     ),
     _harmonic(
@@ -188,8 +191,8 @@ _HARMONICS = (
     _harmonic(
         "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
         ("order", *_COUNTED, "cylinder"),
-        lambda order, cylinders, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
-            order, cylinders, cylinders_by_count, cylinder
+        lambda order, cylinder_set, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
+            order, cylinder_set, cylinders_by_count, cylinder
         ),
     ),
     _harmonic(
@@ -203,26 +206,28 @@ _HARMONICS = (
         "throw_gas_harmonics", "Pa",
         "harmonics of pressure times reduced piston velocity of each throw",
         (*_DIAGRAM, *_COUNTED, "cylinder"),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinders,
+        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
         cylinders_by_count, cylinder: harmonics.throw_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinders, cylinders_by_count,
+            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count,
             cylinder,
         ),
-        when="unequal",
+        when="unequal equal_throws",
     ),
     _harmonic(
         "throw_speed_harmonics", "1", "harmonics of the reduced piston velocity of each throw",
         ("speed_harmonics", "throw_phase_vectors"),
         lambda speed_harmonics, throw_phase_vectors: speed_harmonics * throw_phase_vectors,
+        when="equal_throws",
     ),
     _harmonic(
         "throw_inertia_harmonics", "1",
         "harmonics of the inertia torque over m r^2 omega^2 of each throw",
         ("inertia_harmonics", "order", *_COUNTED, "cylinder"),
-        lambda inertia_harmonics, order, cylinders, cylinders_by_count, cylinder:
+        lambda inertia_harmonics, order, cylinder_set, cylinders_by_count, cylinder:
         inertia_harmonics * harmonics.throw_phase_vectors(
-            order, cylinders, cylinders_by_count, cylinder, lambda member: member.mass_factor
+            order, cylinder_set, cylinders_by_count, cylinder, lambda member: member.mass_factor
         ),
+        when="equal_throws",
     ),
     *_complex_torques("cylinder_", "gas_harmonics", "speed_harmonics", "first_inertia_harmonics",
                       "cylinder 1"),

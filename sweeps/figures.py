@@ -13,6 +13,8 @@ more axes              small multiples of these; what is left is cut at one slic
 ``crank_angle``        curves, one line per value of one axis; two components of a load against
                        each other, as a polar diagram
 ``order``              stems, side by side for the values of one axis
+attribute              throws, banks and the firing star, where an arrangement is described
+``arrangement``
 ``design``             the list of designs is taken apart into families, see
                        `sweeps.drawing.views.families_of`
 =====================  ==========================================================================
@@ -31,6 +33,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from sweeps.drawing.arrangement import arrangements
 from sweeps.drawing.curves import (
     COMPONENTS,
     KINEMATICS,
@@ -60,6 +63,7 @@ MOST_ASIDES = 4
 def _plates(study: Study) -> Plates:
     """All figures of an archive, named; nothing is drawn for what is not there."""
     view = study.view
+    yield from arrangements(study)
     yield from kinematics(study)
     yield from indicator_diagrams(study)
     yield from torque_components(study)
