@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import inlined, kernel, wide_vectors
 from engine_dyn.speed import lanes, panels, tables, traces
 from engine_dyn.speed.cycles import (
     RATES,
@@ -438,6 +438,35 @@ def extreme_of_speed(
 
 
 @inlined
+def highest_hill(
+    node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
+    table: Floats, records: Floats,
+) -> tuple[float, float]:  # fmt: skip
+    """Largest (upward = 1) or smallest (-1) q of the curve, and the middle's share in it.
+
+    `node` is the extreme one. Another hill can be higher between its nodes: a hill rises above its
+    own highest node by less than that node's slope makes of an interval.
+    """
+    best, miss = extreme_of_speed(node, upward, design, mu, width, variable, table, records)
+    nodes = table.shape[1]
+    rows = nodes // SEGMENTS
+    before = upward * records[place_of(nodes - 1, rows) + Q]
+    here = upward * records[place_of(0, rows) + Q]
+    for j in range(nodes):
+        after = upward * records[place_of(j + 1 if j + 1 < nodes else 0, rows) + Q]
+        if here >= before and here > after and j != node:
+            _, slope = slope_at(j, design, mu, variable, table, records)
+            if here + abs(slope) * width > upward * best:
+                value, its_miss = extreme_of_speed(
+                    j, upward, design, mu, width, variable, table, records
+                )
+                if upward * value > upward * best:
+                    best, miss = value, its_miss
+        before, here = here, after
+    return best, miss
+
+
+@inlined
 def unresolved(half: float, closure: int, records: Floats) -> float:
     """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
     rows = records.size // RECORD - 1
@@ -485,10 +514,9 @@ def speeds_of(
     """
     table, records = scratch.table, scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
-    high, high_miss = extreme_of_speed(top, 1.0, design, mu, width, choice.variable, table, records)
-    low, low_miss = extreme_of_speed(
-        bottom, -1.0, design, mu, width, choice.variable, table, records
-    )
+    variable = choice.variable
+    high, high_miss = highest_hill(top, 1.0, design, mu, width, variable, table, records)
+    low, low_miss = highest_hill(bottom, -1.0, design, mu, width, variable, table, records)
     if not (low > FLOOR):
         return math.nan, math.nan, math.nan, math.nan
     span = high - low
@@ -690,7 +718,7 @@ def solve_block(
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
     lanes.extremes(
-        choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+        form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
     for k in range(count):
         code = int(s[lanes.CODE + k])
@@ -729,6 +757,7 @@ def march_lanes(
     number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
     designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
+    wide_vectors()
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
     s, us, rs, tops, lows, chosen = lanes.make_rows(table.shape[1] // ratio)

@@ -81,7 +81,7 @@ FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
 and beyond either: the load counts by its share of the period over one coarse interval, and by how
 steeply it grows."""
 
-PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
+PIECES = math.lcm(SEGMENTS, 16 * CHUNK)
 """What the nodes of a period are a multiple of."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
@@ -253,7 +253,7 @@ def solve(
         apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
-        ratio = RATIOS[fine] if in_lanes else 1
+        ratio = int(os.environ.get('RA') or RATIOS[fine]) if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
         grid = make_grid(family, rows, steps, engine.representatives)
