@@ -716,7 +716,7 @@ def solve_block(
         )  # fmt: skip
     if len(form) > 1:
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
-    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
+    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
     lanes.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip

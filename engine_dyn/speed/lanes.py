@@ -106,7 +106,7 @@ PAD = 2
 # Numbers of a design, one row of lanes each.
 POINTS = 6
 SERIES_TERMS = 11
-ROWS = 62
+ROWS = 66
 FIELDS = ROWS + POINTS + SERIES_TERMS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
@@ -114,7 +114,8 @@ FIELDS = ROWS + POINTS + SERIES_TERMS
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
-    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM,
+    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM, SLACK, THIN,
+    TOP_HILLS, BOTTOM_HILLS,
 ) = (row * LANES for row in range(ROWS))  # fmt: skip
 
 POINT = ROWS * LANES
@@ -906,11 +907,42 @@ def mean_speed(
 
 
 @inlined
+def take_hills(
+    upward: float, group: int, extreme: int, first: int, last: int, hills: int, lanes: int,
+    s: Floats, us: Floats, bounds: Floats,
+) -> None:  # fmt: skip
+    """Note which nodes of a chunk have hills that may hold the extreme.
+
+    `extreme` is the row of the extreme node; `first`, `last` and `hills` become the first such
+    node, the last chunk and how many there are. No hill rises above its node by more than the
+    chunk's bound above its highest node. One node a hill: the first of equals.
+    """
+    wide_vectors()
+    row, number = (CHUNK * group + PAD) * LANES, float(CHUNK * group)
+    for k in range(lanes):
+        best, bound = upward * s[extreme + k], upward * bounds[group * LANES + k]
+        u0, u1 = upward * us[row - LANES + k], upward * us[row + k]
+        u2, u3 = upward * us[row + LANES + k], upward * us[row + 2 * LANES + k]
+        u4, u5 = upward * us[row + 3 * LANES + k], upward * us[row + 4 * LANES + k]
+        least = best - (bound - max(max(u1, u2), max(u3, u4))) if bound >= best else 1e300
+        is1 = 1.0 if (u1 >= max(least, u2)) & (u1 > u0) else 0.0
+        is2 = 1.0 if (u2 >= max(least, u3)) & (u2 > u1) else 0.0
+        is3 = 1.0 if (u3 >= max(least, u4)) & (u3 > u2) else 0.0
+        is4 = 1.0 if (u4 >= max(least, u5)) & (u4 > u3) else 0.0
+        found = (is1 + is2) + (is3 + is4)
+        node = number + (is2 if is1 + is2 > 0.0 else 3.0 - is3)
+        node = node if (s[first + k] < 0.0) & (found > 0.0) else s[first + k]
+        s[first + k] = node
+        s[last + k] = float(group) if bound >= best else s[last + k]
+        s[hills + k] += found
+
+
+@inlined
 def candidates(
     variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
-    tops: Floats, lows: Floats,
+    us: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
-    """Where the extremes can be: the first and the last chunk of nodes that may hold each.
+    """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
 
     Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
     `tops` and `lows` become these bounds.
@@ -922,39 +954,37 @@ def candidates(
         s[BOTTOM + k] = -1.0
         s[TOP_LAST + k] = -1.0
         s[BOTTOM_LAST + k] = -1.0
+        s[TOP_HILLS + k] = 0.0
+        s[BOTTOM_HILLS + k] = 0.0
+        g, eta = s[GAS + k], s[ETA + k]
+        s[SLACK + k] = 0.125 * step * step * s[BETA + k] * (
+            g * constant(constants, HIGHEST_SLOPE, k) + eta * constant(constants, HIGHEST_SLOPE_V, k)
+        )  # fmt: skip
+        s[THIN + k] = 1.0
+        if variable:
+            # q exceeds q* where e - q* tau does, which is linear in P and V.
+            s[THIN + k] = 1.0 / (1.0 + eta * least_square)
     for group in range(chunk.shape[0]):
         pa, pb = shared(chunk, group, P_ABOVE), shared(chunk, group, P_BELOW)
         va, vb = shared(chunk, group, V_ABOVE), shared(chunk, group, V_BELOW)
         row = group * LANES
-        number = float(group)
+        high = deep = 0.0
         for k in range(lanes):
             p_above, p_below = own(chunk, pa, group, P_ABOVE, k), own(chunk, pb, group, P_BELOW, k)
             v_above, v_below = own(chunk, va, group, V_ABOVE, k), own(chunk, vb, group, V_BELOW, k)
             g, eta = s[GAS + k], s[ETA + k]
-            slack = (
-                0.125
-                * step
-                * step
-                * s[BETA + k]
-                * (
-                    g * constant(constants, HIGHEST_SLOPE, k)
-                    + eta * constant(constants, HIGHEST_SLOPE_V, k)
-                )
-            )
-            thin = 1.0
             if variable:
-                # q exceeds q* where e - q* tau does, which is linear in P and V.
-                thin = 1.0 / (1.0 + eta * least_square)
                 eta *= 1.0 + s[HIGH + k]
-            top = tops[row + k] + thin * (g * p_above + eta * v_below + slack)
-            low = lows[row + k] - thin * (g * p_below + eta * v_above + slack)
+            top = tops[row + k] + s[THIN + k] * (g * p_above + eta * v_below + s[SLACK + k])
+            low = lows[row + k] - s[THIN + k] * (g * p_below + eta * v_above + s[SLACK + k])
             tops[row + k] = top
             lows[row + k] = low
-            high, deep = top >= s[HIGH + k], low <= s[LOW + k]
-            s[TOP + k] = number if high and s[TOP + k] < 0.0 else s[TOP + k]
-            s[TOP_LAST + k] = number if high else s[TOP_LAST + k]
-            s[BOTTOM + k] = number if deep and s[BOTTOM + k] < 0.0 else s[BOTTOM + k]
-            s[BOTTOM_LAST + k] = number if deep else s[BOTTOM_LAST + k]
+            high += 1.0 if top >= s[HIGH + k] else 0.0
+            deep += 1.0 if low <= s[LOW + k] else 0.0
+        if high > 0.0:
+            take_hills(1.0, group, HIGH, TOP, TOP_LAST, TOP_HILLS, lanes, s, us, tops)
+        if deep > 0.0:
+            take_hills(-1.0, group, LOW, BOTTOM, BOTTOM_LAST, BOTTOM_HILLS, lanes, s, us, lows)
 
 
 VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
@@ -1202,26 +1232,24 @@ def peaks(
     """
     wide_vectors()
     first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
+    extreme, hills = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
+    most = 0.0
     for k in range(LANES):
         s[PEAK + k] = -1e300 * upward
-        best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
-        node = -1
-        if s[CODE + k] == 0.0:
-            before = CHUNK * int(s[first + k]) - 1
-            node = next_hill(upward, before, int(s[last + k]), best, k, us, bounds)
-            s[CODE + k] = LEFT if node < 0 else 0.0
-        chosen[k] = max(node, 0)
-    several = True
-    while several:
-        peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
-        several = False
+        s[CODE + k] = LEFT if s[CODE + k] == 0.0 and s[first + k] < 0.0 else s[CODE + k]
+        solved = s[CODE + k] == 0.0
+        chosen[k] = int(s[first + k]) if solved else 0
+        most = max(most, s[hills + k] if solved else 0.0)
+    peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+    while most > 1.0:
         for k in range(LANES):
-            if s[CODE + k] == 0.0:
-                best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
+            if s[CODE + k] == 0.0 and s[hills + k] > 1.0:
+                best = upward * s[extreme + k]
                 node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
-                if node >= 0:
-                    chosen[k] = node
-                    several = True
+                chosen[k] = max(node, 0)
+                s[hills + k] -= 1.0
+        peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+        most -= 1.0
 
 
 @inlined

@@ -76,13 +76,12 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
-"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
-and beyond either: the load counts by its share of the period over one coarse interval, and by how
-steeply it grows."""
+FEW_CYLINDERS, SMALL_EXPONENT = 3, 2.0
 
-PIECES = math.lcm(SEGMENTS, 16 * CHUNK)
-"""What the nodes of a period are a multiple of."""
+LARGEST_RATIO = 16
+
+PIECES = math.lcm(SEGMENTS, LARGEST_RATIO // 2 * CHUNK)
+"""What the nodes of a cycle's torque are a multiple of."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
@@ -247,13 +246,12 @@ def solve(
         in_lanes = in_lanes and (iterated is None or kind != 3)
         engine = _engine(count, period, cylinders_by_count)
         times = engine.symmetry
-        steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
-        nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
         apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
-        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
-        ratio = int(os.environ.get('RA') or RATIOS[fine]) if in_lanes else 1
+        ratio = _ratio(count, kind, bool(variable), bool(steep), apart) if in_lanes else 1
+        pieces = math.lcm(SEGMENTS, ratio * CHUNK) if in_lanes else SEGMENTS
+        steps = steps_per_cycle(times, fewest, pieces)
+        nodes, width = steps // times, period / steps
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
         grid = make_grid(family, rows, steps, engine.representatives)
@@ -343,6 +341,21 @@ def solve(
 
             _compare(found, known, refined, tolerance, masses_at)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+
+
+def _ratio(cylinders: int, kind: int, variable: bool, steep: bool, apart: bool) -> int:
+    """Nodes of a table for each coarse node of `lanes`.
+
+    The load counts by its share of the period over one coarse interval, and by how steeply it
+    grows; where it is linear or absent and inertia constant, nothing but the load's own smooth
+    term is left to the coarse nodes.
+    """
+    if kind == 0 and apart:
+        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
+        return LARGEST_RATIO // 4
+    if not variable and (kind == 0 or (kind == 2 and cylinders <= FEW_CYLINDERS)):
+        return LARGEST_RATIO
+    return LARGEST_RATIO // 4 if steep else LARGEST_RATIO // 2
 
 
 def _compare(
