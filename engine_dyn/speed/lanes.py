@@ -98,7 +98,7 @@ LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
 """What solves a block, told by length: the compiler leaves the other two out, and compiles what a
 scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
 
-FOUR_ROWS, TEN_ROWS = 4 * LANES, 10 * LANES
+THREE_ROWS, FOUR_ROWS, SIX_ROWS, TEN_ROWS = 3 * LANES, 4 * LANES, 6 * LANES, 10 * LANES
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
@@ -906,24 +906,26 @@ def mean_speed(
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
-@inlined
+@formula
 def take_hills(
-    upward: float, group: int, extreme: int, first: int, last: int, hills: int, lanes: int,
-    s: Floats, us: Floats, bounds: Floats,
+    upward: float, group: int, extreme: int, lanes: int, s: Floats, us: Floats, bounds: Floats,
+    noted: Floats,
 ) -> None:  # fmt: skip
     """Note which nodes of a chunk have hills that may hold the extreme.
 
-    `extreme` is the row of the extreme node; `first`, `last` and `hills` become the first such
-    node, the last chunk and how many there are. No hill rises above its node by more than the
+    `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk and
+    how many there are: a row of lanes each. No hill rises above its node by more than the
     chunk's bound above its highest node. One node a hill: the first of equals.
     """
-    wide_vectors()
-    row, number = (CHUNK * group + PAD) * LANES, float(CHUNK * group)
+    row, number = (CHUNK * group + PAD - 1) * LANES, float(CHUNK * group)
+    here = us[row : row + SIX_ROWS]
+    bounds = bounds[group * LANES : (group + 1) * LANES]
+    extremes = s[extreme : extreme + LANES]
     for k in range(lanes):
-        best, bound = upward * s[extreme + k], upward * bounds[group * LANES + k]
-        u0, u1 = upward * us[row - LANES + k], upward * us[row + k]
-        u2, u3 = upward * us[row + LANES + k], upward * us[row + 2 * LANES + k]
-        u4, u5 = upward * us[row + 3 * LANES + k], upward * us[row + 4 * LANES + k]
+        best, bound = upward * extremes[k], upward * bounds[k]
+        u0, u1, u2 = upward * here[k], upward * here[LANES + k], upward * here[2 * LANES + k]
+        u3, u4 = upward * here[3 * LANES + k], upward * here[4 * LANES + k]
+        u5 = upward * here[5 * LANES + k]
         least = best - (bound - max(max(u1, u2), max(u3, u4))) if bound >= best else 1e300
         is1 = 1.0 if (u1 >= max(least, u2)) & (u1 > u0) else 0.0
         is2 = 1.0 if (u2 >= max(least, u3)) & (u2 > u1) else 0.0
@@ -931,10 +933,9 @@ def take_hills(
         is4 = 1.0 if (u4 >= max(least, u5)) & (u4 > u3) else 0.0
         found = (is1 + is2) + (is3 + is4)
         node = number + (is2 if is1 + is2 > 0.0 else 3.0 - is3)
-        node = node if (s[first + k] < 0.0) & (found > 0.0) else s[first + k]
-        s[first + k] = node
-        s[last + k] = float(group) if bound >= best else s[last + k]
-        s[hills + k] += found
+        noted[k] = node if (noted[k] < 0.0) & (found > 0.0) else noted[k]
+        noted[LANES + k] = float(group) if bound >= best else noted[LANES + k]
+        noted[2 * LANES + k] += found
 
 
 @inlined
@@ -949,13 +950,11 @@ def candidates(
     """
     wide_vectors()
     chunk, constants = levels.chunk, levels.constants
+    above, below = on_stack(THREE_ROWS), on_stack(THREE_ROWS)
     for k in range(lanes):
-        s[TOP + k] = -1.0
-        s[BOTTOM + k] = -1.0
-        s[TOP_LAST + k] = -1.0
-        s[BOTTOM_LAST + k] = -1.0
-        s[TOP_HILLS + k] = 0.0
-        s[BOTTOM_HILLS + k] = 0.0
+        above[k] = below[k] = -1.0
+        above[LANES + k] = below[LANES + k] = -1.0
+        above[2 * LANES + k] = below[2 * LANES + k] = 0.0
         g, eta = s[GAS + k], s[ETA + k]
         s[SLACK + k] = 0.125 * step * step * s[BETA + k] * (
             g * constant(constants, HIGHEST_SLOPE, k) + eta * constant(constants, HIGHEST_SLOPE_V, k)
@@ -982,9 +981,13 @@ def candidates(
             high += 1.0 if top >= s[HIGH + k] else 0.0
             deep += 1.0 if low <= s[LOW + k] else 0.0
         if high > 0.0:
-            take_hills(1.0, group, HIGH, TOP, TOP_LAST, TOP_HILLS, lanes, s, us, tops)
+            take_hills(1.0, group, HIGH, lanes, s, us, tops, above)
         if deep > 0.0:
-            take_hills(-1.0, group, LOW, BOTTOM, BOTTOM_LAST, BOTTOM_HILLS, lanes, s, us, lows)
+            take_hills(-1.0, group, LOW, lanes, s, us, lows, below)
+    for k in range(lanes):
+        s[TOP + k], s[BOTTOM + k] = above[k], below[k]
+        s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
+        s[TOP_HILLS + k], s[BOTTOM_HILLS + k] = above[2 * LANES + k], below[2 * LANES + k]
 
 
 VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
@@ -1232,22 +1235,24 @@ def peaks(
     """
     wide_vectors()
     first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
-    extreme, hills = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
+    extreme, many = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
+    firsts, hills = s[first : first + LANES], s[many : many + LANES]
     most = 0.0
-    for k in range(LANES):
+    for k in range(lanes):
         s[PEAK + k] = -1e300 * upward
-        s[CODE + k] = LEFT if s[CODE + k] == 0.0 and s[first + k] < 0.0 else s[CODE + k]
-        solved = s[CODE + k] == 0.0
-        chosen[k] = int(s[first + k]) if solved else 0
-        most = max(most, s[hills + k] if solved else 0.0)
+        s[CODE + k] = LEFT if (s[CODE + k] == 0.0) & (firsts[k] < 0.0) else s[CODE + k]
+        hills[k] = hills[k] if s[CODE + k] == 0.0 else 0.0
+        chosen[k] = int(max(firsts[k], 0.0))
+    for k in range(lanes):
+        most = max(most, hills[k])
     peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
     while most > 1.0:
         for k in range(LANES):
-            if s[CODE + k] == 0.0 and s[hills + k] > 1.0:
+            if hills[k] > 1.0:
                 best = upward * s[extreme + k]
                 node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
                 chosen[k] = max(node, 0)
-                s[hills + k] -= 1.0
+                hills[k] -= 1.0
         peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
         most -= 1.0
 
@@ -1263,10 +1268,11 @@ def extremes(
         upward = 1.0 if side == 0 else -1.0
         bounds = tops if side == 0 else lows
         place = TOP if side == 0 else BOTTOM
+        found = s[place : place + LANES]
         peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
         for k in range(lanes):
-            s[place + k] = math.sqrt(1.0 + s[PEAK + k])
-            missed = 0.5 * s[MISS + k] / s[place + k]
+            found[k] = math.sqrt(1.0 + s[PEAK + k])
+            missed = 0.5 * s[MISS + k] / found[k]
             s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
         span = s[TOP + k] - s[BOTTOM + k]
