@@ -188,6 +188,7 @@ class Scratch(NamedTuple):
     at: Integers
     shared: Integers
     places: Integers
+    varying: Integers
     levels: Levels
 
 
@@ -205,6 +206,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),
         places=np.zeros(lanes.LANES, dtype=np.int64),
+        varying=np.zeros(INPUTS, dtype=np.int64),
         levels=make_levels(nodes, ratio),
     )
 
@@ -646,15 +648,37 @@ def march(
 
 
 @inlined
+def take_common(product: Product, scratch: Scratch, s: Floats) -> int:
+    """Inputs that all designs of a table share into the lanes; the others' fields into `varying`.
+
+    Returns how many vary.
+    """
+    values, at, axes, varying = product.values, scratch.shared, product.other_axes, scratch.varying
+    count = 0
+    for field in range(BORE, MEAN_TORQUE + 1):
+        varies = False
+        for i in range(axes.size):
+            varies = varies or product.strides[axes[i], field] != 0
+        if varies:
+            varying[count] = field
+            count += 1
+        else:
+            row = (field - BORE) * lanes.LANES
+            s[row : row + lanes.LANES] = values[at[field]]
+    return count
+
+
+@inlined
 def take_designs(
-    index: int, count: int, designs: int, product: Product, scratch: Scratch, places: Integers,
-    s: Floats,
+    index: int, count: int, designs: int, fields: int, product: Product, scratch: Scratch,
+    places: Integers, s: Floats,
 ) -> None:  # fmt: skip
     """Inputs of `count` designs from `index` on into the lanes; the last one fills what is over.
 
-    Along the last axis an input is a stride apart or the same.
+    Only of the first `fields` of `scratch.varying`, and the places of results. Along the last axis
+    an input is a stride apart or the same.
     """
-    values, at = product.values, scratch.at
+    values, at, positions = product.values, scratch.at, product.positions
     axes = product.other_axes
     k = 0
     while k < lanes.LANES:
@@ -668,21 +692,22 @@ def take_designs(
                 digit = here % product.shape[axis]
                 first = product.position_start[axis] + digit
                 run = min(product.shape[axis] - digit, count - k)
-        for field in range(BORE, MEAN_TORQUE + 1):
+        along = positions[first : first + run]
+        for i in range(fields):
+            field = scratch.varying[i]
             row = (field - BORE) * lanes.LANES + k
+            here_of = s[row : row + run]
             stride = product.strides[axis, field] if k < count else 0
             if stride == 0:
-                value = values[at[field]]
-                for j in range(run):
-                    s[row + j] = value
+                here_of[:] = values[at[field]]
             else:
-                base = at[field] - stride * product.positions[first]
+                base = at[field] - stride * positions[first]
                 for j in range(run):
-                    s[row + j] = values[base + stride * product.positions[first + j]]
+                    here_of[j] = values[base + stride * along[j]]
         if k < count:
             stride = product.strides[axis, OUTPUT]
             for j in range(run):
-                moved = product.positions[first + j] - product.positions[first]
+                moved = positions[first + j] - positions[first]
                 places[k + j] = at[OUTPUT] + stride * moved
         k += run
 
@@ -766,7 +791,7 @@ def march_lanes(
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
-    leaving = block = 0
+    leaving = block = fields = 0
     index = begin
     while index < end:
         which = index // designs
@@ -780,10 +805,11 @@ def march_lanes(
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+            fields = take_common(product, scratch, s)
+            for k in range(lanes.LANES):
+                s[lanes.SWING + k] = ranges.gas
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
-        take_designs(index, count, designs, product, scratch, places, s)
-        for k in range(lanes.LANES):
-            s[lanes.SWING + k] = ranges.gas
+        take_designs(index, count, designs, fields, product, scratch, places, s)
         solve_block(
             form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
