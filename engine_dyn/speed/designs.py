@@ -740,7 +740,7 @@ def solve_block(
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
     if len(form) > 1:
-        lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
+        lanes.mean_speed(form, choice.kind, choice.variable, width_of_lanes, levels, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
     lanes.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen

@@ -891,10 +891,12 @@ def iterate(
 
 @inlined
 def mean_speed(
-    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
-) -> None:
+    form: tuple[int, ...], kind: int, variable: bool, lanes: int, levels: Levels, s: Floats,
+    us: Floats,
+) -> None:  # fmt: skip
     """Mean of sqrt(q), once u is known at the coarse nodes; exponent 1 has it from its closure."""
     wide_vectors()
+    coarse, constants = levels.coarse, levels.constants
     nodes = coarse.shape[0]
     for k in range(lanes):
         s[MEAN + k] = 1.0 if kind == 1 else 0.0
@@ -909,19 +911,24 @@ def mean_speed(
             moved = s[MOVED + k]
             u0, u1 = us[row + k], us[row + LANES + k]
             u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            if variable:
+            if variable and len(form) == 2:
                 eta = s[ETA + k]
                 u0 += moved / (1.0 + eta * own(coarse, vw0, n, V, k))
                 u1 += moved / (1.0 + eta * own(coarse, vw1, n + 1, V, k))
                 u2 += moved / (1.0 + eta * own(coarse, vw2, n + 2, V, k))
                 u3 += moved / (1.0 + eta * own(coarse, vw3, n + 3, V, k))
-            else:
+            elif not variable:
                 u0 += moved
                 u1 += moved
                 u2 += moved
                 u3 += moved
             s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
             s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
+    if variable and len(form) == 3:
+        # After an iteration the step is as small as its tolerance: the mean of 1/tau will do.
+        for k in range(lanes):
+            turns = 1.0 + s[ETA + k] * s[ETA + k] * constant(constants, VV, k)
+            s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
     if beyond_series(lanes, s):
         exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):
@@ -978,9 +985,9 @@ def candidates(
         above[LANES + k] = below[LANES + k] = -1.0
         above[2 * LANES + k] = below[2 * LANES + k] = 0.0
         g, eta = s[GAS + k], s[ETA + k]
-        s[SLACK + k] = 0.125 * step * step * s[BETA + k] * (
-            g * constant(constants, HIGHEST_SLOPE, k) + eta * constant(constants, HIGHEST_SLOPE_V, k)
-        )  # fmt: skip
+        steepest = g * constant(constants, HIGHEST_SLOPE, k)
+        steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
+        s[SLACK + k] = 0.125 * step * step * s[BETA + k] * steepest
         s[THIN + k] = 1.0
         if variable:
             # q exceeds q* where e - q* tau does, which is linear in P and V.
