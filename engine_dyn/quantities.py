@@ -293,6 +293,18 @@ def _rubbing(
     )  # fmt: skip
 
 
+def _power(base: Any, exponent: Any) -> Any:
+    """Power whose bits do not depend on how designs are cut into blocks.
+
+    Along a loop with one exponent, NumPy squares where that is 2, and else calls `pow`: the last
+    digit would depend on the shape of the arrays.
+    """
+    power = base**exponent
+    if np.ndim(exponent) == 0 or not np.any(exponent == 2.0):
+        return power
+    return np.where(exponent == 2.0, np.square(base), power)
+
+
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
@@ -464,7 +476,7 @@ _LOAD = (
         "Kakaitsas eq. 3.5",
         needs=("torque_mean", "load_offset", "speed", "load_exponent"), when="power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
-        / speed**load_exponent,
+        / _power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
@@ -472,7 +484,7 @@ _LOAD = (
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
         when="cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
-        * (torque_mean - load_offset) / speed**load_exponent,
+        * (torque_mean - load_offset) / _power(speed, load_exponent),
     ),
 )  # fmt: skip
 
@@ -633,13 +645,13 @@ _QUANTITIES = (
         "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
         needs=("load_coefficient", "speed", "load_exponent"),
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
-        * speed**load_exponent,
+        * _power(speed, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
         kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
         make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * omega**load_exponent,
+        + load_coefficient * _power(omega, load_exponent),
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",

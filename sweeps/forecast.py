@@ -9,7 +9,7 @@ import numpy as np
 import psutil
 
 from engine_dyn.quantities import DIMENSIONS, QUANTITIES
-from sweeps.blocks import blocks, cut
+from sweeps.blocks import block_count, cut
 from sweeps.errors import counted, size_text
 from sweeps.plan import Plan, Stage
 from sweeps.scene import DESIGN
@@ -62,12 +62,12 @@ def text(plan: Plan) -> str:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
     lines += ["", *_skipped(plan)]
-    pieces = sum(1 for _ in blocks(plan, cut(plan)))
+    pieces = block_count(plan, cut(plan))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, "
-        f"memory about {size_text(plan.memory_bytes)}{block}, "
+        f"memory for all of it at once about {size_text(plan.memory_bytes)}{block}, "
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
