@@ -25,9 +25,6 @@ from numba.np import arrayobj
 __all__ = [
     "FAST_MATH",
     "formula",
-__all__ = [
-    "FAST_MATH",
-    "formula",
     "indices_on_stack",
     "inlined",
     "kernel",
@@ -37,19 +34,6 @@ __all__ = [
     "source_hash",
     "threading_layer",
     "wide_vectors",
-]
-    "inlined",
-    "kernel",
-    "on_compiling",
-    "on_stack",
-<<<<<<< HEAD
-    "source_hash",
-    "wide_vectors",
-=======
-    "processor",
-    "source_hash",
-    "threading_layer",
->>>>>>> main
 ]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
