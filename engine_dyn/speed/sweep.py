@@ -76,7 +76,7 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, SMALL_EXPONENT = 3, 2.0
+FEW_CYLINDERS, SMALL_EXPONENT = 2, 2.0
 
 LARGEST_RATIO = 16
 
@@ -353,9 +353,10 @@ def _ratio(cylinders: int, kind: int, variable: bool, steep: bool, apart: bool) 
     if kind == 0 and apart:
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         return LARGEST_RATIO // 4
-    if not variable and (kind == 0 or (kind == 2 and cylinders <= FEW_CYLINDERS)):
-        return LARGEST_RATIO
-    return LARGEST_RATIO // 4 if steep else LARGEST_RATIO // 2
+    few = cylinders <= FEW_CYLINDERS
+    if not variable and kind in (0, 2):
+        return LARGEST_RATIO if kind == 0 or few else LARGEST_RATIO // 2
+    return LARGEST_RATIO // 2 if few and not steep else LARGEST_RATIO // 4
 
 
 def _compare(
