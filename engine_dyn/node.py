@@ -60,8 +60,8 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Word of the scene for which this variant of a name holds (its closure, "centred" or
-        "offset", "equal" or "unequal" cylinders); empty: any.
+        Words of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders): all of them; empty: any.
     can_fail : bool
         The stage writes `status`.
     low, high : float
@@ -69,6 +69,8 @@ class Node:
         belong to it; `whole` that only whole numbers do.
     public : bool
         Whether scenes may ask for it.
+    width : int
+        Bytes of one value, with what `make` keeps beside it, for the size of blocks.
     """
 
     name: str
@@ -90,3 +92,4 @@ class Node:
     high_included: bool = False
     whole: bool = False
     public: bool = True
+    width: int = 8

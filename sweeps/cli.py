@@ -688,6 +688,9 @@ def _engine_text(engine: Any) -> str:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
         lines.append(f"  {engine.own_cylinders.solved}")
+    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
+        if table is not None:
+            lines.append(f"  {what}_table: {table}")
     lines += ["", "diagrams"]
     speeds = [f" at {s * 30.0 / math.pi:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]
@@ -724,9 +727,10 @@ def _key_lines() -> list[tuple[str, str]]:
     from engine_dyn.quantities import PARAMETERS
     from sweeps.checks import allowed
     from sweeps.cylinder_keys import KEYS
+    from sweeps.load_tables import KEYS as TABLE_KEYS
 
     keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
-    return [*keys, *KEYS.items()]
+    return [*keys, *KEYS.items(), *TABLE_KEYS.items()]
 
 
 def _engine_lines() -> list[tuple[str, str]]:

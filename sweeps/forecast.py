@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import psutil
 
-from engine_dyn.quantities import DIMENSIONS, QUANTITIES
+from engine_dyn.driven_machine import repeats_of
+from engine_dyn.quantities import DIMENSIONS, NO_STROKE_FRICTION, QUANTITIES
 from sweeps.blocks import block_count, cut
 from sweeps.errors import counted, size_text
 from sweeps.plan import Plan, Stage
@@ -22,6 +23,7 @@ RATES = {
     "no iteration": 2.5e6,  # designs, load exponents in DIRECT
     "iteration": 1.5e6,  # designs, other exponents
     "variable": 1.5e6,  # designs with variable inertia
+    "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
@@ -32,7 +34,8 @@ RATES = {
 else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
 
 TABLE_INPUTS = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "cylinders",
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+    *NO_STROKE_FRICTION, "cylinder_set",
 )  # fmt: skip
 """What a table of work depends on; designs that agree in all of it share one."""
 
@@ -55,13 +58,13 @@ def text(plan: Plan) -> str:
         f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
-        f"{'stage':<22}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        f"{'stage':<25}{'over':<34}{'times':>11}{'designs each':>14}  kept",
         *(_stage_line(plan, stage) for stage in plan.stages),
     ]
     for stage in plan.stages:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
-    lines += ["", *_skipped(plan)]
+    lines += ["", *_no_cycles(plan), *_skipped(plan)]
     pieces = block_count(plan, cut(plan))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
@@ -71,6 +74,16 @@ def text(plan: Plan) -> str:
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
+
+
+def _no_cycles(plan: Plan) -> list[str]:
+    """How many combinations of the parameters of a modelled cycle are none."""
+    known = np.asarray(plan.leaves["cycle_known"].data)
+    lost = int(np.isnan(known).sum())
+    if not lost:
+        return []
+    keys = ", ".join(plan.scene.cycle_keys)
+    return [f"no cycle: {lost} of {known.size} combinations of {keys} (status 4)"]
 
 
 def seconds(plan: Plan) -> float:
@@ -100,14 +113,19 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         yield stage.size, RATES["torque"]
         return
     scene = plan.scene
-    exponents = np.asarray(plan.leaves["load_exponent"].data)
-    direct = float(np.mean(np.isin(exponents, list(DIRECT))))
+    direct = 0.0
+    if "power_law" in scene.words:
+        exponents = np.asarray(plan.leaves["load_exponent"].data)
+        direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
             slowest = RATES["variable"] if model == "variable" else math.inf
             if method in STEPPING:
                 yield each, RATES[method]
+                continue
+            if not scene.driven.plain:
+                yield each, RATES["driven"]
                 continue
             share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
             yield each * share, min(RATES["no iteration"], slowest)
@@ -131,7 +149,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     if len(over) > 33:
         over = f"{over[:30]}..."
     shared = plan.designs // times
-    return f"{node.name:<22}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+    return f"{node.name:<25}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
@@ -163,19 +181,27 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
-    parts = [
-        f"{cycle / engine.symmetry:.4g} ({number})"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
-    periods = [
-        f"{number}: {engine.solved}"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
-    return [
+    load = plan.scene.driven.over_angle
+    repeats = [0]  # what every number divides
+    if load is not None:
+        gear = np.unique(plan.leaves["gear_ratio"].data)
+        repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
+    parts: dict[str, None] = {}
+    periods: dict[str, None] = {}
+    for engine in engines.values():
+        number = str(engine.count) if parts else counted(engine.count, "cylinder")
+        together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
+        solved = " or ".join(f"{cycle / times:.4g}" for times in together)
+        parts.setdefault(f"{solved} ({number})")
+        periods.setdefault(f"{number}: {engine.solved}")
+    lines = [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",
     ]
+    if load is not None:
+        times = ", ".join(str(number) for number in repeats)
+        lines.append(f"load over angle: repeats {times} times a cycle")
+    return lines
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:
@@ -186,6 +212,8 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
+    if "power_law" not in plan.scene.words:
+        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]

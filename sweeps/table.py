@@ -23,6 +23,7 @@ __all__ = [
     "read_table",
     "read_text",
     "reading",
+    "with_line",
 ]
 
 _PACKAGE = Path(__file__).parent
@@ -89,6 +90,14 @@ class Table:
         raise SceneError(
             f"{self.name}, line {line}: {column} = {what}: must be a finite number{also}"
         )
+
+
+def with_line(message: str, table: Table) -> str:
+    """`point 7: ...` becomes `file, line 9: ...`, because people see lines."""
+    found = re.match(r"point (\d+): (.*)", message)
+    if found is None:
+        return f"{table.name}: {message}"
+    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
 
 
 @contextmanager

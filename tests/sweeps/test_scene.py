@@ -12,7 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.quantities import CYCLE_KEYS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from engine_dyn.quantities import (
+    CYCLE_KEYS,
+    MOTOR_KEYS,
+    PARAMETERS,
+    QUANTITIES,
+    SOLVER_COLUMNS,
+)
 from sweeps.errors import SceneError
 from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
 from tests.sweeps.test_bad_input import indicator_text, points
@@ -179,6 +185,9 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             raw = scene(set={key: 0.35})
         elif key in CYCLE_KEYS:
             raw = scene(engine="si_four_87x101", set={key: 5.0})
+        elif key in MOTOR_KEYS:  # one alone is no motor
+            other = "motor_synchronous_speed" if key == "motor_slip" else "motor_slip"
+            raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k != other})
         else:
             raw = scene(set={key: value})
         read_scene(raw)
