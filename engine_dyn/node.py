@@ -69,6 +69,8 @@ class Node:
         belong to it; `whole` that only whole numbers do.
     public : bool
         Whether scenes may ask for it.
+    throws : bool
+        The places of the engine's throws must be known.
     """
 
     name: str
@@ -90,3 +92,4 @@ class Node:
     high_included: bool = False
     whole: bool = False
     public: bool = True
+    throws: bool = False

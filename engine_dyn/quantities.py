@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import arrangement, forces, friction, masses, slider_crank
+from engine_dyn import arrangement, balance_quantities, forces, friction, masses, slider_crank
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
@@ -186,6 +186,7 @@ _PARAMETERS = (
         si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
         source="Kakaitsas section 4.2",
     ),
+    *balance_quantities.PARAMETERS,
 )  # fmt: skip
 
 CYCLE_KEYS = (
@@ -195,6 +196,7 @@ CYCLE_KEYS = (
 
 NEUTRAL = (
     "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
+    *balance_quantities.NEUTRAL,
 )  # fmt: skip
 """Parameters that are 0 unless given."""
 
@@ -726,7 +728,7 @@ _QUANTITIES = (
     Node(
         "torque_after_throw", "T_i", "N m",
         "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
-        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
+        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
                "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
@@ -738,11 +740,16 @@ _QUANTITIES = (
             offset_ratio,
         ),
     ),
+    *balance_quantities.NODES,
 )  # fmt: skip
 
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
+    Dimension(
+        "direction", r"\vartheta", "degree",
+        "direction across the shaft, 0 along cylinder 1, in the sense of rotation", si=DEGREE,
+    ),
     Dimension(
         "crank_angle", r"\varphi", "degree",
         "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
@@ -807,8 +814,11 @@ def check_graph() -> None:
             if node.make is None:
                 continue
             arguments = inspect.signature(node.make).parameters.values()
-            named = {a.name for a in arguments if a.kind is a.POSITIONAL_OR_KEYWORD}
-            if named and named != set(node.needs):
+            named = {
+                a.name for a in arguments if a.kind in (a.POSITIONAL_OR_KEYWORD, a.KEYWORD_ONLY)
+            }
+            takes_all = any(a.kind is a.VAR_KEYWORD for a in arguments)
+            if not (named <= set(node.needs) if takes_all else named == set(node.needs)):
                 raise ValueError(f"{node.name} takes {sorted(named)}, needs {sorted(node.needs)}")
     done: set[str] = set()
 

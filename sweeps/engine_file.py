@@ -251,6 +251,11 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         assert node is not None
         values[key] = number(item, where, node)
         check_range(values[key], where, node)
+    if "counterweight_fraction" in values and "counterweight_mass" in values:
+        raise SceneError(
+            f"{name}: [values] has both counterweight_fraction and counterweight_mass: give one of "
+            "them"
+        )
     if "rod_length" in values:
         if "crank_ratio" in values:
             raise SceneError(

@@ -17,6 +17,7 @@ import numpy.typing as npt
 import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS
+from engine_dyn.balance_quantities import DIRECTIONS
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
@@ -193,10 +194,9 @@ def make_plan(scene: Scene) -> Plan:
         stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
         return ordered
 
-    if "torque_after_throw" in scene.quantities:
-        _check_orders(scene, leaves)
     for name in scene.quantities:
         visit(name)
+    _check_orders(scene, leaves, [s.node.name for s in stages.values() if s.node.throws])
     outputs = list(scene.quantities)
     if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
         outputs.append("status")
@@ -238,6 +238,7 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     return {
         "cylinder": np.arange(1, most + 1, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
+        "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(scene),
     }
 
@@ -359,11 +360,13 @@ def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
     return even_cylinders(count, scene.engine.period)
 
 
-def _check_orders(scene: Scene, leaves: Mapping[str, Value]) -> None:
+def _check_orders(scene: Scene, leaves: Mapping[str, Value], names: list[str]) -> None:
+    if not names:
+        return
     for count, cylinders in leaves["cylinders_by_count"].data.items():
         if cylinders.along_shaft is None:
             raise SceneError(
                 f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
-                "'torque_after_throw' needs throws, and no firing order is known for "
+                f"'{names[0]}' needs throws, and no firing order is known for "
                 f"{count} cylinders; known: 1 to 8, and the engine's own"
             )

@@ -252,6 +252,9 @@ class Scene:
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
+            "weights_given" if self.weights_given else "weights_by_fraction",
+            "shaft" if self._has("balance_shaft_mass") else "no_shaft",
+            "pair" if self._has("second_shaft_mass") else "no_pair",
         )
 
     @property
@@ -259,6 +262,17 @@ class Scene:
         """Parameters of the modelled cycle that the scene replaces."""
         places = (self.settings, self.axes, self.designs)
         return tuple(key for key in CYCLE_KEYS if any(key in place for place in places))
+
+    @property
+    def weights_given(self) -> bool:
+        """Whether the counterweights have a given mass; a fraction of the scene replaces it."""
+        if self.gives("counterweight_fraction"):
+            return False
+        return self.gives("counterweight_mass") or "counterweight_mass" in self.engine.values
+
+    def gives(self, key: str) -> bool:
+        """Whether the scene gives a parameter."""
+        return any(key in place for place in (self.settings, self.axes, self.designs))
 
     def _has(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
@@ -624,6 +638,12 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
+    if "counterweight_fraction" in place and "counterweight_mass" in place:
+        raise SceneError(
+            f"{name}: counterweight_fraction (in [{place['counterweight_fraction']}]) and "
+            f"counterweight_mass (in [{place['counterweight_mass']}]) both size the "
+            "counterweights; give one of them"
+        )
 
 
 def _check_solver(
@@ -799,6 +819,8 @@ def _check_needs(scene: Scene, name: str) -> None:
                 continue
             seen.add(need)
             node = select(need, *scene.words)
+            if node.throws:
+                _check_throws(scene, quantity, name)
             if node.make is None and need in PARAMETERS:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "
@@ -806,8 +828,6 @@ def _check_needs(scene: Scene, name: str) -> None:
                     "in [set], [axes] or [designs]"
                 )
             waiting += node.needs
-        if quantity == "torque_after_throw":
-            _check_throws(scene, quantity, name)
 
 
 def _check_throws(scene: Scene, quantity: str, name: str) -> None:
