@@ -10,13 +10,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from engine_dyn import arrangement, balance_quantities, forces, friction, masses, slider_crank
+from engine_dyn import (
+    arrangement,
+    balance_quantities,
+    flywheel_quantities,
+    forces,
+    friction,
+    masses,
+    slider_crank,
+)
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
@@ -53,7 +62,12 @@ _PARAMETERS = (
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
-        source="Kakaitsas section 3.2", low=0.0,
+        source="Kakaitsas section 3.2", low=0.0, when="given_inertia",
+    ),
+    _parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
+        make=lambda inertia_required: inertia_required,
     ),
     _parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
@@ -187,6 +201,7 @@ _PARAMETERS = (
         source="Kakaitsas section 4.2",
     ),
     *balance_quantities.PARAMETERS,
+    *flywheel_quantities.PARAMETERS,
 )  # fmt: skip
 
 CYCLE_KEYS = (
@@ -298,6 +313,19 @@ def _rubbing(
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
+    found = sweep.solve(**_solver_inputs(needs))
+    return {**found, "outcome": found["status"]}
+
+
+def _inertia_search(**needs: Any) -> Any:
+    from engine_dyn.speed.required import solve_for_inertia
+
+    found = solve_for_inertia(**_solver_inputs(needs))
+    return {"inertia_required": found.inertia, "search_status": found.status}
+
+
+def _solver_inputs(needs: dict[str, Any]) -> dict[str, Any]:
+    """Needs under the names that the solver's front has for them."""
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["exponent"] = needs.pop("load_exponent")
     needs["offset"] = needs.pop("load_offset")
@@ -305,7 +333,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
     needs.pop("period")
-    return sweep.solve(**needs)
+    return needs
 
 
 def _torque_solution(**needs: Any) -> Any:
@@ -436,7 +464,7 @@ _STAGES = (
         can_fail=True,
         gives=(
             "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
-            "delta_error", "iterations", "omega", "angular_acceleration", "status",
+            "delta_error", "iterations", "omega", "angular_acceleration", "status", "outcome",
         ),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
@@ -449,6 +477,19 @@ _STAGES = (
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
     ),
 )  # fmt: skip
+
+
+def _search_for_inertia(solution: Node) -> Node:
+    """Stage that finds the inertia for a wanted delta, beside one that solves the speed."""
+    needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
+    return replace(
+        solution, name="inertia_search", long_name="inertia for the wanted delta",
+        gives=("inertia_required", "search_status"), make=_inertia_search,
+        needs=(*needs, "wanted_delta", "energy_swing"), source="this project",
+    )  # fmt: skip
+
+
+_SEARCHES = tuple(_search_for_inertia(n) for n in _STAGES if n.name == "speed_solution")
 
 
 def _speed_result(name: str, symbol: str, unit: str, long_name: str, source: str,
@@ -509,7 +550,14 @@ _QUANTITIES = (
         "iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"
     ),
     _speed_result(
-        "status", "", "1", "outcome of the design", "this project"
+        "status", "", "1", "outcome of the design", "this project", when="given_inertia"
+    ),
+    _speed_result(
+        "outcome", "", "1", "outcome of the periodic speed", "this project", public=False
+    ),
+    Node(
+        "status", "", "1", "outcome of the design", "this project", when="wanted_delta",
+        needs=("outcome", "search_status"), make=flywheel_quantities.both_statuses,
     ),
     _speed_result(
         "load_factor", "", "1", "load coefficient over its value at nominal speed",
@@ -741,6 +789,7 @@ _QUANTITIES = (
         ),
     ),
     *balance_quantities.NODES,
+    *flywheel_quantities.NODES,
 )  # fmt: skip
 
 _DIMENSIONS = (
@@ -769,7 +818,7 @@ NODES: Mapping[str, tuple[Node, ...]]
 """Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
-for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_STAGES, *_QUANTITIES):
+for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_STAGES, *_SEARCHES, *_QUANTITIES):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 

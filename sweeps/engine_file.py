@@ -247,6 +247,8 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         where = f"{name}: [values] {key}"
         if key in CYCLE_KEYS:
             raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
+        if key == "wanted_delta":
+            raise SceneError(f"{where}: not allowed; belongs to a scene, an engine has an inertia")
         node = known_key(key, f"{name}: [values]")
         assert node is not None
         values[key] = number(item, where, node)

@@ -268,6 +268,8 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "rod_length" in mine:
         # The engine's own crank ratio is what a given rod replaces.
         engine.pop("crank_ratio", None)
+    if "wanted_delta" in mine:
+        engine.pop("inertia", None)  # it follows from the wanted delta
     given = {
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),

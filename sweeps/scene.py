@@ -252,6 +252,7 @@ class Scene:
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
+            "wanted_delta" if self.gives("wanted_delta") else "given_inertia",
             "weights_given" if self.weights_given else "weights_by_fraction",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
             "pair" if self._has("second_shaft_mass") else "no_pair",
@@ -638,6 +639,11 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
+    if "wanted_delta" in place and "inertia" in place:
+        raise SceneError(
+            f"{name}: wanted_delta (in [{place['wanted_delta']}]) and inertia (in "
+            f"[{place['inertia']}]): the inertia follows from the wanted delta; give one of them"
+        )
     if "counterweight_fraction" in place and "counterweight_mass" in place:
         raise SceneError(
             f"{name}: counterweight_fraction (in [{place['counterweight_fraction']}]) and "
@@ -807,6 +813,8 @@ def _check_needs(scene: Scene, name: str) -> None:
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
+    if "wanted_delta" in given:
+        given.discard("inertia")
     # What `sweeps.plan` takes as known, as long as nothing is given.
     given |= set(NEUTRAL)
     given |= {"offset_ratio"} if "centred" in scene.words else set()

@@ -44,7 +44,11 @@ def test_what_people_see_is_described() -> None:
             assert node.symbol, node.name
 
 
-GIVEN = {"cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02}
+GIVEN = {
+    "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
+    "wanted_delta": "generator", "flywheel_outer_diameter": 0.5, "flywheel_inner_diameter": 0.3,
+    "flywheel_density": "steel", "rim_speed_limit": "cast iron",
+}  # fmt: skip
 """What no engine of the catalogue gives."""
 
 
