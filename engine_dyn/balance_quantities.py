@@ -79,6 +79,9 @@ _ENGINE = (
     "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinders",
     "cylinders_by_count",
 )  # fmt: skip
+_MASSES = tuple(name for name in _ENGINE if name != "speed")
+"""What does not depend on the speed: sizes of weights, where forces are compared."""
+
 _FORCE = (*_ENGINE, "turning_mass", "shaft_unbalance", "pair_unbalance")
 _SPACES = ("cylinder_spacing", "bank_offset")
 _MOMENT = (*_ENGINE, "turning_mass", *_SPACES, "balance_couple")
@@ -93,7 +96,7 @@ _NAMES = {
 def _gear(needs: dict[str, Any]) -> balancing.RunningGear:
     given = {_NAMES.get(name, name): value for name, value in needs.items()}
     given["crank_radius"] = 0.5 * given.pop("throw")
-    return balancing.RunningGear(**given)
+    return balancing.RunningGear(**{"speed": 1.0, **given})
 
 
 def _components(vector: Any) -> Any:
@@ -240,21 +243,21 @@ NODES = (
     Node(
         "balance_shaft_required", "m_{s1}", "kg",
         "shaft that cancels all first order turning backwards, at its radius",
-        "Asgari eq. 13 at c = 0.5", needs=(*_ENGINE, "balance_shaft_radius"), throws=True,
+        "Asgari eq. 13 at c = 0.5", needs=(*_MASSES, "balance_shaft_radius"), throws=True,
         make=lambda balance_shaft_radius, **needs: _gear(needs).shaft_required()
         / balance_shaft_radius,
     ),
     Node(
         "second_shaft_required", "m_{s2}", "kg",
         "each shaft of the pair that leaves least of the second order, at its radius",
-        "Lanchester", needs=(*_ENGINE, "second_shaft_radius"), throws=True,
+        "Lanchester", needs=(*_MASSES, "second_shaft_radius"), throws=True,
         make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
         / second_shaft_radius,
     ),
     Node(
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
         "unbalance times distance that cancels all first-order moment turning backwards",
-        "this project", needs=(*_ENGINE, *_SPACES), throws=True,
+        "this project", needs=(*_MASSES, *_SPACES), throws=True,
         make=_number(lambda gear: gear.couple_required()),
     ),
     Node(
@@ -319,11 +322,11 @@ NODES = (
     _scalar(
         "best_fraction_rms", "c_{rms}", "1",
         "fraction c that leaves the least mean square of the shaking force", "this project",
-        (*_ENGINE, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
+        (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
     ),
     _scalar(
         "best_fraction_peak", "c_{peak}", "1",
         "fraction c that leaves the least largest shaking force", "Asgari section 2: 0.5 to 0.63",
-        (*_ENGINE, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
+        (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
     ),
 )  # fmt: skip

@@ -20,12 +20,14 @@ import numpy as np
 from engine_dyn import (
     arrangement,
     balance_quantities,
+    characteristic_quantities,
     flywheel_quantities,
     forces,
     friction,
     masses,
     slider_crank,
 )
+from engine_dyn.characteristic import load_for_torque
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
@@ -104,7 +106,19 @@ _PARAMETERS = (
     ),
     _parameter(
         "load", "L", "percent", "engine load that names the indicator diagram",
-        source="Kakaitsas section 5.2.5", low=0.0, low_included=True,
+        source="Kakaitsas section 5.2.5", low=0.0, low_included=True, when="given_load",
+    ),
+    _parameter(
+        "load", "L", "percent", "engine load that names the indicator diagram",
+        source="Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
+        needs=(
+            "characteristic_torque", "characteristic_share", "words", "speed", "family", "cycle",
+            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "pressure_scale", "bore",
+            "throw", "cylinders", "cylinders_by_count", "displacement", "period",
+            "mean_piston_speed", "friction_constant", "friction_peak_pressure",
+            "friction_mean_piston_speed", "friction_mean_piston_speed_square", "auxiliary_torque",
+        ),
+        make=lambda **needs: _load_of_characteristic(**needs),
     ),
     _parameter(
         "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
@@ -202,6 +216,7 @@ _PARAMETERS = (
     ),
     *balance_quantities.PARAMETERS,
     *flywheel_quantities.PARAMETERS,
+    *characteristic_quantities.PARAMETERS,
 )  # fmt: skip
 
 CYCLE_KEYS = (
@@ -231,6 +246,8 @@ _CONSTANTS = tuple(
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
+        ("characteristic", "power and torque over speed"),
+        ("words", "what selects variants of nodes"),
     )
 )
 
@@ -246,6 +263,44 @@ def _place(load: Any, family: Family) -> Any:
 
 def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
     return family.place(load, speed)
+
+
+def _load_of_characteristic(
+    *, characteristic_torque: Any, characteristic_share: Any, words: tuple[str, ...], **needs: Any
+) -> Any:  # fmt: skip
+    """Load at which the mean torque, with all that it depends on, is the characteristic's share."""
+
+    def torque_of(load: Any) -> Any:
+        known = {**needs, "load": load}
+
+        def value(name: str) -> Any:
+            if name not in known:
+                node = select(name, *words)
+                assert node.make is not None
+                known[name] = node.make(**{need: value(need) for need in node.needs})
+            return known[name]
+
+        return value("torque_mean")
+
+    arrays = [np.asarray(v) for v in needs.values() if isinstance(v, np.ndarray | float | int)]
+    wanted = np.asarray(characteristic_torque) * characteristic_share
+    wanted = np.broadcast_to(
+        wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
+    )
+    loads = needs["family"].loads
+    found = load_for_torque(torque_of, loads, wanted)
+    lost = np.isnan(found)
+    if lost.any():
+        here = np.broadcast_to(np.asarray(needs["speed"]) / RPM, lost.shape)[lost].flat[0]
+        low, high = (
+            np.broadcast_to(torque_of(np.full(lost.shape, end)), lost.shape)[lost].flat[0]
+            for end in (loads[0], loads[-1])
+        )
+        raise ValueError(
+            f"characteristic: at speed = {here:g} rpm it asks for {wanted[lost].flat[0]:.4g} N m; "
+            f"must be from {low:.4g} to {high:.4g} N m, which the engine's diagrams give there"
+        )
+    return found
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -790,6 +845,7 @@ _QUANTITIES = (
     ),
     *balance_quantities.NODES,
     *flywheel_quantities.NODES,
+    *characteristic_quantities.NODES,
 )  # fmt: skip
 
 _DIMENSIONS = (

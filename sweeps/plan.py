@@ -268,6 +268,8 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "rod_length" in mine:
         # The engine's own crank ratio is what a given rod replaces.
         engine.pop("crank_ratio", None)
+    if scene.characteristic is not None:
+        engine.pop("load", None)  # it follows from the speed
     if "wanted_delta" in mine:
         engine.pop("inertia", None)  # it follows from the wanted delta
     given = {
@@ -307,6 +309,8 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "scale_table": engine.pressure_scale,
         "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
         "sharing": None,  # known with the stages
+        "characteristic": scene.characteristic,
+        "words": scene.words,
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:
@@ -331,7 +335,11 @@ def _with_cycles(
 
     keys = scene.cycle_keys
     if not keys:
-        return of_speeds(family), Value(np.zeros(()))
+        plain = of_speeds(family)
+        if scene.characteristic is not None and type(plain) is Family:
+            # The load may vary along several axes, which only a stack's rows may.
+            plain = FamilyStack.of([plain])
+        return plain, Value(np.zeros(()))
     dims = tuple(d for d in scene.dimensions if any(d in leaves[k].dims for k in keys))
     shaped = [
         np.asarray(leaves[k].si).reshape([-1 if d in leaves[k].dims else 1 for d in dims])

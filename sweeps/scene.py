@@ -20,6 +20,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from engine_dyn import arrangement, status
+from engine_dyn.characteristic import CHARACTERISTICS, Characteristic
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import Engine
 from engine_dyn.family_grid import FamilyGrid
@@ -130,6 +131,14 @@ class _Output(Strict):
     )
 
 
+class _Characteristic(Strict):
+    kind: str | None = Field(default=None, description=f"one of {', '.join(CHARACTERISTICS)}")
+    coefficients: list[float] | None = Field(
+        default=None, description="a list of two numbers: A and C of lecture 18", min_length=2,
+        max_length=2,
+    )  # fmt: skip
+
+
 class _SceneFile(Strict):
     title: str | None = Field(default=None, description="a text")
     engine: str = Field(
@@ -141,6 +150,9 @@ class _SceneFile(Strict):
         default=None, description="a table of equally long lists, or file = 'table.csv'"
     )
     indicator: _File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    characteristic: _Characteristic | None = Field(
+        default=None, description="a table with kind = 'diesel', or coefficients = [A, C]"
+    )
     solver: _Solver = Field(default=_Solver(), description="a table")
     output: _Output = Field(description="a table [output] with quantities = ['delta', ...]")
     reference: _File | None = Field(default=None, description="a table with file = 'table.csv'")
@@ -191,6 +203,8 @@ class Scene:
         engine has as many.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
+    characteristic : Characteristic, optional
+        Torque over speed that the load follows.
     methods, inertia_models : tuple of str
         As asked for; one unless they are dimensions.
     tolerance : float
@@ -224,6 +238,7 @@ class Scene:
     settings: dict[str, float]
     own_cylinders: Cylinders | None
     indicator: Diagram | None
+    characteristic: Characteristic | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
     tolerance: float
@@ -252,6 +267,7 @@ class Scene:
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
+            "characteristic" if self.characteristic is not None else "given_load",
             "wanted_delta" if self.gives("wanted_delta") else "given_inertia",
             "weights_given" if self.weights_given else "weights_by_fraction",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
@@ -380,6 +396,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
             f"{name}: [indicator] {given.indicator.file}",
             engine.period,
         )
+    characteristic = _characteristic(given, (settings, axes, designs), name)
     counts = _counts(settings, axes, designs, engine)
     scene = Scene(
         title=one_line(given.title or f"Scene on {engine.title}"),
@@ -391,6 +408,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         settings=settings,
         own_cylinders=_own_cylinders(keys, counts, engine, name),
         indicator=indicator,
+        characteristic=characteristic,
         methods=methods,
         inertia_models=models,
         tolerance=given.solver.tolerance,
@@ -466,6 +484,34 @@ def _own_cylinders(
     fits = own is not None and len(own.members) == count
     base = own if own is not None and fits else even_cylinders(count, engine.period)
     return resolve(keys, base, count, where)
+
+
+def _characteristic(
+    given: _SceneFile, places: tuple[Mapping[str, Any], ...], name: str
+) -> Characteristic | None:
+    """[characteristic]: a known curve, or one of the lecture's form."""
+    table = given.characteristic
+    if table is None:
+        return None
+    where = f"{name}: [characteristic]"
+    if (table.kind is None) == (table.coefficients is None):
+        raise SceneError(f"{where}: must have one of kind and coefficients")
+    if given.indicator is not None:
+        raise SceneError(
+            f"{where}: not allowed together with [indicator], whose one diagram holds at every "
+            "speed"
+        )
+    if any("load" in place for place in places):
+        raise SceneError(f"{name}: load: not allowed beside [characteristic], which it follows")
+    if table.coefficients is not None:
+        constant, linear = table.coefficients
+        if not (math.isfinite(constant) and math.isfinite(linear)):
+            raise SceneError(f"{where} coefficients = {table.coefficients}: must be finite numbers")
+        return Characteristic(constant, linear, -1.0, "coefficients of the scene")
+    kind = str(table.kind)
+    if kind not in CHARACTERISTICS:
+        raise SceneError(f"{where} kind = {shown(kind)}: unknown{not_known(kind, CHARACTERISTICS)}")
+    return CHARACTERISTICS[kind]
 
 
 def _key(key: str, table: str, name: str) -> Node:
@@ -815,6 +861,8 @@ def _check_needs(scene: Scene, name: str) -> None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     if "wanted_delta" in given:
         given.discard("inertia")
+    if scene.characteristic is not None:
+        given.discard("load")
     # What `sweeps.plan` takes as known, as long as nothing is given.
     given |= set(NEUTRAL)
     given |= {"offset_ratio"} if "centred" in scene.words else set()
@@ -823,6 +871,11 @@ def _check_needs(scene: Scene, name: str) -> None:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
         while waiting:
             need = waiting.pop()
+            if need == "characteristic" and scene.characteristic is None:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
+                    "with a kind, such as 'diesel'"
+                )
             if need in seen:
                 continue
             seen.add(need)

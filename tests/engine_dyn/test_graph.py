@@ -47,7 +47,8 @@ def test_what_people_see_is_described() -> None:
 GIVEN = {
     "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
     "wanted_delta": "generator", "flywheel_outer_diameter": 0.5, "flywheel_inner_diameter": 0.3,
-    "flywheel_density": "steel", "rim_speed_limit": "cast iron",
+    "flywheel_density": "steel", "rim_speed_limit": "cast iron", "rated_power": 20e3,
+    "rated_speed": 1500,
 }  # fmt: skip
 """What no engine of the catalogue gives."""
 
@@ -58,6 +59,7 @@ def test_every_quantity_is_computed(closure: str) -> None:
         {
             "engine": "ntua",
             "set": GIVEN,
+            "characteristic": {"kind": "diesel"},
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
             "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},
