@@ -178,6 +178,8 @@ class Lines(NamedTuple):
         further along the shaft [1].
     mass_factor : ndarray
         Reciprocating mass over the engine's [1].
+    radius : ndarray
+        Crank radius over the engine's; rods are equally long [1].
     """
 
     phase: Floats
@@ -185,6 +187,7 @@ class Lines(NamedTuple):
     place: Floats
     bank: Floats
     mass_factor: Floats
+    radius: Floats
 
 
 @lru_cache(maxsize=64)
@@ -205,7 +208,7 @@ def lines_of(engine: Cylinders) -> Lines:
     place = throws[[c.throw for c in made.cylinders]] - 0.5 * (throws.min() + throws.max())
     return Lines(
         made.phases, direction - direction[0], place, number - 0.5 * (len(banks) - 1),
-        np.array(engine.mass_factors, dtype=float),
+        np.array(engine.mass_factors, dtype=float), made.radius_factors,
     )  # fmt: skip
 
 
@@ -425,15 +428,15 @@ class RunningGear:
 
     def _sum(self, phi: Any, moment: bool) -> Any:
         angle = np.asarray(phi, dtype=float)
-        ratio, beside = self.crank_ratio, self.offset
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
 
         def reciprocating(lines: Lines, weight: Floats) -> Any:
             total: Any = 0.0
-            for psi, gamma, factor, w in zip(
-                lines.phase, lines.direction, lines.mass_factor, weight, strict=True
+            for psi, gamma, factor, radius, w in zip(
+                lines.phase, lines.direction, lines.mass_factor, lines.radius, weight, strict=True
             ):
-                b = slider_crank.acceleration(angle + psi, ratio, beside)
-                total = total + (w * factor * np.exp(1j * gamma)) * b
+                b = slider_crank.acceleration(angle + psi, radius * ratio, beside / radius)
+                total = total + (w * factor * radius * np.exp(1j * gamma)) * b
             return total
 
         total = self.crank_radius * self.reciprocating_mass * self._per_count(
@@ -449,32 +452,43 @@ class RunningGear:
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
-        top = 0.0
-        if np.any(self.offset):
-            top = slider_crank.dead_centres(self.crank_ratio, self.offset).top
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
 
         def turning(lines: Lines, weight: Floats) -> Any:
-            return (weight * np.exp(1j * (lines.direction + lines.phase))).sum()
+            pins = weight * lines.radius * np.exp(1j * (lines.direction + lines.phase))
+            if not beside.any():
+                return pins.sum()
+            total: Any = 0.0
+            for radius in np.unique(lines.radius):
+                top = slider_crank.dead_centres(radius * ratio, beside / radius).top
+                total = total + pins[lines.radius == radius].sum() * np.exp(1j * np.asarray(top))
+            return total
 
         mass = np.asarray(self.turning_mass) * self.crank_radius
-        return mass * self._per_count(turning, moment) * np.exp(1j * np.asarray(top))
+        return mass * self._per_count(turning, moment)
 
     def _waves(self, order: Any, moment: bool) -> tuple[Any, Any]:
         """Forward and backward amplitude of the reciprocating masses."""
         nu = np.asarray(order, dtype=float)
-        harmonic = acceleration_harmonics(nu, self.crank_ratio, self.offset)
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
         mass = 0.5 * np.asarray(self.crank_radius) * self.reciprocating_mass
 
         def turned(sense: float) -> Callable[[Lines, Floats], Any]:
             def total(lines: Lines, weight: Floats) -> Any:
                 vector = np.exp(1j * (lines.direction + sense * nu[..., None] * lines.phase))
-                return (weight * lines.mass_factor * vector).sum(axis=-1)
+                share = weight * lines.mass_factor * lines.radius * vector
+                found: Any = 0.0
+                for radius in np.unique(lines.radius):
+                    harmonic = acceleration_harmonics(nu, radius * ratio, beside / radius)
+                    harmonic = harmonic if sense > 0.0 else np.conj(harmonic)
+                    found = found + harmonic * share[..., lines.radius == radius].sum(axis=-1)
+                return found
 
             return total
 
-        forward = mass * harmonic * self._per_count(turned(1.0), moment)
-        backward = mass * np.conj(harmonic) * self._per_count(turned(-1.0), moment)
-        return forward, backward
+        return mass * self._per_count(turned(1.0), moment), mass * self._per_count(
+            turned(-1.0), moment
+        )
 
     def _shafts(self, moment: bool) -> tuple[Any, tuple[Any, Any]]:
         """Amplitudes of the shafts: backward first order; forward and backward second order."""

@@ -12,7 +12,7 @@ from scipy.optimize import minimize, minimize_scalar
 from engine_dyn import balancing, masses
 from engine_dyn.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.balancing import RunningGear, running_gear
-from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.cylinders import Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.slider_crank import dead_centres
 
@@ -94,6 +94,40 @@ def test_forces_are_those_of_masses_on_their_paths(text: str, offset: float) -> 
 
 def cylinder_place(made: Arrangement, cylinder: Cylinder) -> float:
     return made.throws[cylinder.throw].position
+
+
+def test_throws_of_unequal_radius() -> None:
+    """Equal rods on cranks of 1, 0.8 and 1.1 radii: each its own slider-crank."""
+    radii, angles = (1.0, 0.8, 1.1), (0.0, 1.1, 4.0)
+    made = Arrangement(
+        FOUR_STROKE,
+        tuple(Throw(-a, float(i), r) for i, (a, r) in enumerate(zip(angles, radii, strict=True))),
+        (0.0,), tuple(Cylinder(i, 0, a) for i, a in enumerate(angles)), uneven=True,
+    )  # fmt: skip
+    engine_of = Cylinders(FOUR_STROKE, tuple(Member(-a, 1.0, 1.0) for a in angles), made)
+    found = running_gear(
+        engine_of, RATIO, RADIUS, MASS, SPEED, spacing=SPACING, turning_mass=0.2, offset=0.2
+    )
+    rod, beside = RADIUS / RATIO, 0.2 * RADIUS
+    force: Any = 0.0
+    moment: Any = 0.0
+    for place, (angle, radius) in enumerate(zip(angles, radii, strict=True)):
+        crank = radius * RADIUS
+        top = math.asin(beside / (rod + crank))
+
+        def pin(phi: Any, r: float = crank, a: float = angle, t: float = top) -> Any:
+            return r * np.exp(1j * (phi - a + t))
+
+        def piston(phi: Any, pin: Any = pin) -> Any:
+            there = pin(phi)
+            return there.real + np.sqrt(rod**2 - (there.imag - beside) ** 2)
+
+        one = MASS * moved(piston, PHI) + 0.2 * moved(pin, PHI)
+        force, moment = force + one, moment + (place - 1.0) * SPACING * one
+    np.testing.assert_allclose(found.force(PHI), force, atol=2e-6 * UNIT)
+    np.testing.assert_allclose(found.moment(PHI), moment, atol=2e-6 * UNIT)
+    total = sum(found.force_of_order(n, PHI) for n in range(1, 31))
+    np.testing.assert_allclose(total, found.force(PHI), atol=1e-12 * UNIT)
 
 
 def test_orders_add_up_to_the_force() -> None:
