@@ -21,6 +21,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import balance_study
 import calibrate_ntua
 import numpy as np
 from thesis_study import (
@@ -616,6 +617,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "no_drift": f"{nominal_speed(load_exponent=0.0).omega_mean:.2f}",
         "drift_table": drift_table(drift),
         "agreement_table": agreement_table(agreement),
+        **balance_study.values(),
     }
     return filled(TEMPLATE.read_text(encoding="utf-8"), values)
 

@@ -8,6 +8,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities import CYCLE_KEYS, DIMENSIONS, NODES, PARAMETERS, QUANTITIES, check_graph
+from tests.support import NOT_OF_AN_ENGINE
 
 pytestmark = pytest.mark.compiled
 
@@ -44,22 +45,12 @@ def test_what_people_see_is_described() -> None:
             assert node.symbol, node.name
 
 
-GIVEN = {
-    "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
-    "wanted_delta": "generator", "flywheel_outer_diameter": 0.5, "flywheel_inner_diameter": 0.3,
-    "flywheel_density": "steel", "rim_speed_limit": "cast iron", "rated_power": 20e3,
-    "rated_speed": 1500,
-}  # fmt: skip
-"""What no engine of the catalogue gives."""
-
-
 @pytest.mark.parametrize("closure", ["power_mean", "cycle_time"])
 def test_every_quantity_is_computed(closure: str) -> None:
     result = sweeps.run(
         {
             "engine": "ntua",
-            "set": GIVEN,
-            "characteristic": {"kind": "diesel"},
+            **NOT_OF_AN_ENGINE,
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
             "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},

@@ -18,6 +18,7 @@ from sweeps.errors import SceneError
 from sweeps.forecast import text as plan_text
 from sweeps.plan import make_plan
 from sweeps.scene import read_scene
+from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
@@ -211,10 +212,14 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
     found = run(
         quantities=tuple(QUANTITIES),
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
-        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1]},
-    )
+        set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1],
+             **NOT_OF_AN_ENGINE["set"]},
+        characteristic=NOT_OF_AN_ENGINE["characteristic"],
+    )  # fmt: skip
     for name in QUANTITIES:
-        assert np.isfinite(found[name]).all(), name
+        # Counterweights of four throws in line cancel: no fraction is better than another.
+        expected = not name.startswith("best_fraction")
+        assert np.isfinite(found[name]).all() == expected, name
     assert "pin_offset" not in found["fmep"].dims
 
 

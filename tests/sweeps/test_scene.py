@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from engine_dyn.quantities import CYCLE_KEYS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS
 from sweeps.errors import SceneError
 from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
+from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 
 
@@ -186,7 +187,7 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             with pytest.raises(SceneError, match="whole"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
-        read_scene(scene(output={"quantities": [quantity]}))
+        read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
 
 
 def test_all_methods_and_outcomes_are_known() -> None:
