@@ -196,7 +196,8 @@ def _each(
     title = f"Shaking {kind}" + (": curve of its vector" if hodograph else "")
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,
-        {} if hodograph and len(main) == 1 else entries, caption=view.caption, below=True, spare=panels[len(picked) :],
+        {} if hodograph and len(main) == 1 else entries, caption=view.caption, below=True,
+        spare=panels[len(picked) :],
     )  # fmt: skip
 
 
