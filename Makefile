@@ -60,6 +60,7 @@ calibrate: $(VENV)/.installed-test
 # Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
 bench: $(VENV)/.installed-bench
 	$(python) -m benchmarks $(BENCH)
+	$(python) -m benchmarks.engines
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py

@@ -76,7 +76,7 @@ NEUTRAL = (
 """Parameters that are 0 unless given."""
 
 _ENGINE = (
-    "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinders",
+    "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinder_set",
     "cylinders_by_count",
 )  # fmt: skip
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
@@ -88,7 +88,8 @@ _MOMENT = (*_ENGINE, "turning_mass", *_SPACES, "balance_couple")
 
 _NAMES = {
     "shaft_unbalance": "shaft", "pair_unbalance": "pair", "cylinder_spacing": "spacing",
-    "balance_couple": "couple", "cylinders_by_count": "by_count", "offset_ratio": "offset",
+    "balance_couple": "couple", "cylinder_set": "cylinders",
+    "cylinders_by_count": "by_count", "offset_ratio": "offset",
 }  # fmt: skip
 """Nodes whose attribute of `balancing.RunningGear` has another name."""
 

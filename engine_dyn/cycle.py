@@ -21,7 +21,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine_dyn.slider_crank import position, velocity
+from engine_dyn.slider_crank import dead_centres, position, velocity
 
 __all__ = ["FILE_UNITS", "DieselCycle"]
 
@@ -61,6 +61,7 @@ FILE_UNITS: dict[str, tuple[str, float]] = {
     "exhaust_opening": ("degree", DEGREE),
     "valve_ramp": ("degree", DEGREE),
     "valve_lag": ("degree", DEGREE),
+    "offset_ratio": ("1", 1.0),
 }
 
 
@@ -112,6 +113,9 @@ class DieselCycle:
     valve_lag : float
         Angle in which the difference to the manifold pressure falls to 1/e with an open
         valve [rad].
+    offset_ratio : float
+        Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
+        stroke is the radius that the speeds above are taken over.
     """
 
     compression_ratio: float
@@ -134,6 +138,7 @@ class DieselCycle:
     exhaust_opening: float
     valve_ramp: float
     valve_lag: float
+    offset_ratio: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
@@ -161,6 +166,12 @@ class DieselCycle:
         for name, (low, high) in limits.items():
             if not low < getattr(self, name) < high:
                 raise ValueError(self._refusal(name, f"between {_show(name, low, high)}"))
+        if not self.crank_ratio * (1.0 + abs(self.offset_ratio)) < 1.0:
+            raise ValueError(
+                self._refusal(
+                    "offset_ratio", "such that the crank turns: with the crank radius below the rod"
+                )
+            )
         for name in ("premixed_form", "diffusion_form"):
             # Below 1 the rate of heat release has a corner that no spline follows.
             if not 1.0 <= getattr(self, name) <= 10.0:
@@ -189,8 +200,15 @@ class DieselCycle:
 
     def volume(self, phi: ArrayLike) -> FloatArray:
         """Cylinder volume over the swept volume [1] at crank angles [rad]."""
-        travel = position(phi, self.crank_ratio)
+        travel = position(phi, self.crank_ratio, self.offset_ratio) / self._half_stroke
         return np.asarray(1.0 / (self.compression_ratio - 1.0) + 0.5 * travel, dtype=np.float64)
+
+    @property
+    def _half_stroke(self) -> float:
+        """Half the stroke over the crank radius."""
+        if self.offset_ratio == 0.0:
+            return 1.0
+        return float(dead_centres(self.crank_ratio, self.offset_ratio).stroke)
 
     def burnt_fraction(self, phi: ArrayLike) -> FloatArray:
         """Part of the heat released by each crank angle [rad, -pi..pi], 0..1 (double Wiebe)."""
@@ -294,7 +312,8 @@ class DieselCycle:
         shut = self.closed(phi)
         volume = self.volume(phi)
         n = self.exponent(phi)
-        speed = np.asarray(velocity(phi, self.crank_ratio), dtype=np.float64)
+        reduced = velocity(phi, self.crank_ratio, self.offset_ratio) / self._half_stroke
+        speed = np.asarray(reduced, dtype=np.float64)
         growth = 0.5 * speed
         change = _smooth_step(0.5 * ((phi - 2.0 * math.pi) / self.valve_ramp + 1.0))
         before = phi < 0.0

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
-
-import numpy as np
 
 from engine_dyn.arrangement import Arrangement, customary_order, firing_phases, symmetry
 from engine_dyn.layouts import in_line
@@ -40,16 +38,22 @@ class Member(NamedTuple):
         f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1].
     mass_factor : float
         Reciprocating mass over the engine's [1].
+    radius_factor : float
+        Crank radius, and stroke, over the engine's; rods are equally long [1].
     """
 
     phase: float
     pressure_factor: float
     mass_factor: float
+    radius_factor: float = 1.0
 
 
 EQUAL = Member(0.0, 1.0, 1.0)
 """Cylinder 1 of an engine whose cylinders are equal."""
 
+
+SMALLEST_RADIUS = 0.1
+"""A throw of less is none."""
 
 LARGEST_FACTOR = 2.0
 """More than twice the pressure rise or the mass of the others is another engine."""
@@ -82,18 +86,35 @@ class Cylinders:
     @cached_property
     def representatives(self) -> tuple[Member, ...]:
         """Cylinders of which all others are copies, shifted by multiples of the period."""
+        return self.representatives_of(self.symmetry)
+
+    def representatives_of(self, times: int) -> tuple[Member, ...]:
+        """Representatives where less repeats: `times` is a divisor of the symmetry."""
         free, found = list(self.members), []
         while free:
             first = free.pop(0)
             found.append(first)
-            for k in range(1, self.symmetry):
-                place = first.phase + k * self.period / self.symmetry
+            for k in range(1, times):
+                place = first.phase + k * self.period / times
                 alike = [member for member in free if member[1:] == first[1:]]
                 free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
         return tuple(found)
 
     def _apart(self, one: float, other: float) -> float:
         return abs(math.remainder(one - other, self.period))
+
+    @property
+    def count(self) -> int:
+        """Number of cylinders."""
+        return len(self.members)
+
+    def without(self, number: int) -> Cylinders:
+        """Return the same cylinders, `number` (from 1) of which does not burn; 0: all do."""
+        if number == 0:
+            return self
+        factors = list(self.pressure_factors)
+        factors[number - 1] = 0.0
+        return self.with_factors(pressure_factor=tuple(factors))
 
     @cached_property
     def plain(self) -> bool:
@@ -116,6 +137,16 @@ class Cylinders:
         return tuple(member.mass_factor for member in self.members)
 
     @cached_property
+    def radius_factors(self) -> tuple[float, ...]:
+        """Factor on the crank radius of each cylinder."""
+        return tuple(member.radius_factor for member in self.members)
+
+    @property
+    def equal_throws(self) -> bool:
+        """Whether all crank radii are the engine's."""
+        return set(self.radius_factors) == {1.0}
+
+    @cached_property
     def along_shaft(self) -> tuple[tuple[int, ...], ...] | None:
         """Places of the cylinders (from 0) at each place of the shaft; None where unknown."""
         if self.arrangement is None:
@@ -131,13 +162,18 @@ class Cylinders:
         self,
         pressure_factor: tuple[float, ...] | None = None,
         mass_factor: tuple[float, ...] | None = None,
+        radius_factor: tuple[float, ...] | None = None,
     ) -> Cylinders:
-        """Return the same cylinders with other factors, those of None kept; see `cylinders_of`."""
+        """Return the same cylinders with other factors, those of None kept; see `cylinders_of`.
+
+        Cylinders on one throw have one radius, and that of cylinder 1 is the engine's.
+        """
         count = len(self.members)
         factors = []
         for name, values, own in (
             ("pressure_factor", pressure_factor, self.pressure_factors),
             ("mass_factor", mass_factor, self.mass_factors),
+            ("radius_factor", radius_factor, self.radius_factors),
         ):
             taken = own if values is None else tuple(float(value) for value in values)
             if len(taken) != count:
@@ -153,7 +189,36 @@ class Cylinders:
             factors.append(taken)
         phases = [member.phase for member in self.members]
         members = tuple(Member(*m) for m in zip(phases, *factors, strict=True))
-        return Cylinders(self.period, members, self.arrangement)
+        return Cylinders(self.period, members, self._with_radii(factors[2]))
+
+    def _with_radii(self, radii: tuple[float, ...]) -> Arrangement | None:
+        """Arrangement with these crank radii of its cylinders over the engine's."""
+        if min(radii) < SMALLEST_RADIUS:
+            number = radii.index(min(radii)) + 1
+            raise ValueError(
+                f"radius_factor, value {number} = {min(radii):g}: must be a number from "
+                f"{SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}"
+            )
+        if radii[0] != 1.0:
+            raise ValueError(
+                f"radius_factor, value 1 = {radii[0]:g}: must be 1, the engine's stroke is that of "
+                "cylinder 1"
+            )
+        if self.arrangement is None or radii == tuple(self.arrangement.radius_factors):
+            return self.arrangement
+        of_throw: dict[int, float] = {}
+        for number, cylinder in enumerate(self.arrangement.cylinders, start=1):
+            radius = of_throw.setdefault(cylinder.throw, radii[number - 1])
+            if radius != radii[number - 1]:
+                raise ValueError(
+                    f"radius_factor, value {number} = {radii[number - 1]:g}: must be {radius:g} as "
+                    f"of the other cylinders on throw {cylinder.throw + 1}"
+                )
+        throws = tuple(
+            replace(throw, radius_factor=of_throw.get(number, throw.radius_factor))
+            for number, throw in enumerate(self.arrangement.throws)
+        )
+        return replace(self.arrangement, throws=throws)
 
     @property
     def equal(self) -> bool:
@@ -171,7 +236,7 @@ class Cylinders:
 
 
 CylindersByCount = Mapping[int, Cylinders]
-"""Cylinders of each number of cylinders that a scene has."""
+"""Cylinders of each set: of each number of cylinders where no more differs between designs."""
 
 
 @lru_cache(maxsize=64)
@@ -201,8 +266,8 @@ def cylinders_of(
     ValueError
         One line, for a wrong number of factors, or values that are no factor.
     """
-    if (np.asarray(arrangement.radius_factors) != 1.0).any():
-        raise ValueError("throws: crank radii differ, which the speed is not solved for")
-    members = tuple(Member(phase, 1.0, 1.0) for phase in arrangement.phases.tolist())
+    radii = arrangement.radius_factors.tolist()
+    phases = arrangement.phases.tolist()
+    members = tuple(Member(p, 1.0, 1.0, r) for p, r in zip(phases, radii, strict=True))
     engine = Cylinders(arrangement.period, members, arrangement)
     return engine.with_factors(pressure_factor, mass_factor)

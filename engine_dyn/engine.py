@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders
+from engine_dyn.driven_machine import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram, Family
 
@@ -41,6 +42,10 @@ class Engine:
         Cylinders in the order in which they fire, where it is known.
     own_cylinders : Cylinders, optional
         Arrangement of the engine's own number of cylinders and their factors, where given.
+    load_table : TorqueOverAngle or TorqueOverSpeed, optional
+        What the engine drives, where that is more than a + k omega^alpha.
+    driver_table : TorqueOverSpeed, optional
+        What drives it; a motor's numbers are among the values instead.
     assumed : mapping
         Reason for every value that the sources do not give.
     sources : tuple of str
@@ -56,5 +61,7 @@ class Engine:
     cycles: tuple[Callable[..., Diagram], ...] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None
+    load_table: TorqueOverAngle | TorqueOverSpeed | None = None
+    driver_table: TorqueOverSpeed | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()

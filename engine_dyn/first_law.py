@@ -15,8 +15,9 @@ Sources
 Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: first law of one zone, ch. 9;
 Wiebe function, eq. 9.30; Woschni's formula with its constants, section 12.4. Gatowski, Balles,
 Chun, Nelson, Ekchian and Heywood, SAE paper 841359, 1984: ratio of specific heats linear in
-temperature. Woschni, SAE paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary
-Differential Equations, Wiley 1987: Runge-Kutta method of order six in seven stages.
+temperature (constants as they are usually quoted; the paper itself was not compared). Woschni, SAE
+paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary Differential Equations, Wiley 1987:
+Runge-Kutta method of order six in seven stages.
 """
 
 from __future__ import annotations
@@ -105,6 +106,7 @@ _GAS = {
     "valve_lag": _Field("degree", 0.5, 45.0),
 }
 _FURTHER = {
+    "offset_ratio": _Field("1", -10.0, 10.0),
     "premixed_share": _Field("1", 0.0, 1.0, ends=True),
     "premixed_start": _Field("degree", -90.0, 90.0),
     "premixed_duration": _Field("degree", 2.0, 180.0),
@@ -170,6 +172,7 @@ class _ClosedCycle:
     combustion_form: float
     valve_ramp: float
     valve_lag: float
+    offset_ratio: float = 0.0
     premixed_share: float = 0.0
     premixed_start: float = 0.0
     premixed_duration: float = 10.0 * DEGREE
@@ -199,7 +202,9 @@ class _ClosedCycle:
 
     def volume(self, phi: ArrayLike) -> Floats:
         """Cylinder volume over the swept volume [1] at crank angles [rad]."""
-        travel = slider_crank.position(phi, self.crank_ratio)
+        travel = slider_crank.position(phi, self.crank_ratio, self.offset_ratio)
+        if self.offset_ratio != 0.0:
+            travel = travel / slider_crank.dead_centres(self.crank_ratio, self.offset_ratio).stroke
         return np.asarray(1.0 / (self.compression_ratio - 1.0) + 0.5 * travel, dtype=np.float64)
 
     def burnt_fraction(self, phi: ArrayLike) -> Floats:
@@ -315,6 +320,9 @@ class FourStrokeCycle(_ClosedCycle):
     valve_lag : float
         Angle in which the difference to the manifold pressure falls to 1/e with an open
         valve [rad].
+    offset_ratio : float
+        Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
+        stroke is the radius that speeds of the piston are taken over.
     premixed_share, premixed_start, premixed_duration, premixed_form : float
         Share and Wiebe function of a second, premixed combustion (diesel); no share by default.
     wiebe_factor : float
@@ -527,6 +535,11 @@ def _refusals(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int
             within |= np.isnan(value)
         yield ~within, said(name, f"between {low:.6g} and {high:.6g}{words}")
 
+    offset, ratio = columns["offset_ratio"], columns["crank_ratio"]
+    yield (
+        ~(ratio * (1.0 + np.abs(offset)) < 1.0),
+        said("offset_ratio", "such that the crank turns: with the crank radius below the rod"),
+    )
     closing, opening = _closing(kind, columns), columns["exhaust_opening"]
     starts = [columns["combustion_start"]]
     starts.append(np.where(columns["premixed_share"] > 0.0, columns["premixed_start"], starts[0]))
@@ -563,6 +576,14 @@ def _closing(kind: type[_ClosedCycle], columns: Mapping[str, Floats]) -> Floats:
     return np.asarray(np.maximum(exhaust, -columns["scavenge_opening"]))
 
 
+def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
+    """Half the stroke over the crank radius; 1 where there is no offset, or no cycle."""
+    ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
+    turns = ratio * (1.0 + np.abs(offset)) < 1.0
+    some = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
+    return np.asarray(slider_crank.dead_centres(*some).stroke)
+
+
 def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Floats:
     """Rows of `Case`."""
     four = kind is FourStrokeCycle
@@ -578,6 +599,8 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
             wall=wall * one,
             clearance=1.0 / (columns["compression_ratio"] - 1.0),
             crank_ratio=columns["crank_ratio"],
+            offset_ratio=columns["offset_ratio"],
+            half_stroke=_half_strokes(columns),
             intake_pressure=columns["intake_pressure"],
             exhaust_pressure=columns["exhaust_pressure"],
             intake_loss=columns["intake_loss"] if four else zero,

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.slider_crank import position_at, velocity_at
+from engine_dyn.slider_crank import (
+    offset_position_at,
+    offset_velocity_at,
+    position_at,
+    sine_of_top,
+    turned,
+    velocity_at,
+)
 
 __all__ = [
     "EXPONENT_REACH",
@@ -75,6 +82,8 @@ class Case(NamedTuple):
     wall: float
     clearance: float
     crank_ratio: float
+    offset_ratio: float
+    half_stroke: float
     intake_pressure: float
     exhaust_pressure: float
     intake_loss: float
@@ -126,15 +135,17 @@ def smooth_step(u: float) -> float:
 @inlined
 def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     """Volume over the swept volume and its derivative over angle; the one place that knows it."""
-    ratio = case.crank_ratio
-    volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
-    return volume, 0.5 * velocity_at(sine, cosine, ratio)
-
-
-@inlined
-def turned(sine: float, cosine: float, s: float, c: float) -> tuple[float, float]:
-    """Sine and cosine of a sum of angles: sines are dear."""
-    return sine * c + cosine * s, cosine * c - sine * s
+    ratio, offset = case.crank_ratio, case.offset_ratio
+    if offset == 0.0:
+        volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
+        return volume, 0.5 * velocity_at(sine, cosine, ratio)
+    # Over the swept volume, a stroke of more than two crank radii.
+    share = 0.5 / case.half_stroke
+    top = sine_of_top(ratio, offset)
+    upright = math.sqrt(1.0 - top * top)
+    s, c = turned(sine, cosine, top, upright)
+    travel = offset_position_at(s, c, ratio, offset, 1.0 - cosine, upright)
+    return case.clearance + share * travel, share * offset_velocity_at(s, c, ratio, offset)
 
 
 @inlined
@@ -606,7 +617,7 @@ def _case_of(r: Floats) -> Case:
         r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8],
         r[9], r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17],
         r[18], r[19], r[20], r[21], r[22], r[23], r[24], r[25], r[26],
-        r[27], r[28], r[29], r[30], r[31], r[32],
+        r[27], r[28], r[29], r[30], r[31], r[32], r[33], r[34],
     )  # fmt: skip
 
 

@@ -301,7 +301,8 @@ class RequiredInertia:
 
 _OF_TORQUE = (
     "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
-    "firing_angles", "pressure_factor", "mass_factor", "crankcase_pressure", "tolerance",
+    "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
+    "tolerance",
 )  # fmt: skip
 
 

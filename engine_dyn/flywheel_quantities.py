@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import flywheel
+from engine_dyn import flywheel, masses
 from engine_dyn.node import Node
 
 __all__ = ["NODES", "PARAMETERS", "both_statuses"]
@@ -164,9 +164,15 @@ NODES = (
     Node(
         "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
         "inertia that a flywheel adds to the running gear for the wanted delta, 0 where none is "
-        "needed", "Kakaitsas sections 3.2, 3.2.2", needs=("inertia_required", "engine_inertia"),
-        make=lambda inertia_required, engine_inertia: np.maximum(
-            inertia_required - engine_inertia, 0.0
+        "needed", "Kakaitsas sections 3.2, 3.2.2",
+        needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "load_inertia",
+               "gear_ratio"),
+        make=lambda inertia_required, engine_inertia, auxiliary_inertia, load_inertia, gear_ratio:
+        np.maximum(
+            inertia_required - masses.inertia_of_parts(
+                engine_inertia, auxiliary_inertia, 0.0, load_inertia, gear_ratio
+            ),
+            0.0,
         ),
     ),
     Node(

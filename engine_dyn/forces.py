@@ -7,6 +7,7 @@ last dimension. Torque is positive in the sense of rotation and is the whole eng
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,21 +15,27 @@ import numpy.typing as npt
 
 from engine_dyn import slider_crank
 from engine_dyn.cylinders import EQUAL, Cylinders, CylindersByCount, Member
+from engine_dyn.friction import friction_parts, mean_parts
 from engine_dyn.indicator import Family
 from engine_dyn.motored import row_with_factor
 
 __all__ = [
+    "friction_over_stroke",
     "gas_torque",
     "inertia_torque",
     "inertia_torque_actual",
     "piston_area",
     "pressure",
     "pressure_of_first",
+    "StrokeFriction",
     "superpose",
     "torque_after_throw",
 ]
 
 Floats = npt.NDArray[np.float64]
+
+MEANS_AT_ONCE = 64
+"""Designs whose means of the friction are taken together: each has some thousand points."""
 
 
 def piston_area(bore: Any) -> Any:
@@ -67,6 +74,18 @@ def pressure_of_first(
     return total
 
 
+def _velocity(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
+    """Piston velocity of a cylinder over the engine's crank radius and speed."""
+    radius = member.radius_factor
+    return radius * slider_crank.velocity(phi, crank_ratio * radius, offset)
+
+
+def _acceleration(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
+    """Piston acceleration of a cylinder over the engine's crank radius and speed squared."""
+    radius = member.radius_factor
+    return radius * slider_crank.acceleration(phi, crank_ratio * radius, offset)
+
+
 def superpose(
     curve: Callable[[Any, Member], Any],
     phi: Any,
@@ -77,13 +96,16 @@ def superpose(
     """Sum of a cylinder's curve over all cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
 
     The curve is evaluated at the shifted angles themselves, for a cylinder whose factors it may
-    use; `cylinders` broadcasts with `phi`. Evenly firing and equal unless `by_count` has others.
+    use; `cylinders` broadcasts with `phi`. They are keys of `by_count`, or numbers of evenly firing
+    equal cylinders.
     """
     counts = np.asarray(cylinders)
     others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}
     total: Any = 0.0
     if not np.isin(counts, list(others)).all():
         numbers = counts.astype(float)
+        for key, engine in (by_count or {}).items():
+            numbers = np.where(counts == key, float(engine.count), numbers)
         for i in range(int(numbers.max())):
             term = curve(phi - i * period / numbers, EQUAL)
             total = total + (term if i == 0 else np.where(i < numbers, term, 0.0))
@@ -115,7 +137,7 @@ def gas_torque(
 
     def one(angle: Any, member: Member) -> Any:
         gas = pressure(angle, family, row, scale, member.pressure_factor)
-        return (gas - crankcase_pressure) * slider_crank.velocity(angle, crank_ratio, offset)
+        return (gas - crankcase_pressure) * _velocity(angle, crank_ratio, offset, member)
 
     return piston_area(bore) * 0.5 * stroke * superpose(one, phi, cylinders, period, by_count)
 
@@ -137,8 +159,8 @@ def inertia_torque(
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = slider_crank.velocity(angle, crank_ratio, offset)
-        return -slider_crank.acceleration(angle, crank_ratio, offset) * v * member.mass_factor
+        v = _velocity(angle, crank_ratio, offset, member)
+        return -_acceleration(angle, crank_ratio, offset, member) * v * member.mass_factor
 
     return mass * (0.5 * stroke * speed) ** 2 * superpose(one, phi, cylinders, period, by_count)
 
@@ -162,11 +184,92 @@ def inertia_torque_actual(
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = slider_crank.velocity(angle, crank_ratio, offset)
-        b = slider_crank.acceleration(angle, crank_ratio, offset)
+        v = _velocity(angle, crank_ratio, offset, member)
+        b = _acceleration(angle, crank_ratio, offset, member)
         return -v * (omega**2 * b + acceleration * v) * member.mass_factor
 
     return mass * (0.5 * stroke) ** 2 * superpose(one, phi, cylinders, period, by_count)
+
+
+@dataclass(frozen=True)
+class StrokeFriction:
+    """What spreads the friction over the stroke, in broadcasting arrays, all [Pa].
+
+    `levels` are those of the four parts of `friction.FrictionShape`: mean torque of each for one
+    cylinder over piston area and crank radius. `ring` is the pressure of the rings by their own
+    tension.
+    """
+
+    levels: tuple[Any, Any, Any, Any]
+    ring: Any
+
+
+def friction_over_stroke(
+    phi: Any,
+    crank_ratio: Any,
+    family: Family,
+    row: Any,
+    scale: Any,
+    crankcase_pressure: Any,
+    bore: Any,
+    stroke: Any,
+    friction_torque: Any,
+    shape: StrokeFriction,
+    cylinders: Any,
+    period: float,
+    offset: Any = 0.0,
+    by_count: CylindersByCount | None = None,
+) -> Any:
+    """Friction torque over crank angle [N m], positive, to be subtracted; its mean is given.
+
+    Parameters as `gas_torque`; see `friction.FrictionShape`.
+    """
+    one = _friction_of_one(crank_ratio, family, row, scale, crankcase_pressure, shape, offset)
+    varying = superpose(one, phi, cylinders, period, by_count)
+    return friction_torque + piston_area(bore) * 0.5 * stroke * varying
+
+
+def _friction_of_one(
+    crank_ratio: Any, family: Family, row: Any, scale: Any, crankcase_pressure: Any,
+    shape: StrokeFriction, offset: Any,
+) -> Callable[[Any, Member], Any]:  # fmt: skip
+    """Friction of a cylinder less its mean, over piston area and crank radius [Pa]."""
+    weights: dict[tuple[float, ...], Floats] = {}
+    inputs = (crank_ratio, row, scale, crankcase_pressure, shape.ring, offset)
+
+    def parts(angle: Any, member: Member, inputs: Any) -> Floats:
+        ratio, row, scale, crankcase, ring, offset = inputs
+        load = ring + pressure(angle, family, row, scale, member.pressure_factor) - crankcase
+        speed = slider_crank.velocity(angle, ratio * member.radius_factor, offset)
+        return friction_parts(load, speed, np.sin(angle))
+
+    def means(member: Member) -> Floats:
+        columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
+        distinct, number = np.unique(
+            np.stack([c.reshape(-1) for c in columns]), axis=1, return_inverse=True
+        )
+        found = np.empty((4, distinct.shape[1]))
+        for begin in range(0, distinct.shape[1], MEANS_AT_ONCE):
+            here = slice(begin, begin + MEANS_AT_ONCE)
+            of_these = [row[here, None] for row in distinct]
+            found[:, here] = mean_parts(
+                lambda angle: parts(angle, member, of_these),  # noqa: B023
+                family.row(0).period,
+            )
+        return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
+
+    def one(angle: Any, member: Member) -> Any:
+        key = tuple(member[1:])
+        if key not in weights:
+            mean = means(member)
+            weights[key] = np.where(mean > 0.0, mean, np.inf)
+        each = parts(angle, member, inputs)
+        return sum(
+            level * (part / mean - 1.0)
+            for level, part, mean in zip(shape.levels, each, weights[key], strict=True)
+        )
+
+    return one
 
 
 def torque_after_throw(
@@ -184,16 +287,22 @@ def torque_after_throw(
     cylinders: Any,
     by_count: CylindersByCount,
     offset: Any = 0.0,
+    shape: StrokeFriction | None = None,
 ) -> Any:
     """Torque in the shaft after each throw, from the last cylinder to the take-off at the first.
 
     Kakaitsas (2015), section 5.4: T_Z, T_(Z-1) = T_Z + ..., T_1 the whole engine's. Shape
     (..., cylinder, crank angle); throw i along the shaft, with all cylinders on it, is entry i - 1,
     entries past an engine's own throws hold NaN. Each cylinder bears an equal share of the
-    friction.
+    friction, over its own stroke where it has a `shape`.
     """
+    rubbing = None
+    if shape is not None:
+        rubbing = _friction_of_one(
+            crank_ratio, family, row, scale, crankcase_pressure, shape, offset
+        )
     counts = np.unique(np.asarray(cylinders)).astype(int)
-    throws = int(counts.max())
+    throws = max(by_count[int(count)].count for count in counts)
     lever = piston_area(bore) * 0.5 * stroke
     moment = mass * (0.5 * stroke * speed) ** 2
     pieces = []
@@ -207,12 +316,14 @@ def torque_after_throw(
             for cylinder in (c for place in _places(engine)[throw:] for c in place):
                 member = engine.members[cylinder]
                 angle = phi + member.phase
-                v = slider_crank.velocity(angle, crank_ratio, offset)
+                v = _velocity(angle, crank_ratio, offset, member)
                 gas = pressure(angle, family, row, scale, member.pressure_factor)
                 part = part + lever * (gas - crankcase_pressure) * v
-                b = slider_crank.acceleration(angle, crank_ratio, offset)
+                b = _acceleration(angle, crank_ratio, offset, member)
                 part = part - moment * member.mass_factor * b * v
-                part = part - friction_torque / count
+                part = part - friction_torque / engine.count
+                if rubbing is not None:
+                    part = part - lever * rubbing(angle, member)
             total = np.where(np.asarray(cylinders) == count, part, total)
         pieces.append(total)
     return np.stack(np.broadcast_arrays(*pieces), axis=-2)

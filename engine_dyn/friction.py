@@ -8,12 +8,14 @@ Sources
 Chen and Flynn, SAE paper 650733, 1965: mean effective pressure over p_max and piston speed.
 Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988, ch. 13: regimes of lubrication,
 friction as a sum of parts that grow with no, the first and the second power of speed. Rezeka and
-Henein, SAE paper 840179, 1984: instantaneous friction of rings and skirt.
+Henein, SAE paper 840179, 1984: instantaneous friction of rings and skirt (forms as they are
+usually quoted; the paper itself was not compared).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +29,9 @@ __all__ = [
     "FrictionShape",
     "auxiliary_torque",
     "friction_mean_effective_pressure",
+    "friction_parts",
     "friction_torque",
+    "mean_parts",
     "mean_piston_speed",
     "tabulated_auxiliary_torque",
 ]
@@ -122,12 +126,42 @@ def tabulated_auxiliary_torque(speeds: ArrayLike, torques: ArrayLike, speed: Arr
     return np.interp(wanted, given, torque)
 
 
+def friction_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> FloatArray:
+    """Torques of the four branches of `FrictionShape`, not scaled, shape (4, ...).
+
+    `load` on the rings [Pa], `speed` of the piston over r omega, `sine` of the cylinder's angle.
+    """
+    fast = np.abs(np.asarray(speed, dtype=np.float64))
+    dry = np.maximum(load, 0.0) * fast
+    slow = 1.0 - np.abs(np.asarray(sine, dtype=np.float64))
+    return np.stack(np.broadcast_arrays(dry, dry * slow, np.sqrt(dry) * fast, fast * fast))
+
+
+def mean_parts(parts: Callable[[FloatArray], FloatArray], period: float) -> FloatArray:
+    """Cycle means of `friction_parts`, a function of the cylinder's angle [rad], shape (4, ...).
+
+    Means are taken stroke by stroke with Gauss's points; the angle is stretched so that the roots
+    of the piston's speed at dead centre do not matter.
+    """
+    node, weight = np.polynomial.legendre.leggauss(5)
+    t = ((np.arange(PANELS)[:, None] + 0.5 * (node + 1.0)) / PANELS).reshape(-1)
+    share = np.tile(0.5 * weight / PANELS, PANELS)
+    place = t**3 * (10.0 + t * (6.0 * t - 15.0))
+    stretch = 30.0 * (t * (1.0 - t)) ** 2
+    total: Any = 0.0
+    for stroke in range(round(period / math.pi)):
+        total = total + parts((stroke + place) * math.pi) @ (share * stretch)
+    means: FloatArray = total / round(period / math.pi)
+    return means
+
+
 @dataclass(frozen=True)
 class FrictionShape:
     """How one cylinder's friction torque is spread over the crank angle; its cycle mean is 1.
 
-    With u = |c/(r omega)| and the load on a ring N = ring_pressure + p - p_crankcase, the torque of
-    a friction force is force times u. The branches of the Stribeck curve give four forces, each
+    With u = |c/(r omega)| and the load on a ring N = ring_pressure + p - p_crankcase (0 where that
+    is below 0: nothing presses a ring that is lifted), the torque of a friction force is force
+    times u. The branches of the Stribeck curve give four forces, each
     scaled to the cycle mean of its share:
 
         boundary        N                    the coefficient of friction is constant,
@@ -187,48 +221,24 @@ class FrictionShape:
             Its indicator diagram, absolute pressure.
         crankcase_pressure : float
             Absolute pressure under the piston [Pa].
-
-        Raises
-        ------
-        ValueError
-            If the pressure under the piston lifts the rings off: ring_pressure is too low.
         """
         weights = self.weights(crank_ratio, diagram, crankcase_pressure)
-        terms = self._terms(phi, crank_ratio, diagram, crankcase_pressure)
-        return np.asarray(self.rest + np.tensordot(weights, terms, axes=1))
+        parts = self._parts(phi, crank_ratio, diagram, crankcase_pressure)
+        return np.asarray(self.rest + np.tensordot(weights, parts, axes=1))
 
     def weights(
         self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
     ) -> FloatArray:
-        """Share over cycle mean of each of the four terms, shape (4,).
-
-        Means are taken stroke by stroke with Gauss's points; the angle is stretched so that the
-        roots of the piston's speed at dead centre do not matter. Errors as for a call.
-        """
-        strokes = round(diagram.period / math.pi)
-        node, weight = np.polynomial.legendre.leggauss(5)
-        t = ((np.arange(PANELS)[:, None] + 0.5 * (node + 1.0)) / PANELS).reshape(-1)
-        share = np.tile(0.5 * weight / PANELS, PANELS)
-        place = t**3 * (10.0 + t * (6.0 * t - 15.0))
-        stretch = 30.0 * (t * (1.0 - t)) ** 2
-        phi = (np.arange(strokes)[:, None] + place) * math.pi
-        terms = self._terms(phi, crank_ratio, diagram, crankcase_pressure)
-        means = (terms @ (share * stretch)).mean(axis=-1)
+        """Share over cycle mean of each of the four parts, shape (4,)."""
+        means = mean_parts(
+            lambda phi: self._parts(phi, crank_ratio, diagram, crankcase_pressure), diagram.period
+        )
         return np.array([self.boundary, self.mixed, self.hydrodynamic, self.skirt]) / means
 
-    def _terms(
+    def _parts(
         self, phi: ArrayLike, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
     ) -> FloatArray:
         """Torques of the four branches, not scaled, shape (4, ...)."""
-        if self.ring_pressure + diagram.lowest <= crankcase_pressure:
-            least = (crankcase_pressure - diagram.lowest) / BAR
-            raise ValueError(
-                f"ring_pressure = {self.ring_pressure / BAR:g} bar: must be above {least:.6g} bar, "
-                "by which the cylinder's pressure falls below the crankcase's"
-            )
         angle = np.asarray(phi, dtype=np.float64)
-        speed = np.abs(velocity(angle, crank_ratio))
         load = self.ring_pressure + diagram(angle) - crankcase_pressure
-        dry = load * speed
-        slow = 1.0 - np.abs(np.sin(angle))
-        return np.stack([dry, dry * slow, np.sqrt(dry) * speed, speed * speed])
+        return friction_parts(load, velocity(angle, crank_ratio), np.sin(angle))

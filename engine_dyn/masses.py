@@ -73,6 +73,18 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
     return (slider_crank.velocity(phi, ratio[..., None], beside[..., None]) ** 2).mean(axis=-1)
 
 
+def inertia_of_parts(
+    engine_inertia: Any, auxiliary_inertia: Any, flywheel_inertia: Any, load_inertia: Any,
+    gear_ratio: Any,
+) -> Any:  # fmt: skip
+    """Inertia of engine and load at the crank [kg m2]: engine + auxiliaries + flywheel + i^2 load.
+
+    Kakaitsas (2015), eqs. 3.1 and 3.2; the gear ratio i is the load's speed over the crank's, and
+    the load's inertia is that at its own shaft: equal kinetic energy.
+    """
+    return engine_inertia + auxiliary_inertia + flywheel_inertia + gear_ratio**2 * load_inertia
+
+
 def engine_inertia(
     reciprocating_mass: Any,
     rotating_mass: Any,

@@ -60,8 +60,8 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Word of the scene for which this variant of a name holds (its closure, "centred" or
-        "offset", "equal" or "unequal" cylinders); empty: any.
+        Words of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders): all of them; empty: any.
     can_fail : bool
         The stage writes `status`.
     low, high : float
@@ -73,6 +73,8 @@ class Node:
         Names that scenes may write for values of a parameter, in file units.
     throws : bool
         The places of the engine's throws must be known.
+    width : int
+        Bytes of one value, with what `make` keeps beside it, for the size of blocks.
     """
 
     name: str
@@ -96,3 +98,4 @@ class Node:
     public: bool = True
     named: tuple[tuple[str, float], ...] = ()
     throws: bool = False
+    width: int = 8

@@ -21,6 +21,7 @@ from engine_dyn import (
     arrangement,
     balance_quantities,
     characteristic_quantities,
+    driven_machine,
     flywheel_quantities,
     forces,
     friction,
@@ -31,18 +32,25 @@ from engine_dyn.characteristic import load_for_torque
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
+from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
 __all__ = [
+    "ALONG_SHAFT",
     "CONSTANTS",
     "CYCLE_KEYS",
+    "DEFAULTS",
     "DIMENSIONS",
+    "INERTIA_PARTS",
+    "MOTOR_KEYS",
     "NEUTRAL",
     "NODES",
+    "NO_STROKE_FRICTION",
     "PARAMETERS",
     "QUANTITIES",
     "SOLVER_COLUMNS",
+    "STROKE_SHARES",
     "Node",
     "check_graph",
     "select",
@@ -64,12 +72,67 @@ _PARAMETERS = (
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
-        source="Kakaitsas section 3.2", low=0.0, when="given_inertia",
+        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
+        make=lambda inertia_required: inertia_required,
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
-        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
-        make=lambda inertia_required: inertia_required,
+        source="Kakaitsas section 3.2", low=0.0, when="inertia_in_parts",
+        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "load_inertia",
+               "gear_ratio"),
+        make=masses.inertia_of_parts,
+    ),
+    _parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="inertia_whole",
+    ),
+    _parameter(
+        "auxiliary_inertia", r"\Theta_{aux}", "kg m2",
+        "moment of inertia of the auxiliaries, at the crank", low=0.0, low_included=True,
+        source="Kakaitsas eq. 3.2",
+    ),
+    _parameter(
+        "flywheel_inertia", r"\Theta_{fly}", "kg m2", "moment of inertia of the flywheel",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.2",
+    ),
+    _parameter(
+        "load_inertia", r"\Theta_L", "kg m2", "moment of inertia of the load at its own shaft",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.1",
+    ),
+    _parameter(
+        "gear_ratio", "i", "1", "speed of the load's shaft over that of the crank", low=0.0,
+        high=100.0, high_included=True, source="Kakaitsas eq. 3.1",
+    ),
+    _parameter(
+        "load_phase", r"\theta_0", "degree",
+        "angle of a load over angle at firing dead centre of cylinder 1", si=DEGREE, low=-720.0,
+        high=720.0, low_included=True, high_included=True, source="this project",
+    ),
+    _parameter(
+        "load_table_factor", "f_L", "1", "factor on a load over angle", low=0.0, low_included=True,
+        source="this project",
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_slip",
+        needs=("speed", "motor_slip"), make=driven_machine.synchronous_speed,
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
+        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_speed",
+    ),
+    _parameter(
+        "motor_slip", "s_n", "1",
+        "driving motor: slip at nominal speed, for a gear or supply that follows that speed",
+        low=0.0, high=1.0, source="Kloss's formula",
+    ),
+    _parameter(
+        "motor_breakdown_slip", "s_b", "1", "driving motor: slip at the largest torque", low=0.0,
+        high=10.0, source="Kloss's formula",
+    ),
+    _parameter(
+        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at the crank",
+        low=0.0, source="Kloss's formula",
     ),
     _parameter(
         "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
@@ -114,7 +177,8 @@ _PARAMETERS = (
         needs=(
             "characteristic_torque", "characteristic_share", "words", "speed", "family", "cycle",
             "crank_ratio", "offset_ratio", "pressure_share", "sharing", "pressure_scale", "bore",
-            "throw", "cylinders", "cylinders_by_count", "displacement", "period",
+            "throw", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
+            "stroke_share", "cycle_known",
             "mean_piston_speed", "friction_constant", "friction_peak_pressure",
             "friction_mean_piston_speed", "friction_mean_piston_speed_square", "auxiliary_torque",
         ),
@@ -123,6 +187,11 @@ _PARAMETERS = (
     _parameter(
         "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
         high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
+    ),
+    _parameter(
+        "misfire", "i_0", "1", "number of the cylinder that does not burn, 0: none", whole=True,
+        low=0.0, low_included=True, high=float(arrangement.MOST_CYLINDERS), high_included=True,
+        source="this project",
     ),
     _parameter(
         "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
@@ -150,6 +219,11 @@ _PARAMETERS = (
         source="Kakaitsas table 4.1",
     ),
     _parameter(
+        "rod_inertia", r"\theta_\delta", "kg m2",
+        "moment of inertia of the rod about its centre of gravity", low=0.0,
+        source="Rakopoulos notes, third condition",
+    ),
+    _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
         low_included=True, source="Kakaitsas eq. 2.15",
     ),
@@ -171,6 +245,33 @@ _PARAMETERS = (
         "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
         "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
         low_included=True, source="Chen and Flynn, SAE 650733",
+    ),
+    _parameter(
+        "friction_boundary", "f_b", "1",
+        "share of the friction over the stroke with a constant coefficient", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_mixed", "f_m", "1",
+        "share of the friction over the stroke whose coefficient falls as the piston moves",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_hydrodynamic", "f_h", "1",
+        "share of the friction over the stroke that grows with the root of speed times pressure",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "friction_skirt", "f_s", "1",
+        "share of the friction over the stroke that grows with the piston's speed", low=0.0,
+        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+    ),
+    _parameter(
+        "ring_pressure", "p_r", "bar",
+        "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
+        high=100.0, source="Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "auxiliary_torque", "M_{aux}", "N m",
@@ -202,6 +303,12 @@ _PARAMETERS = (
         source="Heywood (1988), eq. 9.30",
     ),
     _parameter(
+        "truncation", r"\nu_{max}", "1",
+        "highest order kept, an even number, of the shortened series of the piston's motion",
+        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        source="Mosakowski eqs. 13, 18",
+    ),
+    _parameter(
         "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2",
     ),
@@ -224,11 +331,38 @@ CYCLE_KEYS = (
 )  # fmt: skip
 """Parameters of a modelled cycle that a scene may replace in the engine's diagrams."""
 
-NEUTRAL = (
-    "pin_offset", "crank_offset", "friction_mean_piston_speed_square", "auxiliary_torque",
-    *balance_quantities.NEUTRAL,
+NEUTRAL: Mapping[str, float] = MappingProxyType(
+    {
+        "pin_offset": 0.0, "crank_offset": 0.0, "friction_mean_piston_speed_square": 0.0,
+        "auxiliary_torque": 0.0, "auxiliary_inertia": 0.0, "flywheel_inertia": 0.0,
+        "load_inertia": 0.0, "gear_ratio": 1.0, "load_phase": 0.0, "load_table_factor": 1.0,
+        "friction_boundary": 0.0, "friction_mixed": 0.0, "friction_hydrodynamic": 0.0,
+        "friction_skirt": 0.0, "misfire": 0.0, **dict.fromkeys(balance_quantities.NEUTRAL, 0.0),
+    }
 )  # fmt: skip
-"""Parameters that are 0 unless given."""
+"""Parameters that have these values, in file units, unless given."""
+
+INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
+"""Any of them given, the inertia is that of the engine's running gear and these parts."""
+
+_OF_MOTOR = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque")
+
+MOTOR_KEYS = (*_OF_MOTOR, "motor_slip")
+"""Any of them given, an induction motor drives."""
+
+STROKE_SHARES = (
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
+)  # fmt: skip
+"""Parameters that spread the friction over the stroke."""
+
+NO_STROKE_FRICTION = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Nodes that are 0 where all of `STROKE_SHARES` are."""
+
+DEFAULTS: Mapping[str, float] = MappingProxyType({"truncation": 2.0})
+"""Parameters that have another value unless given."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the marching methods, given in [solver] or as columns of [designs]."""
@@ -238,11 +372,14 @@ _CONSTANTS = tuple(
     for name, long_name in (
         ("family", "indicator diagrams over load"),
         ("cycle", "which of the scene's modelled cycles"),
+        ("cycle_known", "1, NaN where the parameters are no cycle"),
         ("period", "angle of one cycle"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),
         ("scale_table", "factor on the pressure over speed"),
-        ("cylinders_by_count", "phases and factors of the cylinders for each number of them"),
+        ("driven", "load over angle, load over speed or driver"),
+        ("cylinder_set", "which of the scene's sets of cylinders"),
+        ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
@@ -289,6 +426,9 @@ def _load_of_characteristic(
     )
     loads = needs["family"].loads
     found = load_for_torque(torque_of, loads, wanted)
+    known = np.isfinite(torque_of(np.full(wanted.shape, loads[0])))
+    # Where the parameters are no cycle there is no torque at any load: those designs fail later.
+    found = np.where(np.isnan(found) & ~known, loads[0], found)
     lost = np.isnan(found)
     if lost.any():
         here = np.broadcast_to(np.asarray(needs["speed"]) / RPM, lost.shape)[lost].flat[0]
@@ -325,8 +465,45 @@ def _mean_gas(
     return np.where(share == 1.0, whole, motored + share * (whole - motored))
 
 
+def _mean_gas_of_throws(
+    crank_ratio: Any, row: Any, family: Family, cylinder_set: Any,
+    cylinders_by_count: CylindersByCount,
+) -> Any:  # fmt: skip
+    """Mean over cylinders on throws of unequal radius, over the engine's."""
+    from engine_dyn.speed import sweep
+
+    counts = np.asarray(cylinder_set)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        each = {
+            (f, r): r * sweep.mean_gas_torque(crank_ratio * r, row, family, pressure_factor=f)
+            for f, r in {(m.pressure_factor, m.radius_factor) for m in members}
+        }
+        whole = sum(each[m.pressure_factor, m.radius_factor] for m in members) / len(members)
+        total = np.where(counts == count, whole, total)
+    return total
+
+
+def _mean_square_of_throws(
+    crank_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
+) -> Any:
+    """Mean over cylinders of the square of velocity, times mass and radius factors."""
+    counts = np.asarray(cylinder_set)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        members = cylinders_by_count[int(count)].members
+        whole = sum(
+            m.mass_factor * m.radius_factor**2
+            * masses.mean_square_velocity(np.asarray(crank_ratio) * m.radius_factor)
+            for m in members
+        ) / len(members)  # fmt: skip
+        total = np.where(counts == count, whole, total)
+    return total
+
+
 def _by_count(cylinders: Any, values: Callable[[int], Any]) -> Any:
-    """Take a value for each number of cylinders."""
+    """Take a value for each set of cylinders."""
     counts = np.asarray(cylinders)
     found = np.empty(counts.shape)
     for count in np.unique(counts):
@@ -365,6 +542,12 @@ def _rubbing(
     )  # fmt: skip
 
 
+_NAMES_OF_LOAD = {
+    "load_gear": "gear_ratio", "load_table_factor": "load_scale",
+    "motor_synchronous_speed": "synchronous_speed", "motor_breakdown_slip": "breakdown_slip",
+}  # fmt: skip
+
+
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
@@ -382,11 +565,16 @@ def _inertia_search(**needs: Any) -> Any:
 def _solver_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     """Needs under the names that the solver's front has for them."""
     needs["mass"] = needs.pop("reciprocating_mass")
-    needs["exponent"] = needs.pop("load_exponent")
-    needs["offset"] = needs.pop("load_offset")
+    needs["exponent"] = needs.pop("load_exponent", 1.0)
+    # Of a load over angle, its mean is part of what the speed does not change.
+    needs["offset"] = needs.pop("load_constant" if "load_constant" in needs else "load_offset")
+    for name, here in _NAMES_OF_LOAD.items():
+        if name in needs:
+            needs[here] = needs.pop(name)
     needs["mean_torque"] = needs.pop("torque_mean")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return needs
 
@@ -397,8 +585,40 @@ def _torque_solution(**needs: Any) -> Any:
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["scale"] = needs.pop("pressure_scale")
     needs["stroke"] = needs.pop("throw")
+    needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
     return sweep.torque_extremes(**needs)
+
+
+def _product(**needs: Any) -> Any:
+    return math.prod(needs.values())
+
+
+def _stroke_friction(needs: dict[str, Any]) -> forces.StrokeFriction:
+    """Take the friction over the stroke out of the needs of a curve."""
+    *levels, ring = (needs.pop(name) for name in NO_STROKE_FRICTION)
+    return forces.StrokeFriction(tuple(levels), ring)
+
+
+def _curve_inputs(needs: dict[str, Any]) -> dict[str, Any]:
+    """Rename the needs of a curve as `forces` has them."""
+    names = {
+        "crank_angle": "phi", "pressure_scale": "scale", "throw": "stroke",
+        "reciprocating_mass": "mass", "offset_ratio": "offset", "cylinder_set": "cylinders",
+        "cylinders_by_count": "by_count",
+    }  # fmt: skip
+    return {names.get(name, name): value for name, value in needs.items()}
+
+
+def _friction_over_stroke(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    return forces.friction_over_stroke(shape=shape, **_curve_inputs(needs))
+
+
+def _torque_after_throw(**needs: Any) -> Any:
+    shape = _stroke_friction(needs)
+    uniform = not any(np.any(level) for level in shape.levels)
+    return forces.torque_after_throw(shape=None if uniform else shape, **_curve_inputs(needs))
 
 
 def _ratio(numerator: Any, denominator: Any) -> Any:
@@ -411,6 +631,28 @@ def _balance(plus: Any, minus: Any) -> Any:
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
     return np.where(np.abs(difference) <= 1e-13 * np.abs(minus), 0.0, difference)
+
+
+def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> Node:
+    """Return the stage of the periodic speed; `more` is what loads and drivers need."""
+    return Node(
+        "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
+        can_fail=True, when=when,
+        gives=(
+            "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
+            "delta_error", "iterations", "omega", "angular_acceleration", "status",
+            "outcome",
+        ),
+        needs=(
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "inertia", load,
+            "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count", "passes",
+            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
+            "method", "inertia_model", "crank_angle",
+            *(("load_exponent",) if "power_law" in when else ()), *more,
+        ),
+        make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
+    )  # fmt: skip
 
 
 _STAGES = (
@@ -451,8 +693,14 @@ _STAGES = (
     ),
     Node(
         "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
-        needs=("speed", "scale_table"), make=_scale,
+        needs=("speed", "scale_table"), make=_scale, when="given_cycles",
         source="diesel_105x137: curve times peak pressure over speed",
+    ),
+    Node(
+        "pressure_scale", "", "1",
+        "factor on the diagram at this speed, NaN where the parameters are no cycle", public=False,
+        needs=("speed", "scale_table", "cycle_known"), when="own_cycles",
+        make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
     ),
     Node(
         "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
@@ -480,56 +728,123 @@ _STAGES = (
     ),
     Node(
         "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].pressure_factors)
         ),
     ),
     Node(
         "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
-        needs=("cylinders", "cylinders_by_count"),
-        make=lambda cylinders, cylinders_by_count: _by_count(
-            cylinders, lambda z: np.mean(cylinders_by_count[z].mass_factors)
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].mass_factors)
         ),
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.mean
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.mean
         ),
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
         needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
-        make=_mean_gas,
+        make=_mean_gas, when="equal_throws",
+    ),
+    Node(
+        "mean_gas", "", "Pa",
+        "mean of pressure times piston velocity over the engine's crank radius and speed",
+        public=False, when="unequal_throws",
+        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count"),
+        make=_mean_gas_of_throws,
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: _by_count(
+            cylinder_set, lambda z: np.mean(cylinders_by_count[z].radius_factors)
+        ),
+    ),
+    Node(
+        "friction_level", "", "Pa",
+        "mean friction torque of a cylinder over piston area and crank radius", public=False,
+        needs=("rubbing", "stroke", "stroke_share", "throw", "period"),
+        make=lambda rubbing, stroke, stroke_share, throw, period: rubbing * 2.0 * stroke
+        * stroke_share / (throw * period),
+    ),
+    *(
+        Node(
+            f"{part}_friction", "", "Pa", f"level of the {part} part of the friction", public=False,
+            needs=(f"friction_{part}", "friction_level"), make=_product,
+        )
+        for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
     Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
         needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
-            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinders",
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore",
+            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
             "cylinders_by_count", "family", "period", "tolerance",
         ),
         make=_torque_solution,
     ),
     Node(
-        "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
-        can_fail=True,
-        gives=(
-            "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
-            "delta_error", "iterations", "omega", "angular_acceleration", "status", "outcome",
+        "load_gear", "i", "1", "speed of a load's angle over that of the crank", public=False,
+        needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
+    ),
+    Node(
+        "load_constant", "", "N m", "load torque that the speed does not change", public=False,
+        when="steady_load", needs=("load_offset",), make=lambda load_offset: load_offset,
+    ),
+    Node(
+        "load_constant", "", "N m", "load torque that the speed does not change, its mean",
+        public=False, when="angle_load",
+        needs=("load_offset", "driven", "load_gear", "load_table_factor"),
+        make=lambda load_offset, driven, load_gear, load_table_factor:
+        driven_machine.constant_load(
+            load_offset, driven.over_angle, load_gear, load_table_factor
         ),
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
-            "throw", "reciprocating_mass", "speed", "inertia", "load_exponent", "load_offset",
-            "torque_mean", "friction_torque", "cylinders", "cylinders_by_count", "passes",
-            "start_speed", "start_angle", "family", "period", "closure", "tolerance", "sharing",
-            "method",
-            "inertia_model", "crank_angle",
+    ),
+    Node(
+        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        public=False, when="power_mean", needs=("torque_mean", "load_constant"),
+        make=lambda torque_mean, load_constant: torque_mean - load_constant,
+    ),
+    Node(
+        "load_surplus", "", "N m", "mean torque that load over speed or driver make up for",
+        public=False, when="cycle_time", needs=("torque_mean", "load_constant", "load_factor"),
+        make=lambda torque_mean, load_constant, load_factor: load_factor
+        * (torque_mean - load_constant),
+    ),
+    Node(
+        "shape_at_nominal", "", "N m", "torque of a table at nominal speed", public=False,
+        when="table", needs=("driven", "speed"),
+        make=lambda driven, speed: driven.over_speed(speed),
+    ),
+    Node(
+        "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
+        public=False, when="motor", needs=("speed", *_OF_MOTOR),
+        make=lambda speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque:
+        driven_machine.motor_torque(
+            speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
         ),
-        make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
+    ),
+    _speed_solution_node("power_law steady_load"),
+    *(
+        _speed_solution_node(
+            f"{law} {load}", "load_constant", "driven", *of_law, *of_angle
+        )
+        for law, of_law in (
+            ("power_law", ()), ("table", ()),
+            ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
+        )
+        for load, of_angle in (
+            ("steady_load", ()), ("angle_load", ("load_gear", "load_phase", "load_table_factor")),
+        )
+        if (law, load) != ("power_law", "steady_load")
     ),
 )  # fmt: skip
 
@@ -560,7 +875,8 @@ _LOAD = (
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
         "Kakaitsas eq. 3.5",
-        needs=("torque_mean", "load_offset", "speed", "load_exponent"), when="power_mean",
+        needs=("torque_mean", "load_offset", "speed", "load_exponent"),
+        when="power_law steady_load power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
         / speed**load_exponent,
     ),
@@ -568,13 +884,116 @@ _LOAD = (
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
         "Kakaitsas eq. 3.5 with the solved speed",
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
-        when="cycle_time",
+        when="power_law steady_load cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
         * (torque_mean - load_offset) / speed**load_exponent,
     ),
+    Node(
+        "load_coefficient", "k", "", "coefficient of the load torque over speed",
+        "Kakaitsas eq. 3.5 with the mean of the load over angle",
+        needs=("load_surplus", "speed", "load_exponent"), when="power_law angle_load",
+        make=lambda load_surplus, speed, load_exponent: load_surplus / speed**load_exponent,
+    ),
+    Node(
+        "load_coefficient", "k", "1", "factor on the load's table over speed",
+        "Kakaitsas eq. 3.5 with a table", needs=("load_surplus", "shape_at_nominal"),
+        when="table no_driver",
+        make=lambda load_surplus, shape_at_nominal: _ratio(load_surplus, shape_at_nominal),
+    ),
+    Node(
+        "load_coefficient", "k", "1", "coefficient of the load torque over speed, 0: driven",
+        "this project", when="with_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
+        "this project", needs=("load_surplus", "shape_at_nominal"), when="with_driver",
+        make=lambda load_surplus, shape_at_nominal: -_ratio(load_surplus, shape_at_nominal),
+    ),
+    Node(
+        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
+        "this project", when="no_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "this project", kind="curve", when="no_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "this project", kind="curve", when="table with_driver",
+        needs=("driver_factor", "driven", "omega"),
+        make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
+    ),
+    Node(
+        "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
+        "Kloss's formula", kind="curve", when="motor",
+        needs=("driver_factor", "omega", *_OF_MOTOR),
+        make=lambda driver_factor, omega, motor_synchronous_speed, motor_breakdown_slip,
+        motor_breakdown_torque: driver_factor * driven_machine.motor_torque(
+            omega, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
+        ),
+    ),
+    Node(
+        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
+        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
+        needs=("load_coefficient", "speed", "load_exponent"), when="power_law",
+        make=lambda load_coefficient, speed, load_exponent: load_coefficient
+        * speed**load_exponent,
+    ),
+    Node(
+        "load_torque_nominal", "k T(\\omega_n)", "N m",
+        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4 with a table",
+        needs=("load_coefficient", "shape_at_nominal"), when="table no_driver",
+        make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
+    ),
+    Node(
+        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
+        "load torque at nominal speed without its offset, 0: driven", "this project",
+        when="with_driver", make=lambda: 0.0,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
+        when="power_law steady_load",
+        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
+        + load_coefficient * omega**load_exponent,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", needs=("load_over_angle", "load_coefficient", "omega", "load_exponent"),
+        when="power_law angle_load",
+        make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
+        + load_coefficient * omega**load_exponent,
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed",
+        "Kakaitsas eq. 3.4 with a table", kind="curve", when="table no_driver",
+        needs=("load_over_angle", "load_coefficient", "omega", "driven"),
+        make=lambda load_over_angle, load_coefficient, omega, driven: load_over_angle
+        + load_coefficient * driven.over_speed(omega),
+    ),
+    Node(
+        "load_torque", "M_L", "N m", "load torque, which the speed does not change", "this project",
+        kind="curve", when="with_driver", needs=("load_over_angle",),
+        make=lambda load_over_angle: load_over_angle,
+    ),
+    Node(
+        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        public=False, when="steady_load", needs=("load_offset",),
+        make=lambda load_offset: load_offset,
+    ),
+    Node(
+        "load_over_angle", "", "N m", "load torque that the speed does not change", kind="curve",
+        public=False, when="angle_load",
+        needs=("load_offset", "driven", "crank_angle", "load_gear", "load_phase",
+               "load_table_factor"),
+        make=lambda load_offset, driven, crank_angle, load_gear, load_phase, load_table_factor:
+        load_offset + driven_machine.load_over_angle(
+            crank_angle, driven.over_angle, load_gear, load_phase, load_table_factor
+        ),
+    ),
 )  # fmt: skip
 
-_QUANTITIES = (
+_QUANTITIES: tuple[Node, ...] = (
     _speed_result(
         "delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"
     ),
@@ -668,8 +1087,9 @@ _QUANTITIES = (
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="centred", needs=("mean_gas", "pressure_scale", "period"),
-        make=lambda mean_gas, pressure_scale, period: 0.5 * period * pressure_scale * mean_gas,
+        when="centred", needs=("mean_gas", "pressure_scale", "period", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
+        * mean_gas / stroke_share,
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
@@ -691,9 +1111,11 @@ _QUANTITIES = (
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
-        "mean_piston_speed", "c_m", "m s-1", "mean piston speed", "Kakaitsas eq. 3.9",
-        needs=("stroke", "speed"),
-        make=lambda stroke, speed: friction.mean_piston_speed(stroke, speed),
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, of unequal throws their mean",
+        "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
+        make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
+            stroke * stroke_share, speed
+        ),
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
@@ -703,15 +1125,16 @@ _QUANTITIES = (
     Node(
         "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
         "Kakaitsas eq. 3.9", si=BAR, when="unequal",
-        needs=("row", "family", "pressure_scale", "cylinders", "cylinders_by_count"),
-        make=lambda row, family, pressure_scale, cylinders, cylinders_by_count: _peaks(
-            row, family, pressure_scale, cylinders, cylinders_by_count, np.max
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count: _peaks(
+            row, family, pressure_scale, cylinder_set, cylinders_by_count, np.max
         ),
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
-        needs=("bore", "stroke", "cylinders"),
-        make=lambda bore, stroke, cylinders: cylinders * forces.piston_area(bore) * stroke,
+        needs=("bore", "stroke", "cylinders", "stroke_share"),
+        make=lambda bore, stroke, cylinders, stroke_share: cylinders * forces.piston_area(bore)
+        * stroke * stroke_share,
     ),
     Node(
         "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
@@ -724,6 +1147,7 @@ _QUANTITIES = (
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="equal_throws",
         needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
                "offset_ratio", "mass_share"),
         make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
@@ -732,20 +1156,22 @@ _QUANTITIES = (
             offset_ratio,
         ),
     ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="unequal_throws",
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders, cylinder_set,
+        cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
+            reciprocating_mass
+            * _mean_square_of_throws(crank_ratio, cylinder_set, cylinders_by_count)
+            + rotating_mass * _by_count(
+                cylinder_set, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
+            )
+        ),
+    ),
     *_LOAD,
-    Node(
-        "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
-        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
-        needs=("load_coefficient", "speed", "load_exponent"),
-        make=lambda load_coefficient, speed, load_exponent: load_coefficient
-        * speed**load_exponent,
-    ),
-    Node(
-        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
-        kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
-        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * omega**load_exponent,
-    ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
         "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
@@ -777,34 +1203,34 @@ _QUANTITIES = (
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="unequal",
-        needs=("crank_angle", "family", "row", "pressure_scale", "cylinders",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
                "cylinders_by_count"),
-        make=lambda crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count:
+        make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
         forces.pressure_of_first(
-            crank_angle, family, row, pressure_scale, cylinders, cylinders_by_count
+            crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
         ),
     ),
     Node(
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "cylinders", "period", "offset_ratio",
+               "crankcase_pressure", "bore", "throw", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, cylinders, period, offset_ratio, cylinders_by_count: forces.gas_torque(
+        bore, throw, cylinder_set, period, offset_ratio, cylinders_by_count: forces.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, cylinders, period, offset_ratio, cylinders_by_count,
+            throw, cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinders",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinder_set",
                "period", "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders,
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set,
         period, offset_ratio, cylinders_by_count: forces.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinders, period,
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set, period,
             offset_ratio, cylinders_by_count,
         ),
     ),
@@ -813,20 +1239,43 @@ _QUANTITIES = (
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
-               "angular_acceleration", "cylinders", "period", "offset_ratio",
+               "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
-        angular_acceleration, cylinders, period, offset_ratio, cylinders_by_count:
+        angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
         forces.inertia_torque_actual(
             crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
-            cylinders, period, offset_ratio, cylinders_by_count,
+            cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Kakaitsas eq. 3.8",
+        kind="curve", when="uniform_friction", needs=("friction_torque", "crank_angle"),
+        make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
+    ),
+    Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
+        kind="curve", when="stroke_friction",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",
+               "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+        make=_friction_over_stroke,
+    ),
+    Node(
         "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
-        kind="curve", needs=("gas_torque", "inertia_torque", "friction_torque"),
+        kind="curve", when="uniform_friction",
+        needs=("gas_torque", "inertia_torque", "friction_torque"),
         make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
         - friction_torque,
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", when="stroke_friction",
+        needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
+        make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
+        + inertia_torque - instantaneous_friction_torque,
     ),
     Node(
         "torque_after_throw", "T_i", "N m",
@@ -834,22 +1283,22 @@ _QUANTITIES = (
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
-               "friction_torque", "cylinders", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-        offset_ratio: forces.torque_after_throw(
-            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, reciprocating_mass, speed, friction_torque, cylinders, cylinders_by_count,
-            offset_ratio,
-        ),
+               "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
+               *NO_STROKE_FRICTION),
+        make=_torque_after_throw,
     ),
     *balance_quantities.NODES,
     *flywheel_quantities.NODES,
     *characteristic_quantities.NODES,
+    *MECHANISM,
 )  # fmt: skip
 
 _DIMENSIONS = (
     Dimension("cylinder", "", "1", "cylinder along the shaft", whole=True),
+    Dimension(
+        "main_bearing", "j", "1", "main journal along the shaft, the first before throw 1",
+        whole=True,
+    ),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
     Dimension(
         "direction", r"\vartheta", "degree",
@@ -863,6 +1312,9 @@ _DIMENSIONS = (
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
 """Dimensions beside the axes of a scene, in the order of archives."""
+
+ALONG_SHAFT = frozenset({"cylinder", "main_bearing"})
+"""Dimensions of what needs to know the throws of an engine."""
 
 _POINTS = tuple(
     Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
@@ -893,7 +1345,7 @@ CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 def select(name: str, *words: str) -> Node:
     """Return the variant of a node that holds for the words of a scene: see `Node.when`."""
     for node in NODES[name]:
-        if node.when in ("", *words):
+        if all(word in words for word in node.when.split()):
             return node
     raise KeyError(name)
 
@@ -916,6 +1368,8 @@ def check_graph() -> None:
             for need in node.needs:
                 if need not in NODES:
                     raise ValueError(f"{node.name} needs {need}, which is not a node")
+            if "cylinders_by_count" in node.needs and "cylinder_set" not in node.needs:
+                raise ValueError(f"{node.name}: keys of cylinders_by_count are cylinder_set")
             if node.make is None:
                 continue
             arguments = inspect.signature(node.make).parameters.values()

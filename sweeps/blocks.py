@@ -99,7 +99,7 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
         # A kernel gets its inputs in SI units, and packs them.
         dims = (plan.leaves[n].dims for n in stage.node.needs if n in plan.leaves)
         return 16.0 * sum(size(d) for d in dims if d)
-    return 8.0 * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
+    return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
 
 
 def _in_order(plan: Plan) -> list[str]:

@@ -461,9 +461,10 @@ def _key_lines() -> list[tuple[str, str]]:
     from engine_dyn.quantities import PARAMETERS
     from sweeps.checks import allowed
     from sweeps.cylinder_keys import KEYS
+    from sweeps.load_tables import KEYS as TABLE_KEYS
 
     keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
-    return [*keys, *KEYS.items()]
+    return [*keys, *KEYS.items(), *TABLE_KEYS.items()]
 
 
 def _engine_lines() -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from engine_dyn.arrangement import Arrangement, Cylinder, Throw
-from engine_dyn.cylinders import LARGEST_FACTOR, Cylinders, cylinders_of
+from engine_dyn.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, cylinders_of
 from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.quantities import PARAMETERS
 from sweeps.checks import mentioned, numbers
@@ -29,6 +29,8 @@ KEYS: Mapping[str, str] = {
     f"from 0 (misfire) to {LARGEST_FACTOR:g} [1]",
     "mass_factor": "factor on the reciprocating mass of each cylinder: a list of numbers from 0 to "
     f"{LARGEST_FACTOR:g} [1]",
+    "radius_factor": "crank radius, and stroke, of each cylinder over that of cylinder 1: a list "
+    f"of numbers from {SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}, the first 1 [1]",
 }
 """Keys beside the parameters, with what they are and what is allowed."""
 
@@ -41,6 +43,7 @@ class CylinderKeys:
     firing_angles: tuple[float, ...] | None = None
     pressure_factor: tuple[float, ...] | None = None
     mass_factor: tuple[float, ...] | None = None
+    radius_factor: tuple[float, ...] | None = None
 
     @property
     def given(self) -> dict[str, Any]:
@@ -109,7 +112,7 @@ def resolve(keys: CylinderKeys, base: Cylinders, count: int, where: str) -> Cyli
         made = base
         if arrangement is not None and arrangement is not base.arrangement:
             made = cylinders_of(arrangement, base.pressure_factors, base.mass_factors)
-        return made.with_factors(keys.pressure_factor, keys.mass_factor)
+        return made.with_factors(keys.pressure_factor, keys.mass_factor, keys.radius_factor)
     except ValueError as error:
         raise SceneError(f"{where}{mentioned(error)}") from None
 

@@ -22,7 +22,7 @@ from engine_dyn.cylinders import Cylinders
 from engine_dyn.node import Dimension, Node
 from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
 from sweeps.plan import Plan
-from sweeps.scene import DESIGN
+from sweeps.scene import DESIGN, Scene
 
 __all__ = ["PUBLISHED", "label"]
 
@@ -33,6 +33,7 @@ _LABEL_NAMES = {"case": "name of the design"}
 _WORD_NAMES = {
     "method": "method of the periodic speed",
     "inertia_model": "model of the moment of inertia",
+    "arrangement": "arrangement of the cylinders",
 }
 
 
@@ -92,7 +93,7 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
     unit: str | None = node.unit
-    if node.name == "load_coefficient":
+    if node.name == "load_coefficient" and not unit:
         exponents = plan.leaves["load_exponent"].data
         first = float(exponents.min())
         unit = load_coefficient_unit(first) if first == exponents.max() else None
@@ -183,7 +184,7 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
         "engine_title": engine.title,
         "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
         "parameters": json.dumps(given),
-        "arrangement": _arrangement(scene.own_cylinders),
+        "arrangement": _arrangements(scene),
         "solver": json.dumps(
             {
                 "method": list(scene.methods),
@@ -206,26 +207,37 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
     return {key: value for key, value in attributes.items() if value != ""}
 
 
-def _arrangement(own: Cylinders | None) -> str:
-    """JSON of the engine's own cylinders, angles in degree; empty where none are described."""
+def _arrangements(scene: Scene) -> str:
+    """JSON of the cylinders as the scene or engine describes them; empty where nothing does.
+
+    A list where the arrangement is an axis.
+    """
+    if scene.arrangements:
+        return json.dumps([_arrangement(cylinders) for cylinders in scene.arrangements])
+    own = _arrangement(scene.own_cylinders)
+    return json.dumps(own) if own else ""
+
+
+def _arrangement(own: Cylinders | None) -> dict[str, Any]:
+    """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
     if own is None or own.arrangement is None:
-        return ""
+        return {}
     made = own.arrangement
 
     def degrees(angle: float) -> float:
         return round(math.degrees(angle), 6)
 
-    return json.dumps(
-        {
-            "name": made.name,
-            "firing_angles": [degrees(c.firing_angle) for c in made.cylinders],
-            "throws": [degrees(made.throws[c.throw].angle) for c in made.cylinders],
-            "positions": [made.throws[c.throw].position for c in made.cylinders],
-            "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
-            "pressure_factor": list(own.pressure_factors),
-            "mass_factor": list(own.mass_factors),
-        }
-    )
+    return {
+        "name": made.name,
+        "period": degrees(made.period),
+        "firing_angles": [degrees(c.firing_angle) for c in made.cylinders],
+        "throws": [degrees(made.throws[c.throw].angle) for c in made.cylinders],
+        "positions": [made.throws[c.throw].position for c in made.cylinders],
+        "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
+        "pressure_factor": list(own.pressure_factors),
+        "mass_factor": list(own.mass_factors),
+        "radius_factor": list(own.radius_factors),
+    }
 
 
 @cache

@@ -1,7 +1,8 @@
 """Engines and indicator diagrams from files, and the catalogue of engines.
 
 An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
-else `sweeps.cylinder_keys` knows of single cylinders; `[values]` with the keys of a scene; one
+else `sweeps.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
+`sweeps.load_tables`; `[values]` with the keys of a scene; one
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see `sweeps.modelled`) or read
 from a CSV file (`kind = "points"`); optional `[pressure_scale]` over speed; `[assumed]` with a
 reason for every value that the sources do not give; `[[source]]` with the citations.
@@ -30,7 +31,7 @@ from engine_dyn.indicator import (
     diagram_from_points,
     family_from_diagrams,
 )
-from engine_dyn.quantities import CYCLE_KEYS, PARAMETERS
+from engine_dyn.quantities import CYCLE_KEYS, INERTIA_PARTS, PARAMETERS
 from engine_dyn.slider_crank import crank_radius
 from sweeps.checks import (
     Strict,
@@ -43,8 +44,10 @@ from sweeps.checks import (
 )
 from sweeps.cylinder_keys import KEYS, read_keys, resolve
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.load_tables import KEYS as TABLE_KEYS
+from sweeps.load_tables import read_tables
 from sweeps.modelled import KINDS, Again, modelled, no_more, taken
-from sweeps.table import Table, read_table, read_text
+from sweeps.table import read_table, read_text, with_line
 
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
 
@@ -79,6 +82,9 @@ class _EngineFile(Strict):
     firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
     pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
     mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=KEYS["radius_factor"])
+    load_table: Any = Field(default=None, description=TABLE_KEYS["load_table"])
+    driver_table: Any = Field(default=None, description=TABLE_KEYS["driver_table"])
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1
@@ -152,15 +158,7 @@ def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STR
     try:
         return diagram_from_points(angle, pressure, period)
     except ValueError as error:
-        raise SceneError(_with_line(mentioned(error), table)) from None
-
-
-def _with_line(message: str, table: Table) -> str:
-    """`point 7: ...` becomes `file, line 9: ...`, because people see lines."""
-    found = re.match(r"point (\d+): (.*)", message)
-    if found is None:
-        return f"{table.name}: {message}"
-    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
+        raise SceneError(with_line(mentioned(error), table)) from None
 
 
 def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> Engine:
@@ -223,6 +221,7 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"1 to {cylinders} once"
             )
     own = _cylinders(given, order, int(values["cylinders"]), period, name)
+    tables = read_tables(given.model_dump(include=set(TABLE_KEYS)), path.parent, f"{name}: ")
     if order is None and own is not None and own.arrangement is not None:
         order = own.arrangement.firing_order
     return Engine(
@@ -235,6 +234,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         pressure_scale=scale,
         firing_order=order,
         own_cylinders=own,
+        load_table=tables.load,
+        driver_table=tables.driver,
         assumed=dict(given.assumed),
         sources=tuple(source.text for source in given.source),
     )
@@ -257,6 +258,13 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         raise SceneError(
             f"{name}: [values] has both counterweight_fraction and counterweight_mass: give one of "
             "them"
+        )
+    part = next((key for key in INERTIA_PARTS if key in values), None)
+    if part is not None and "inertia" in values:
+        raise SceneError(f"{name}: [values] has both inertia and {part}: give it whole or in parts")
+    if "motor_slip" in values and "motor_synchronous_speed" in values:
+        raise SceneError(
+            f"{name}: [values] has both motor_slip and motor_synchronous_speed: give one of them"
         )
     if "rod_length" in values:
         if "crank_ratio" in values:

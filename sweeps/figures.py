@@ -10,7 +10,11 @@ nothing                a row of the table ``summary``
 one axis               points joined by lines
 two axes               a map with labelled contours, or lines where an axis is words or short
 more axes              small multiples of these; what is left is cut at one slice, which is stated
-``crank_angle``        curves, one line per value of one axis
+``crank_angle``        curves, one line per value of one axis; two components of a load against
+                       each other, as a polar diagram
+``order``              stems, side by side for the values of one axis
+attribute              throws, banks and the firing star, where an arrangement is described
+``arrangement``
 ``design``             the list of designs is taken apart into families, see
                        `sweeps.drawing.views.families_of`
 =====================  ==========================================================================
@@ -29,6 +33,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from sweeps.drawing.arrangement import arrangements
 from sweeps.drawing.balance import VECTORS, shaking
 from sweeps.drawing.curves import (
     COMPONENTS,
@@ -41,6 +46,7 @@ from sweeps.drawing.curves import (
     torque_and_speed,
     torque_components,
 )
+from sweeps.drawing.mechanism import drawn_together, order_figure, polar_diagrams, polar_names
 from sweeps.drawing.numbers import all_numbers, outcomes_map
 from sweeps.drawing.published import published
 from sweeps.drawing.sheet import STYLE, Plates
@@ -58,6 +64,7 @@ MOST_ASIDES = 4
 def _plates(study: Study) -> Plates:
     """All figures of an archive, named; nothing is drawn for what is not there."""
     view = study.view
+    yield from arrangements(study)
     yield from kinematics(study)
     yield from indicator_diagrams(study)
     yield from torque_components(study)
@@ -65,6 +72,10 @@ def _plates(study: Study) -> Plates:
     yield from cylinders(study)
     yield from shaking(study)
     drawn: set[str] = {"status"}
+    grouped, together = drawn_together(study)
+    yield from together
+    yield from polar_diagrams(study)
+    drawn |= grouped | {name for _, *pair in polar_names(view) for name in pair}
     if any(over_angle(view, name) for name in COMPONENTS):
         drawn |= {name for name in (*COMPONENTS, "torque", "load_torque") if view.has(name)}
     drawn |= {name for name in (*KINEMATICS, "pressure", *VECTORS) if over_angle(view, name)}
@@ -72,13 +83,14 @@ def _plates(study: Study) -> Plates:
     rest = [n for n in names if n not in drawn and not n.endswith(PUBLISHED)]
     curves = [name for name in rest if set(view.array(name).dims) & set(RUNNING)]
     for name in curves:
+        figure = order_figure if "order" in view.array(name).dims else curve_figure
         for whole, along in study.along([name]):
-            yield stem_of(name, whole, along), curve_figure(whole, name, along)
+            yield stem_of(name, whole, along), figure(whole, name, along)
         if "design" not in view.array(name).dims or len(study.aside) > MOST_ASIDES:
             continue
         for parameter, aside, _ in study.aside:
             if aside.varies([name], parameter):
-                yield stem_of(name, aside, parameter), curve_figure(aside, name, parameter)
+                yield stem_of(name, aside, parameter), figure(aside, name, parameter)
     yield from all_numbers(study, [name for name in rest if name not in curves])
     yield from outcomes_map(study)
     yield from published(study)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import psutil
 
+from engine_dyn.driven_machine import repeats_of
 from engine_dyn.quantities import DIMENSIONS, QUANTITIES
 from sweeps.blocks import blocks, cut
 from sweeps.errors import counted, size_text
@@ -107,8 +108,10 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         yield stage.size, RATES["torque"]
         return
     scene = plan.scene
-    exponents = np.asarray(plan.leaves["load_exponent"].data)
-    direct = float(np.mean(np.isin(exponents, list(DIRECT))))
+    direct = 0.0
+    if "power_law" in scene.words:
+        exponents = np.asarray(plan.leaves["load_exponent"].data)
+        direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
@@ -170,19 +173,27 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    numbers = [counted(z, "cylinder") if i == 0 else str(z) for i, z in enumerate(engines)]
-    parts = [
-        f"{cycle / engine.symmetry:.4g} ({number})"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
-    periods = [
-        f"{number}: {engine.solved}"
-        for number, engine in zip(numbers, engines.values(), strict=True)
-    ]
-    return [
+    load = plan.scene.driven.over_angle
+    repeats = [0]  # what every number divides
+    if load is not None:
+        gear = np.unique(plan.leaves["gear_ratio"].data)
+        repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
+    parts: dict[str, None] = {}
+    periods: dict[str, None] = {}
+    for engine in engines.values():
+        number = str(engine.count) if parts else counted(engine.count, "cylinder")
+        together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
+        solved = " or ".join(f"{cycle / times:.4g}" for times in together)
+        parts.setdefault(f"{solved} ({number})")
+        periods.setdefault(f"{number}: {engine.solved}")
+    lines = [
         f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
         f"period of the torque: {'; '.join(periods)}",
     ]
+    if load is not None:
+        times = ", ".join(str(number) for number in repeats)
+        lines.append(f"load over angle: repeats {times} times a cycle")
+    return lines
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:
@@ -193,6 +204,8 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
+    if "power_law" not in plan.scene.words:
+        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]

@@ -1,7 +1,7 @@
 """Modelled indicator diagrams of engine files: [[diagram]] of any kind but "points".
 
-What a cycle needs of the engine itself (`crank_ratio`, and for the loss to the walls `bore`,
-`stroke` and `speed`) comes from [values], or from the diagram where it says so.
+What a cycle needs of the engine itself (`crank_ratio`, its offset, and for the loss to the walls
+`bore`, `stroke` and `speed`) comes from [values], or from the diagram where it says so.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from engine_dyn.compressor import CompressorCycle
 from engine_dyn.cycle import DieselCycle
 from engine_dyn.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.slider_crank import crank_radius_of_ratio
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
@@ -85,6 +86,14 @@ def modelled(
             also = "" if key not in _OF_ENGINE else ", here or in [values]"
             words = "" if unit == "1" else f" in {unit}"
             raise SceneError(f"{where} {key}: missing; must be a number{words}{also}")
+    offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+    if offset != 0.0 and "offset_ratio" not in given:
+        if made is CompressorCycle:
+            raise SceneError(
+                f"{where} kind = '{kind}': is modelled without offset; pin_offset and crank_offset "
+                "must be 0"
+            )
+        given["offset_ratio"] = _offset_ratio(offset, given["crank_ratio"], values, where)
     step = number(rest["step"], f"{where} step") if "step" in rest else STEP
     try:
         cycle_given = made(**given)
@@ -92,6 +101,18 @@ def modelled(
         return _diagram_of(cycle_given, step), again
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def _offset_ratio(
+    offset: float, crank_ratio: float, values: Mapping[str, float], where: str
+) -> float:
+    """Offset of the pin's line over the crank radius."""
+    if "stroke" not in values:
+        raise SceneError(f"{where} stroke: missing; must be in [values] where there is an offset")
+    try:
+        return offset / float(crank_radius_of_ratio(values["stroke"], crank_ratio, offset))
+    except ValueError as error:
+        raise SceneError(f"{where} {mentioned(error)}") from None
 
 
 def _changed(made: Any, step: float, **changes: float) -> Diagram:

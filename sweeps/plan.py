@@ -23,9 +23,12 @@ from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
+    ALONG_SHAFT,
     CONSTANTS,
+    DEFAULTS,
     DIMENSIONS,
     NEUTRAL,
+    NO_STROKE_FRICTION,
     PARAMETERS,
     SOLVER_COLUMNS,
     select,
@@ -152,7 +155,13 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
-_OF_TABLES = ("crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio")
+FIRST_SET = MOST_CYLINDERS + 1
+"""Numbers of sets of cylinders begin here: none is a number of cylinders."""
+
+_OF_TABLES = (
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+    *NO_STROKE_FRICTION,
+)  # fmt: skip
 """What the tables of the kernels depend on."""
 
 
@@ -195,8 +204,9 @@ def make_plan(scene: Scene) -> Plan:
         return ordered
 
     for name in scene.quantities:
-        visit(name)
-    _check_orders(scene, leaves, [s.node.name for s in stages.values() if s.node.throws])
+        along = not ALONG_SHAFT.isdisjoint(visit(name))
+        if along or any(stage.node.throws for stage in stages.values()):
+            _check_orders(scene, leaves, name)
     outputs = list(scene.quantities)
     if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
         outputs.append("status")
@@ -208,6 +218,9 @@ def make_plan(scene: Scene) -> Plan:
     leaves["sharing"] = Value((tables, designs // tables))
     if "cycle" in used:
         used.update(scene.cycle_keys)
+    if "cylinder_set" in used:
+        varying = set(leaves["cylinder_set"].dims)
+        used.update(k for k in ("cylinders", "misfire") if set(leaves[k].dims) <= varying)
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
@@ -237,10 +250,18 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
     orders = math.floor(scene.highest_order / lowest + 1e-9)
     return {
         "cylinder": np.arange(1, most + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(scene),
     }
+
+
+def _throws(scene: Scene) -> int:
+    """Throws of the engine with most of them; none where their order is unknown."""
+    counts = np.unique(_given(scene)["cylinders"].data)
+    engines = (cylinders_of_count(scene, int(count)) for count in counts)
+    return max(len(engine.along_shaft or ()) for engine in engines)
 
 
 def _crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
@@ -272,11 +293,15 @@ def _given(scene: Scene) -> dict[str, Value]:
         engine.pop("load", None)  # it follows from the speed
     if "wanted_delta" in mine:
         engine.pop("inertia", None)  # it follows from the wanted delta
+    if "inertia_in_parts" in scene.words:
+        engine.pop("inertia", None)
+    if "motor_of_slip" in scene.words:
+        engine.pop("motor_synchronous_speed", None)
     given = {
         "passes": Value(np.float64(0)),
         "start_speed": Value(np.float64(0)),
         "start_angle": Value(np.float64(-180.0)),
-        **{key: Value(np.float64(0.0)) for key in NEUTRAL},
+        **{key: Value(np.float64(number)) for key, number in {**NEUTRAL, **DEFAULTS}.items()},
         **engine,
         **mine,
     }
@@ -290,15 +315,21 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
-    family, leaves["cycle"] = _with_cycles(scene, family, leaves)
+    family, leaves["cycle"], leaves["cycle_known"] = _with_cycles(scene, family, leaves)
     if engine.pressure_scale is None or scene.indicator is not None:
-        leaves["pressure_scale"] = Value(np.float64(1.0))
+        leaves["pressure_scale"] = leaves["cycle_known"]
     if "centred" in scene.words:
         leaves["offset_ratio"] = Value(np.float64(0.0))
     if "equal" in scene.words:
         leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
-    cylinders = leaves["cylinders"].data
-    counts = [n for n in range(1, MOST_CYLINDERS + 1) if (cylinders == n).any()]
+    if "equal_throws" in scene.words:
+        leaves["stroke_share"] = Value(np.float64(1.0))
+    if "uniform_friction" in scene.words:
+        leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
+    load = scene.driven.over_angle
+    if load is not None and not load.own_angle:
+        leaves["load_gear"] = Value(np.float64(1.0))
+    leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
     for name, values in points.items():
         leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
     constants = {
@@ -307,7 +338,8 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
-        "cylinders_by_count": {n: cylinders_of_count(scene, n) for n in counts},
+        "driven": scene.driven,
+        "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
         "characteristic": scene.characteristic,
         "words": scene.words,
@@ -327,8 +359,11 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
 
 def _with_cycles(
     scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
-) -> tuple[Family, Value]:
-    """Family of the scene, with the cycles that it asks for, and which of them a design has."""
+) -> tuple[Family, Value, Value]:
+    """Family of the scene with the cycles that it asks for, which of them a design has, whether.
+
+    Combinations of parameters that are no cycle have NaN instead of 1, and another one's place.
+    """
 
     def of_speeds(found: Family | FamilyGrid) -> Family:
         return found.at_speeds(leaves["speed"].si) if isinstance(found, FamilyGrid) else found
@@ -339,27 +374,63 @@ def _with_cycles(
         if scene.characteristic is not None and type(plain) is Family:
             # The load may vary along several axes, which only a stack's rows may.
             plain = FamilyStack.of([plain])
-        return plain, Value(np.zeros(()))
-    dims = tuple(d for d in scene.dimensions if any(d in leaves[k].dims for k in keys))
-    shaped = [
-        np.asarray(leaves[k].si).reshape([-1 if d in leaves[k].dims else 1 for d in dims])
-        for k in keys
-    ]
-    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
-    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+        return plain, Value(np.zeros(())), Value(np.float64(1.0))
+    dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
     again = scene.engine.cycles or ()
-    shape = np.broadcast_shapes(*(c.shape for c in shaped))
-    members = []
-    for combination in distinct.tolist():
+    members: list[Family] = []
+    place = np.zeros(len(distinct))
+    known = np.full(len(distinct), np.nan)
+    refused: ValueError | None = None
+    for i, combination in enumerate(distinct.tolist()):
         fields = dict(zip(keys, combination, strict=True))
         made = iter(again)
         try:
-            members.append(of_speeds(family.each(lambda _: next(made)(**fields))))  # noqa: B023
+            member = of_speeds(family.each(lambda _: next(made)(**fields)))  # noqa: B023
         except ValueError as error:
-            name = scene.path.name if scene.path else "scene"
-            raise SceneError(f"{name}: {scene.engine.name}: {error}") from None
-    index = number.reshape(shape).astype(np.float64)
-    return FamilyStack.of(members), Value(index, dims)
+            refused = refused or error
+            continue
+        place[i], known[i] = len(members), 1.0
+        members.append(member)
+    if not members:
+        name = scene.path.name if scene.path else "scene"
+        raise SceneError(f"{name}: {scene.engine.name}: {refused}") from None
+    whole = Value(np.float64(1.0)) if refused is None else Value(known[number], dims)
+    return FamilyStack.of(members), Value(place[number], dims), whole
+
+
+def _combinations(
+    scene: Scene, values: list[Value]
+) -> tuple[tuple[str, ...], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Axes on which any of the values depends, their combinations there, and which stands where.
+
+    The combinations are rows of a table, each once.
+    """
+    dims = tuple(d for d in scene.dimensions if any(d in value.dims for value in values))
+    shaped = [
+        np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
+        for value in values
+    ]
+    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
+    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+    return dims, distinct, number.reshape(np.broadcast_shapes(*(c.shape for c in shaped)))
+
+
+def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
+    """Which set of cylinders a design has, and the sets: by their number, if no more varies."""
+    count, misfire = leaves["cylinders"], leaves["misfire"]
+    arrangements = scene.arrangements
+    if not arrangements and not np.any(misfire.data):
+        counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
+        return count, {n: cylinders_of_count(scene, n) for n in counts}
+    which = Value(np.zeros(()))
+    if arrangements:
+        which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
+    dims, distinct, number = _combinations(scene, [count, which, misfire])
+    sets = {}
+    for i, (cylinders, place, silent) in enumerate(distinct.astype(int).tolist()):
+        engine = arrangements[place] if arrangements else cylinders_of_count(scene, cylinders)
+        sets[FIRST_SET + i] = engine.without(silent)
+    return Value(FIRST_SET + number, dims), sets
 
 
 def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
@@ -370,13 +441,12 @@ def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
     return even_cylinders(count, scene.engine.period)
 
 
-def _check_orders(scene: Scene, leaves: Mapping[str, Value], names: list[str]) -> None:
-    if not names:
-        return
-    for count, cylinders in leaves["cylinders_by_count"].data.items():
+def _check_orders(scene: Scene, leaves: Mapping[str, Value], quantity: str) -> None:
+    for cylinders in leaves["cylinders_by_count"].data.values():
+        count = cylinders.count
         if cylinders.along_shaft is None:
             raise SceneError(
                 f"{scene.path.name if scene.path else 'scene'}: cylinders = {count}: "
-                f"'{names[0]}' needs throws, and no firing order is known for "
+                f"'{quantity}' needs throws, and no firing order is known for "
                 f"{count} cylinders; known: 1 to 8, and the engine's own"
             )

@@ -22,6 +22,12 @@ from pydantic import Field
 from engine_dyn import arrangement, status
 from engine_dyn.characteristic import CHARACTERISTICS, Characteristic
 from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.driven_machine import (
+    DrivenMachine,
+    TorqueOverAngle,
+    TorqueOverSpeed,
+    repeats_of,
+)
 from engine_dyn.engine import Engine
 from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
@@ -29,13 +35,19 @@ from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
+    ALONG_SHAFT,
     CONSTANTS,
     CYCLE_KEYS,
+    DEFAULTS,
     DIMENSIONS,
+    INERTIA_PARTS,
+    MOTOR_KEYS,
     NEUTRAL,
+    NO_STROKE_FRICTION,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
+    STROKE_SHARES,
     select,
 )
 from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
@@ -54,6 +66,8 @@ from sweeps.cylinder_keys import KEYS, CylinderKeys, read_keys, resolve
 from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
+from sweeps.load_tables import KEYS as TABLE_KEYS
+from sweeps.load_tables import Tables, read_tables
 from sweeps.table import Table, read_table
 
 __all__ = [
@@ -201,6 +215,10 @@ class Scene:
     own_cylinders : Cylinders, optional
         Arrangement and factors of the cylinders, the scene's over the engine's; they hold where an
         engine has as many.
+    arrangements : tuple of Cylinders
+        Cylinders along the axis `arrangement`; empty without it.
+    tables : Tables
+        Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
     characteristic : Characteristic, optional
@@ -237,6 +255,8 @@ class Scene:
     labels: dict[str, tuple[str, ...]]
     settings: dict[str, float]
     own_cylinders: Cylinders | None
+    arrangements: tuple[Cylinders, ...]
+    tables: Tables
     indicator: Diagram | None
     characteristic: Characteristic | None
     methods: tuple[str, ...]
@@ -258,21 +278,79 @@ class Scene:
     def words(self) -> tuple[str, ...]:
         """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
         centred = not (self._has("pin_offset") or self._has("crank_offset"))
-        equal = self.own_cylinders is None or self.own_cylinders.equal
+        described = (self.own_cylinders, *self.arrangements)
+        engines = [engine for engine in described if engine is not None]
+        equal = all(engine.equal for engine in engines) and not self._has("misfire")
+        throws = all(engine.equal_throws for engine in engines)
+        rubs = any(self._has(share) for share in STROKE_SHARES)
         over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
         return (
             self.closure,
             "centred" if centred else "offset",
             "equal" if equal else "unequal",
+            "equal_throws" if throws else "unequal_throws",
+            "stroke_friction" if rubs else "uniform_friction",
             "over_speed" if over_speed else "over_load",
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
+            *self._load_words,
             "characteristic" if self.characteristic is not None else "given_load",
-            "wanted_delta" if self.gives("wanted_delta") else "given_inertia",
+            *self._inertia_words,
             "weights_given" if self.weights_given else "weights_by_fraction",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
             "pair" if self._has("second_shaft_mass") else "no_pair",
         )
+
+    @property
+    def _load_words(self) -> tuple[str, ...]:
+        driven = self.driven
+        return (
+            "power_law" if driven.power_law else "motor" if driven.motor else "table",
+            "with_driver" if driven.has_driver else "no_driver",
+            "steady_load" if driven.over_angle is None else "angle_load",
+            "motor_of_slip" if self._motor_of_slip else "motor_of_speed",
+        )
+
+    @property
+    def _motor_of_slip(self) -> bool:
+        if self._gives(("motor_synchronous_speed",)):
+            return False
+        return self._gives(("motor_slip",)) or self._engine_gives(("motor_slip",))
+
+    @property
+    def driven(self) -> DrivenMachine:
+        """What acts on the crankshaft beside a + k omega^alpha; the scene's over the engine's."""
+        load = self.tables.load or self.engine.load_table
+        motor = self.tables.driver is None and (
+            self._gives(MOTOR_KEYS)
+            or (self.engine.driver_table is None and self._engine_gives(MOTOR_KEYS))
+        )
+        return DrivenMachine(
+            over_angle=load if isinstance(load, TorqueOverAngle) else None,
+            load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
+            driver_over_speed=None if motor else self.tables.driver or self.engine.driver_table,
+            motor=motor,
+        )
+
+    @property
+    def _inertia_words(self) -> tuple[str, ...]:
+        if self._gives(("wanted_delta",)):
+            return ("wanted_delta",)
+        return "given_inertia", "inertia_in_parts" if self._inertia_in_parts else "inertia_whole"
+
+    @property
+    def _inertia_in_parts(self) -> bool:
+        if self._gives(("inertia",)):
+            return False
+        return self._gives(INERTIA_PARTS) or self._engine_gives(INERTIA_PARTS)
+
+    def _gives(self, keys: tuple[str, ...]) -> bool:
+        """Whether the scene gives any of these."""
+        places = (self.settings, self.axes, self.designs)
+        return any(key in place for key in keys for place in places)
+
+    def _engine_gives(self, keys: tuple[str, ...]) -> bool:
+        return any(key in self.engine.values for key in keys)
 
     @property
     def cycle_keys(self) -> tuple[str, ...]:
@@ -283,13 +361,9 @@ class Scene:
     @property
     def weights_given(self) -> bool:
         """Whether the counterweights have a given mass; a fraction of the scene replaces it."""
-        if self.gives("counterweight_fraction"):
+        if self._gives(("counterweight_fraction",)):
             return False
-        return self.gives("counterweight_mass") or "counterweight_mass" in self.engine.values
-
-    def gives(self, key: str) -> bool:
-        """Whether the scene gives a parameter."""
-        return any(key in place for place in (self.settings, self.axes, self.designs))
+        return self._gives(("counterweight_mass",)) or self._engine_gives(("counterweight_mass",))
 
     def _has(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
@@ -356,11 +430,16 @@ def _find(scene: str | Path) -> tuple[Path, str]:
 def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Scene:
     given = check_structure(_SceneFile, raw, name)
     engine = load_engine(given.engine, base, f"{name}: engine")
-    settings = _settings({k: v for k, v in given.set.items() if k not in KEYS}, name)
+    settings = _settings(
+        {k: v for k, v in given.set.items() if k not in KEYS and k not in TABLE_KEYS}, name
+    )
     keys = read_keys(given.set, f"{name}: [set] ")
+    tables = read_tables(given.set, base, f"{name}: [set] ")
     axes: dict[str, FloatArray | tuple[str, ...]] = {}
     for key, item in given.axes.items():
-        axes[key] = _axis(key, item, name)
+        axes[key] = (
+            _arrangement_axis(item, keys, name) if key == "arrangement" else _axis(key, item, name)
+        )
     designs, labels = _designs(given.designs, name, base)
     start = _start(given.solver, name)
     _check_places(settings, axes, designs, start, name)
@@ -406,7 +485,9 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         designs=designs,
         labels=labels,
         settings=settings,
-        own_cylinders=_own_cylinders(keys, counts, engine, name),
+        own_cylinders=_own_cylinders(keys, counts, engine, f"{name}: [set] "),
+        arrangements=_arrangements(axes, keys, counts, engine, name),
+        tables=tables,
         indicator=indicator,
         characteristic=characteristic,
         methods=methods,
@@ -457,13 +538,12 @@ def _counts(
 
 
 def _own_cylinders(
-    keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+    keys: CylinderKeys, counts: list[int], engine: Engine, where: str
 ) -> Cylinders | None:
     """Cylinders of the scene's keys over the engine's; they say for which number of cylinders."""
     own = engine.own_cylinders
     if not keys.given:
         return own
-    where = f"{name}: [set] "
     count = counts[0]
     if len(counts) > 1:
         lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
@@ -514,10 +594,40 @@ def _characteristic(
     return CHARACTERISTICS[kind]
 
 
+def _arrangement_axis(raw: Any, keys: CylinderKeys, name: str) -> tuple[str, ...]:
+    """Texts of [axes] arrangement."""
+    where = f"{name}: [axes] arrangement"
+    if not isinstance(raw, list) or not raw or not all(isinstance(text, str) for text in raw):
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane'")
+    for key in ("arrangement", "firing_angles"):
+        if key in keys.given:
+            raise SceneError(f"{where}: not allowed beside {key} in [set]; give one of them")
+    for i, text in enumerate(raw):
+        if text in raw[:i]:
+            raise SceneError(f"{where}: {shown(text)} stands there twice; each once")
+    return tuple(raw)
+
+
+def _arrangements(
+    axes: Mapping[str, Any], keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+) -> tuple[Cylinders, ...]:
+    """Cylinders along the axis `arrangement`."""
+    where = f"{name}: [axes] "
+    texts = axes.get("arrangement", ())
+    if texts and len(counts) > 1:
+        raise SceneError(
+            f"{where}arrangement: not allowed together with several numbers of cylinders; must be "
+            "one number"
+        )
+    made = (_own_cylinders(replace(keys, arrangement=t), counts, engine, where) for t in texts)
+    return tuple(cylinders for cylinders in made if cylinders is not None)
+
+
 def _key(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
-    if key in KEYS:
-        raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file")
+    if key in KEYS or key in TABLE_KEYS:
+        also = "; [axes] may have misfire and arrangement" if table == "axes" else ""
+        raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file{also}")
     if key in SOLVER_COLUMNS:
         raise SceneError(
             f"{name}: [{table}] {key}: must stand in [solver] or as a column of [designs]"
@@ -685,16 +795,28 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
-    if "wanted_delta" in place and "inertia" in place:
+    whole = next((key for key in ("inertia", "flywheel_inertia") if key in place), None)
+    if "wanted_delta" in place and whole is not None:
         raise SceneError(
-            f"{name}: wanted_delta (in [{place['wanted_delta']}]) and inertia (in "
-            f"[{place['inertia']}]): the inertia follows from the wanted delta; give one of them"
+            f"{name}: wanted_delta (in [{place['wanted_delta']}]) and {whole} (in "
+            f"[{place[whole]}]): the inertia follows from the wanted delta; give one of them"
         )
     if "counterweight_fraction" in place and "counterweight_mass" in place:
         raise SceneError(
             f"{name}: counterweight_fraction (in [{place['counterweight_fraction']}]) and "
             f"counterweight_mass (in [{place['counterweight_mass']}]) both size the "
             "counterweights; give one of them"
+        )
+    if "motor_slip" in place and "motor_synchronous_speed" in place:
+        raise SceneError(
+            f"{name}: motor_slip (in [{place['motor_slip']}]) and motor_synchronous_speed (in "
+            f"[{place['motor_synchronous_speed']}]) say the same thing; give one of them"
+        )
+    part = next((key for key in INERTIA_PARTS if key in place), None)
+    if part is not None and "inertia" in place:
+        raise SceneError(
+            f"{name}: inertia (in [{place['inertia']}]) and {part} (in [{place[part]}]): give the "
+            "inertia whole or in parts"
         )
 
 
@@ -798,7 +920,11 @@ def _check_values(scene: Scene, name: str) -> None:
     _check_count(scene, name)
     _check_rod(scene, name)
     _check_offset(scene, name)
+    _check_throw_radii(scene, name)
+    _check_misfire(scene, name)
+    _check_shares(scene, name)
     _check_motored(scene, name)
+    _check_driven(scene, name)
     _check_needs(scene, name)
 
 
@@ -864,13 +990,21 @@ def _check_needs(scene: Scene, name: str) -> None:
     if scene.characteristic is not None:
         given.discard("load")
     # What `sweeps.plan` takes as known, as long as nothing is given.
-    given |= set(NEUTRAL)
+    given |= {*NEUTRAL, *DEFAULTS}
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
+    given |= {"stroke_share"} if "equal_throws" in scene.words else set()
+    given |= set(NO_STROKE_FRICTION) if "uniform_friction" in scene.words else set()
+    if "inertia_in_parts" in scene.words:
+        given.discard("inertia")  # the scene's parts replace the engine's whole
+    if "motor_of_slip" in scene.words:
+        given.discard("motor_synchronous_speed")
     for quantity in scene.quantities:
         waiting, seen = [quantity], set(given) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+        along_shaft = False
         while waiting:
             need = waiting.pop()
+            along_shaft |= need in ALONG_SHAFT
             if need == "characteristic" and scene.characteristic is None:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
@@ -879,9 +1013,14 @@ def _check_needs(scene: Scene, name: str) -> None:
             if need in seen:
                 continue
             seen.add(need)
-            node = select(need, *scene.words)
-            if node.throws:
-                _check_throws(scene, quantity, name)
+            try:
+                node = select(need, *scene.words)
+            except KeyError:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' is not known for throws of unequal "
+                    "radius; radius_factor must be 1 for all cylinders"
+                ) from None
+            along_shaft |= node.throws
             if node.make is None and need in PARAMETERS:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "
@@ -889,10 +1028,15 @@ def _check_needs(scene: Scene, name: str) -> None:
                     "in [set], [axes] or [designs]"
                 )
             waiting += node.needs
+            along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
+        if along_shaft:
+            _check_throws(scene, quantity, name)
 
 
 def _check_throws(scene: Scene, quantity: str, name: str) -> None:
     """Check that the order of the throws is known for every number of cylinders."""
+    if scene.arrangements:
+        return
     given = _places(scene, "cylinders")
     counts = [scene.engine.values["cylinders"]] if given is None else np.unique(given[1])
     own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
@@ -960,17 +1104,126 @@ def _check_offset(scene: Scene, name: str) -> None:
             raise SceneError(f"{name}: {table}{offset}: {mentioned(error)}") from None
 
 
+def _check_misfire(scene: Scene, name: str) -> None:
+    """Check that the cylinder that does not burn is one of the engine's in every combination."""
+    own = np.array([scene.engine.values.get("misfire", 0.0)])
+    table, silent = _places(scene, "misfire") or ("set", own)
+    counts = _places(scene, "cylinders")
+    of_engine = np.array([scene.engine.values["cylinders"]])
+    number = of_engine if counts is None else counts[1]
+    if not (counts is not None and counts[0] == table == "designs"):
+        silent, number = silent.max(keepdims=True), number.min(keepdims=True)
+    wrong = np.flatnonzero(silent > number)
+    if wrong.size:
+        most = np.broadcast_to(number, silent.shape)[wrong[0]]
+        raise SceneError(
+            f"{name}: [{table}] misfire = {silent[wrong[0]]:g}: must be the number of one of "
+            f"{most:g} cylinders, or 0"
+        )
+
+
+def _check_throw_radii(scene: Scene, name: str) -> None:
+    """Check that the crank turns on throws of unequal radius, and that nothing is offset."""
+    if "equal_throws" in scene.words:
+        return
+    described = (scene.own_cylinders, *scene.arrangements)
+    where = f"{name}: engine {scene.engine.name} radius_factor"
+    if "offset" in scene.words:
+        raise SceneError(
+            f"{where}: not allowed together with pin_offset or crank_offset; must be 1 for all "
+            "cylinders, or the offsets 0"
+        )
+    largest = max(r for engine in described if engine is not None for r in engine.radius_factors)
+    given = _places(scene, "crank_ratio")
+    rods, strokes = _places(scene, "rod_length"), _places(scene, "stroke")
+    own = scene.engine.values
+    if rods is None:
+        ratio = own.get("crank_ratio", 0.0) if given is None else float(given[1].max())
+    else:
+        stroke = own.get("stroke", 0.0) if strokes is None else float(strokes[1].max())
+        ratio = 0.5 * stroke / float(rods[1].min())
+    if not ratio * largest < 1.0:
+        raise SceneError(
+            f"{where} = {largest:g}: times the crank ratio, {ratio:g}, must be below 1, or the "
+            "crank cannot turn"
+        )
+
+
+def _check_shares(scene: Scene, name: str) -> None:
+    """Check that no design has more friction over the stroke than it has friction."""
+    total: Any = 0.0
+    of_designs: Any = 0.0
+    for key in STROKE_SHARES:
+        given = _places(scene, key)
+        if given is not None and given[0] == "designs":
+            of_designs = of_designs + given[1]
+        else:
+            total += scene.engine.values.get(key, 0.0) if given is None else given[1].max()
+    total = float(np.max(total + of_designs))
+    if total > 1.0 + 1e-12:
+        raise SceneError(
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
+            "together"
+        )
+
+
+def _check_driven(scene: Scene, name: str) -> None:
+    """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
+    driven, engine = scene.driven, scene.engine
+    motor = next((key for key in MOTOR_KEYS if scene._gives((key,))), None)
+    if motor is not None and scene.tables.driver is not None:
+        table, _ = _places(scene, motor) or ("set", None)
+        raise SceneError(
+            f"{name}: [{table}] {motor}: not allowed together with driver_table: give one driver"
+        )
+    if driven.load_over_speed is not None and driven.has_driver:
+        raise SceneError(
+            f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
+            "the balance finds; must be over an angle"
+        )
+    if not driven.plain and "thesis" in scene.methods:
+        raise SceneError(
+            f"{name}: [solver] method = 'thesis': marches the load a + k omega^alpha alone; with "
+            "load_table or a driver must be one of auto, picard, newton"
+        )
+    curve = driven.over_speed
+    if curve is not None:
+        what = "load_table" if driven.load_over_speed is not None else "driver_table"
+        table, speeds = _places(scene, "speed") or ("", np.array([engine.values["speed"]]))
+        where = f"[{table}] speed" if table else f"speed of engine {engine.name}"
+        low, high = curve.low / RPM, curve.high / RPM
+        bad = (speeds < low * (1.0 - 1e-9)) | (speeds > high * (1.0 + 1e-9))
+        if bad.any():
+            raise SceneError(
+                f"{name}: {where} = {speeds[bad][0]:g}: must be from {low:g} to {high:g} rpm, "
+                f"which {what} covers"
+            )
+    if driven.over_angle is not None:
+        given = _places(scene, "gear_ratio")
+        own = engine.values.get("gear_ratio", NEUTRAL["gear_ratio"])
+        ratios = np.array([own]) if given is None else given[1]
+        try:
+            repeats_of(driven.over_angle, ratios, engine.period)
+        except ValueError as error:
+            table = f"[{given[0]}] " if given is not None else ""
+            raise SceneError(f"{name}: {table}{mentioned(error)}") from None
+
+
 def _check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one."""
-    own = scene.own_cylinders
-    if own is None or set(own.pressure_factors) == {1.0}:
+    described = (scene.own_cylinders, *scene.arrangements)
+    factors = {f for engine in described if engine is not None for f in engine.pressure_factors}
+    silent = _places(scene, "misfire")
+    if factors <= {1.0} and (silent is None or not silent[1].any()):
         return
+    key = "pressure_factor" if silent is None else "misfire"
+    table = "set" if silent is None else silent[0]
     mine = scene.indicator
     for diagram in scene.engine.family.diagrams if mine is None else (mine,):
         try:
             motored(diagram)
         except ValueError as error:
-            raise SceneError(f"{name}: [set] pressure_factor: {mentioned(error)}") from None
+            raise SceneError(f"{name}: [{table}] {key}: {mentioned(error)}") from None
 
 
 # --- published values ---------------------------------------------------------------------------

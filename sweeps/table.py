@@ -12,7 +12,15 @@ from pathlib import Path
 
 from sweeps.errors import SceneError, counted, one_line, shown
 
-__all__ = ["Table", "find_header", "parse_rows", "read_table", "read_text", "reading"]
+__all__ = [
+    "Table",
+    "find_header",
+    "parse_rows",
+    "read_table",
+    "read_text",
+    "reading",
+    "with_line",
+]
 
 # As editors count lines; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
@@ -74,6 +82,14 @@ class Table:
         raise SceneError(
             f"{self.name}, line {line}: {column} = {what}: must be a finite number{also}"
         )
+
+
+def with_line(message: str, table: Table) -> str:
+    """`point 7: ...` becomes `file, line 9: ...`, because people see lines."""
+    found = re.match(r"point (\d+): (.*)", message)
+    if found is None:
+        return f"{table.name}: {message}"
+    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
 
 
 @contextmanager

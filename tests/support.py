@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
+from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.speed import sweep
 from tests.oracle.designs import HeldOut, held_out, table
@@ -72,7 +73,10 @@ def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> Periodic
         "firing_angles": design.firing_angles,
         "pressure_factor": design.pressure_factors,
         "mass_factor": design.mass_factors,
+        "radius_factor": design.radius_factors,
     }
+    if design.friction_shares is not None:
+        values["friction_shape"] = FrictionShape(*design.friction_shares, design.ring_pressure)
     return periodic_speed(diagram_of(design, step_degree), **{**values, **changes})
 
 

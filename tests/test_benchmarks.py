@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import measure, own, peers, problem, report
+from benchmarks import engines, measure, own, peers, problem, report
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -106,3 +106,11 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     assert float(cells[4]) <= 1e-6  # the worst error
     assert "nan" not in text
     assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
+
+
+@pytest.mark.compiled
+def test_uneven_engines_are_measured_beside_even_ones() -> None:
+    text = engines.report(500)
+    rows = [line for line in text.splitlines() if line.startswith("| ")][2:]
+    assert len(rows) == sum(len(group) for group in engines.kinds())
+    assert all(" | 1.00 |" in row for row in rows if ", even |" in row)

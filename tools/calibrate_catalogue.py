@@ -4,7 +4,8 @@ Spark ignition: the charge is what the cylinder traps, with gasoline at the air'
 share, so the heat follows from `intake_pressure`, which is fitted to the rated power; above
 atmosphere it stands for a tuned intake. Lower loads are the same engine throttled until the brake
 mean effective pressure is that share of the rated one. Two-stroke diesel: heat and compression
-ratio are fitted to the mean effective pressure and the largest pressure. All else in the files is
+ratio are fitted to the mean effective pressure and the largest pressure. Compressor: clearance and
+delivery pressure are fitted to the indicated mean effective and the largest pressure. All else is
 given or assumed, as they say.
 
     python tools/calibrate_catalogue.py    # writes the fitted numbers into sweeps/engines/*.toml
@@ -22,6 +23,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from engine_dyn.compressor import FILE_UNITS, CompressorCycle
 from engine_dyn.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
 from engine_dyn.friction import friction_mean_effective_pressure, mean_piston_speed
 from engine_dyn.slider_crank import velocity
@@ -40,8 +42,11 @@ RATED = {
 }
 """Brake power at the engine's own speed [W]."""
 
-PEAK = {"marine_80x345": 171e5}
+PEAK = {"marine_80x345": 171e5, "compressor_79x83": 132.0 * 6894.757}
 """Largest pressure [Pa]."""
+
+TAKEN = {"compressor_79x83": 26.0 * 6894.757}
+"""Indicated mean effective pressure that a driven machine takes [Pa]."""
 
 HEAT_OF_CHARGE = 0.97 * 44.0e6 / (1.0 + 14.7)
 """Of a kilogram of gasoline and air, stoichiometric, 3 % unburnt [J/kg]."""
@@ -123,8 +128,50 @@ def two_stroke(
     }
 
 
+def compressor(cycle: CompressorCycle, goal: float, peak: float) -> dict[str, str]:
+    """Clearance and delivery pressure that make a mean effective and a largest pressure."""
+
+    def with_clearance(changed: CompressorCycle) -> CompressorCycle:
+        def miss(clearance: float) -> float:
+            made = replace(changed, clearance_ratio=clearance)
+            angle, pressure = made.points()
+            work = float((pressure * velocity(angle, made.crank_ratio)).mean())
+            return -math.pi * work - goal
+
+        return replace(changed, clearance_ratio=float(brentq(miss, 0.01, 0.08, xtol=1e-9)))
+
+    def too_high(delivery: float) -> float:
+        made = with_clearance(replace(cycle, delivery_pressure=delivery))
+        return float(made.points()[1].max()) - peak
+
+    found = with_clearance(
+        replace(cycle, delivery_pressure=float(brentq(too_high, 0.85 * peak, peak, xtol=1.0)))
+    )
+    return {
+        "clearance_ratio": f"{found.clearance_ratio:.5f}",
+        "delivery_pressure": f"{found.delivery_pressure / BAR:.5f}",
+    }
+
+
+def compressor_of(table: dict[str, Any], values: dict[str, float]) -> CompressorCycle:
+    """Cycle of a [[diagram]] of kind "compressor"."""
+    ratio = 0.5 * values["stroke"] / values["rod_length"]
+    known = {"crank_ratio": ratio, **table}
+    return CompressorCycle(**{n: known[n] * size for n, (_, size) in FILE_UNITS.items()})
+
+
 def main() -> None:
     """Write the fitted numbers into the files."""
+    for name, goal in TAKEN.items():
+        path = catalogue()[name]
+        text = path.read_text(encoding="utf-8")
+        engine = tomllib.loads(text)
+        cycle = compressor_of(engine["diagram"][0], engine["values"])
+        for key, number in compressor(cycle, goal, PEAK[name]).items():
+            line = f"{key} = {number}".ljust(COLUMN)
+            text = re.sub(rf"(?m)^{key} = [0-9.]+ *(?=#)", line, text)
+            print(f"{name}: {key} = {number}")
+        path.write_text(text, encoding="utf-8")
     for name, power in RATED.items():
         path = catalogue()[name]
         text = path.read_text(encoding="utf-8")

@@ -192,7 +192,7 @@ def torque(diagram: Diagram) -> FloatArray:
 
 def diagram_of(parameters: Mapping[str, float]) -> Diagram:
     """Make the diagram of parameters in file units, as an engine file's reader does."""
-    values = {name: parameters[name] * size for name, (_, size) in FILE_UNITS.items()}
+    values = {n: parameters[n] * size for n, (_, size) in FILE_UNITS.items() if n in parameters}
     return diagram_from_points(*DieselCycle(**values).points(STEP))
 
 
@@ -437,7 +437,8 @@ def engine_file(found: Mapping[int, Parameters]) -> str:
     ]
     for load in sorted(found):
         lines += ["[[diagram]]", f"load = {load}", 'kind = "diesel_cycle"', f"step = {STEP}"]
-        for name, (unit, _) in FILE_UNITS.items():
+        for name in found[load]:
+            unit = FILE_UNITS[name][0]
             comment = "" if unit == "1" else f"  # {unit}"
             lines.append(f"{name} = {found[load][name]!r}{comment}")
         lines.append("")

@@ -25,10 +25,12 @@ README = Path(__file__).resolve().parents[1] / "README.md"
 OUTCOMES = {
     "converged": "periodic solution found, the tolerance is met",
     "stalled": "the speed would reach zero within the cycle: there is no running steady state",
-    "no_steady_state": "the mean torque is below the constant part of the load torque",
+    "no_steady_state": "the mean torque is below the constant part of the load torque and no "
+    "driver makes up for it, or load or driver do not hold the speed",
     "not_converged": "the iteration did not end",
     "invalid_input": "no such solution: the moment of inertia would vanish somewhere in the cycle, "
-    "or method `closed` at an exponent other than 0 and 2",
+    "the parameters are no modelled cycle, a table does not cover the speeds of the solution, or "
+    "method `closed` at an exponent other than 0 and 2",
     "tolerance_not_met": "a solution, but `delta_error` is above the tolerance",
     "passes_done": "the cycles asked for (`passes`) are done",
 }

@@ -23,6 +23,7 @@ from typing import Any
 
 import balance_study
 import calibrate_ntua
+import mechanism_study
 import numpy as np
 from thesis_study import (
     AGREEMENT,
@@ -607,6 +608,13 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "cycles_table": cycles_table(study, printed),
         "procedure_table": procedure_table(study),
         "thesis_errors": thesis_errors(study, printed),
+        "coefficient_table": mechanism_study.coefficient_table(),
+        "series_error": mechanism_study.largest_disagreement(),
+        "truncation_table": mechanism_study.truncation_table(),
+        "marine_remark": mechanism_study.marine_remark(),
+        "work_table": mechanism_study.work_table(),
+        "gravity_remark": mechanism_study.gravity_remark(),
+        "rod_table": mechanism_study.rod_table(),
         "kinematics_errors": kinematics_errors(),
         "work_of_a_cycle": work_of_a_cycle(study),
         "other_errors": other_errors(),

@@ -36,7 +36,7 @@ from engine_dyn.speed.product import (
     START_SPEED,
     STROKE,
 )
-from engine_dyn.speed.tables import Blend
+from engine_dyn.speed.tables import Blend, friction_parts, rubs, scaled
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, PASSES_DONE, STALLED, TOLERANCE_NOT_MET
 
 __all__ = ["SAMPLE_ROWS", "Samples", "outcome", "run_euler", "sample_shapes"]
@@ -48,14 +48,15 @@ Integers = npt.NDArray[np.int64]
 class Samples(NamedTuple):
     """Pressure and angle of every cylinder at the samples of the thesis's method.
 
-    `pressure` is (diagram, cylinder, sample), sine and cosine (cylinder, sample); `masses` has the
-    factor on the mass of each cylinder.
+    `pressure` is (diagram, cylinder, sample), sine and cosine (cylinder, sample); `masses` and
+    `radii` have the factors on the mass and the crank radius of each cylinder.
     """
 
     pressure: Floats
     sine: Floats
     cosine: Floats
     masses: Floats
+    radii: Floats
 
 
 SAMPLE_ROWS = 9
@@ -68,32 +69,33 @@ GAS_SHAPE, MASS_SHAPE, SQUARES, SQUARES_SLOPE, TORQUES, THETA, THETA_SLOPE, SPEE
 def sample_shapes(
     ratio: float, offset: float, blend: Blend, samples: Samples, sampled: Floats
 ) -> None:
-    """Sums over cylinders at each sample: (p - p_c) v, -b v, v^2 less its mean, 2 v b."""
+    """Sums over cylinders at each sample: (p - p_c) v, -b v, v^2 less its mean, 2 v b.
+
+    The first is less the friction over the stroke, without its mean over the samples.
+    """
     cylinders, count = samples.sine.shape
     plain = offset == 0.0
     for i in range(cylinders):
-        plain = plain and samples.masses[i] == 1.0
-    top = sine_of_top(ratio, offset)
-    upright = math.sqrt(1.0 - top * top)
+        plain = plain and samples.masses[i] == 1.0 and samples.radii[i] == 1.0
     mean = 0.0
     for j in range(count):
         gas = shape = square = slope = 0.0
         for i in range(cylinders):
-            v = velocity_at(samples.sine[i, j], samples.cosine[i, j], ratio)
-            b = acceleration_at(samples.sine[i, j], samples.cosine[i, j], ratio)
-            pressure = blend.scale * (
-                (1.0 - blend.weight) * samples.pressure[blend.first, i, j]
-                + blend.weight * samples.pressure[blend.second, i, j]
-            )
+            pressure = sample_of(blend, samples, i, j)
             if plain:
+                v = velocity_at(samples.sine[i, j], samples.cosine[i, j], ratio)
+                b = acceleration_at(samples.sine[i, j], samples.cosine[i, j], ratio)
                 gas += (pressure - blend.crankcase) * v
                 shape -= b * v
                 square += v * v
                 slope += 2.0 * v * b
                 continue
-            s, c = turned(samples.sine[i, j], samples.cosine[i, j], top, upright)
-            v = offset_velocity_at(s, c, ratio, offset)
-            b = samples.masses[i] * offset_acceleration_at(s, c, ratio, offset)
+            radius = samples.radii[i]
+            own = ratio * radius
+            top = sine_of_top(own, offset)
+            s, c = turned(samples.sine[i, j], samples.cosine[i, j], top, math.sqrt(1.0 - top * top))
+            v = radius * offset_velocity_at(s, c, own, offset)
+            b = samples.masses[i] * radius * offset_acceleration_at(s, c, own, offset)
             gas += (pressure - blend.crankcase) * v
             shape -= b * v
             square += samples.masses[i] * v * v
@@ -106,6 +108,41 @@ def sample_shapes(
     mean /= count
     for j in range(count):
         sampled[SQUARES, j] -= mean
+    if rubs(blend.friction):
+        for i in range(cylinders):
+            rub(ratio, offset, blend, samples, i, sampled)
+
+
+@inlined
+def sample_of(blend: Blend, samples: Samples, cylinder: int, place: int) -> float:
+    """Pressure of a blend in one cylinder at one sample."""
+    return blend.scale * (
+        (1.0 - blend.weight) * samples.pressure[blend.first, cylinder, place]
+        + blend.weight * samples.pressure[blend.second, cylinder, place]
+    )
+
+
+@inlined
+def rub(
+    ratio: float, offset: float, blend: Blend, samples: Samples, cylinder: int, sampled: Floats
+) -> None:
+    """Take the friction of one cylinder, less its mean, from the gas's part."""
+    friction, count = blend.friction, samples.sine.shape[1]
+    own = ratio * samples.radii[cylinder]
+    top = sine_of_top(own, offset)
+    upright = math.sqrt(1.0 - top * top)
+    parts = np.empty((4, count))
+    for j in range(count):
+        sine = samples.sine[cylinder, j]
+        s, c = turned(sine, samples.cosine[cylinder, j], top, upright)
+        load = friction.ring + sample_of(blend, samples, cylinder, j) - blend.crankcase
+        found = friction_parts(load, offset_velocity_at(s, c, own, offset), sine)
+        parts[0, j], parts[1, j], parts[2, j], parts[3, j] = found
+    levels = friction.boundary, friction.mixed, friction.hydrodynamic, friction.skirt
+    for k in range(4):
+        mean = parts[k].mean()
+        for j in range(count):
+            sampled[GAS_SHAPE, j] -= scaled(levels[k], mean) * (parts[k, j] - mean)
 
 
 @inlined

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.speed import lanes, panels, tables, traces
+from engine_dyn.speed.angle_load import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.cycles import (
     RATES,
     SAMPLE_ROWS,
@@ -29,27 +30,38 @@ from engine_dyn.speed.cycles import (
 )
 from engine_dyn.speed.extremes import interpolate, refine, slope_between
 from engine_dyn.speed.levels import Levels, fill_levels, make_levels
-from engine_dyn.speed.newton import FLOOR, POWER_MEAN, closure_terms, load_terms, newton
+from engine_dyn.speed.load_law import FLOOR, POWER, TABLE, Law, load_terms, shape_at
+from engine_dyn.speed.newton import POWER_MEAN, closure_terms, newton
 from engine_dyn.speed.picard import repeat_cycles
 from engine_dyn.speed.product import (
     BORE,
+    BOUNDARY,
+    BREAKDOWN,
     CRANKCASE,
     EXPONENT,
     FRICTION,
+    GEAR_RATIO,
+    HYDRODYNAMIC,
     INERTIA,
     INPUTS,
+    LOAD_PHASE,
+    LOAD_SCALE,
     MASS,
     MEAN_TORQUE,
+    MIXED,
     OFFSET,
     OFFSET_RATIO,
     OUTPUT,
     PASSES,
     RATIO,
+    RING,
     ROW,
     SCALE,
+    SKIRT,
     SPEED,
     START_ANGLE,
     STROKE,
+    SYNCHRONOUS,
     Product,
     count_of,
     offsets_at,
@@ -69,6 +81,7 @@ from engine_dyn.speed.segments import (
     spread,
 )
 from engine_dyn.speed.tables import (
+    FRICTIONLESS,
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
@@ -83,6 +96,7 @@ from engine_dyn.speed.tables import (
     TORQUE_MIDDLE,
     TORQUE_SLOPE,
     Blend,
+    Friction,
     Grid,
 )
 from engine_dyn.status import (
@@ -98,6 +112,7 @@ from engine_dyn.status import (
 __all__ = [
     "Choice",
     "Curves",
+    "Driven",
     "Results",
     "Scratch",
     "extremes_of_torque",
@@ -142,8 +157,9 @@ SLACK = 1.0 + 1e-9
 class Choice(NamedTuple):
     """What all designs of a part have in common.
 
-    `kind` is the class of the load exponent: 0, 1 or 2 for these, 3 for any other. `iterated` is
-    the error that iterations may leave, relative to the range of q.
+    `kind` is the class of the load exponent: 0, 1 or 2 for these, 3 for any other, 4 for a law that
+    is no power of the speed. `iterated` is the error that iterations may leave, relative to the
+    range of q.
     """
 
     method: int
@@ -152,6 +168,19 @@ class Choice(NamedTuple):
     closure: int
     tolerance: float
     iterated: float
+
+
+class Driven(NamedTuple):
+    """What beside a + k omega^alpha acts on the shafts of all designs of a part.
+
+    `form` is that of `load_law`, `sign` 1 for a load over speed and -1 for a driver, `over_speed`
+    the table of either and `over_angle` that of a load over angle: both empty where there is none.
+    """
+
+    form: int
+    sign: float
+    over_speed: Floats
+    over_angle: Floats
 
 
 class Curves(NamedTuple):
@@ -179,6 +208,7 @@ class Scratch(NamedTuple):
     """Working memory of one thread."""
 
     table: Floats
+    plain: Floats
     middles: Floats
     rates: Floats
     records: Floats
@@ -196,6 +226,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
     records, running = make_records(nodes)
     return Scratch(
         table=np.empty((TABLE_ROWS, nodes)),
+        plain=np.empty((PLAIN_ROWS, nodes)),
         middles=np.empty((4, nodes)),
         rates=np.empty(6 * steps),
         records=records,
@@ -215,7 +246,7 @@ class Design(NamedTuple):
     gas: float
     eta: float
     kappa: float
-    half: float
+    law: Law
     nominal: float
 
 
@@ -239,7 +270,11 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
     weight = row - whole
     first = row_of[whole]
     second = row_of[whole + 1] if weight > 0.0 else first
-    return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE]])
+    friction = Friction(
+        values[at[BOUNDARY]], values[at[MIXED]], values[at[HYDRODYNAMIC]], values[at[SKIRT]],
+        values[at[RING]],
+    )  # fmt: skip
+    return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE]], friction)
 
 
 @inlined
@@ -253,8 +288,26 @@ def range_of(curve: Floats) -> float:
 
 
 @inlined
+def law_of(values: Floats, at: Integers, choice: Choice, driven: Driven) -> tuple[Law, bool]:
+    """Load or driver over speed of a design, and whether it is known at the nominal speed."""
+    speed, exponent = values[at[SPEED]], values[at[EXPONENT]]
+    half = 0.5 * exponent if choice.kind != 0 else 0.0
+    synchronous, slip = values[at[SYNCHRONOUS]], values[at[BREAKDOWN]]
+    law = Law(driven.form, half, speed, 1.0, synchronous, slip, driven.over_speed)
+    if driven.form == POWER:
+        return law, True
+    if driven.form == TABLE:
+        speeds = driven.over_speed[0]
+        if not (speeds[0] <= speed * SLACK and speed <= speeds[speeds.size - 1] * SLACK):
+            return law, False
+    shape, _, _ = shape_at(speed, law)
+    scale = 1.0 / shape if shape != 0.0 else 0.0
+    return Law(driven.form, half, speed, scale, synchronous, slip, driven.over_speed), True
+
+
+@inlined
 def reduce(
-    values: Floats, at: Integers, choice: Choice, table: Floats, ranges: Ranges
+    values: Floats, at: Integers, choice: Choice, driven: Driven, table: Floats, ranges: Ranges
 ) -> tuple[Design, int]:
     """Reduced parameters of the design whose inputs lie at `at`, and its outcome so far."""
     radius = 0.5 * values[at[STROKE]]
@@ -265,6 +318,7 @@ def reduce(
     energy = 0.5 * inertia * speed * speed
     surplus = values[at[MEAN_TORQUE]] - values[at[OFFSET]]
     code = CONVERGED
+    law, known = law_of(values, at, choice, driven)
     # Idle or loaded: the ranges of both parts bound the torque's, and decide nearly always.
     moment = throw * speed * speed
     swing = lever * ranges.gas + moment * ranges.shape
@@ -275,17 +329,24 @@ def reduce(
             high = max(high, torque)
             low = min(low, torque)
         swing = high - low
+    strength = surplus
+    if driven.form != POWER:  # has the sign of the factor on the load or the driver
+        strength *= driven.sign * law.scale
     if abs(surplus) <= IDLE * swing:
         surplus = 0.0
-    elif surplus < 0.0:
+    elif not (strength > 0.0):
+        code = NO_STEADY_STATE
+    if not known:
+        code = INVALID_INPUT
+    elif law.scale == 0.0:
         code = NO_STEADY_STATE
     if choice.variable and 1.0 + throw / inertia * ranges.least_square <= 0.0:
         code = INVALID_INPUT
     exponent = values[at[EXPONENT]]
-    if choice.method == CLOSED and exponent != 0.0 and exponent != 2.0:
+    closed = driven.form == POWER and (exponent == 0.0 or exponent == 2.0)
+    if choice.method == CLOSED and not closed:
         code = INVALID_INPUT
-    half = 0.5 * exponent if choice.kind != 0 else 0.0
-    return Design(lever / energy, throw / inertia, surplus / energy, half, speed), code
+    return Design(lever / energy, throw / inertia, surplus / energy, law, speed), code
 
 
 @inlined
@@ -312,7 +373,7 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
         here = place_of(j, nodes // SEGMENTS)
         q = (1.0 + curve[W, j] + curve[S, j]) / curve[TAU, j]
         records[here + Q] = q
-        records[here + POWERS], _, _ = load_terms(q, design.half)
+        records[here + POWERS], _, _ = load_terms(q, design.law)
 
 
 @inlined
@@ -336,11 +397,12 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
     if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
         return False
     total = 0.0
+    half = design.law.half
     for j in range(nodes):
         work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j] - least
         q = max(work / (1.0 + inertia * table[SQUARE, j]), FLOOR)
-        if design.half > 0.0:
-            total += math.exp(design.half * math.log(q)) - 1.0
+        if half > 0.0:
+            total += math.exp(half * math.log(q)) - 1.0
         else:
             total += math.log(q)
     return total > CERTAIN * nodes
@@ -356,7 +418,7 @@ def solve_one(
         choice.method == CLOSED and choice.kind != 0 and choice.variable
     )
     sweeps = 0
-    possible = alone or choice.closure != POWER_MEAN
+    possible = alone or choice.closure != POWER_MEAN or design.law.form != POWER
     if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
         return STALLED, 1, 1.0
     if not alone:
@@ -367,7 +429,7 @@ def solve_one(
             )  # fmt: skip
             return CONVERGED, 1, 1.0
         sweeps, mu = iterate(
-            width, design.gas, design.eta, design.kappa, design.half, choice.kind,
+            width, design.gas, design.eta, design.kappa, design.law, choice.kind,
             choice.variable, choice.closure, choice.iterated, segments,
             scratch.records, scratch.running,
         )  # fmt: skip
@@ -375,7 +437,7 @@ def solve_one(
             return CONVERGED, sweeps, mu
     fill_curve(design, choice.variable, scratch.table, scratch.curve)
     steps, mu, _, smallest = newton(
-        design.kappa, design.half, choice.closure, width, nodes, scratch.curve[W],
+        design.kappa, design.law, choice.closure, width, nodes, scratch.curve[W],
         scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[S],
         scratch.curve[5:], 1e-7, NEWTON_STEPS,
     )  # fmt: skip
@@ -384,6 +446,41 @@ def solve_one(
     if steps < 0:
         code = NOT_CONVERGED if smallest > FLOOR else STALLED
     return code, abs(steps) + (0 if alone else MOST_SWEEPS), mu
+
+
+@inlined
+def holds(design: Design, variable: bool, driven: Driven, table: Floats, records: Floats) -> bool:
+    """Whether load or driver bring a speed that is a little off back within some cycles.
+
+    A deviation of the energy changes in a period by the factor exp(-int kappa F'/tau). Power laws
+    always do; a driver does where its torque falls with the speed.
+    """
+    if driven.form == POWER or design.kappa == 0.0:
+        return True
+    nodes = table.shape[1]
+    total = 0.0
+    for j in range(nodes):
+        _, first, _ = load_terms(records[place_of(j, nodes // SEGMENTS) + Q], design.law)
+        total += first / (1.0 + design.eta * table[SQUARE, j] if variable else 1.0)
+    return design.kappa * total > 0.0
+
+
+@inlined
+def pulls_back(design: Design) -> bool:
+    """Whether load or driver oppose a deviation from the nominal speed."""
+    if design.law.form == POWER or design.kappa == 0.0:
+        return True
+    _, first, _ = load_terms(1.0, design.law)
+    return design.kappa * first > 0.0
+
+
+@inlined
+def covers(driven: Driven, high: float, low: float) -> bool:
+    """Whether a table over speed covers these speeds."""
+    if driven.form != TABLE:
+        return True
+    speeds = driven.over_speed[0]
+    return speeds[0] <= low * SLACK and high <= speeds[speeds.size - 1] * SLACK
 
 
 @inlined
@@ -438,7 +535,7 @@ def extreme_of_speed(
 
 
 @inlined
-def unresolved(half: float, closure: int, records: Floats) -> float:
+def unresolved(law: Law, closure: int, records: Floats) -> float:
     """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
@@ -447,7 +544,7 @@ def unresolved(half: float, closure: int, records: Floats) -> float:
         q = records[place_of(j, rows) + Q]
         sign = 1.0 if j % 2 == 0 else -1.0
         root = math.sqrt(max(q, 0.0))
-        value, _ = closure_terms(q, half, closure)
+        value, _ = closure_terms(q, law, closure)
         both += root
         speed += sign * root
         closed += sign * value
@@ -472,7 +569,7 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
         d = records[place_of(j, rows) + POWERS]
         largest = max(largest, abs(d - 3.0 * (c - b) - a))
         a, b, c = b, c, d
-    return 8.0 * (1.0 / 720.0 + 1.0 / 384.0) * width * kappa / mu * largest
+    return 8.0 * (1.0 / 720.0 + 1.0 / 384.0) * width * abs(kappa) / mu * largest
 
 
 @inlined
@@ -497,8 +594,9 @@ def speeds_of(
     if high > low:
         rounding = lanes.ROUNDING * (1.0 + lanes.CANCELLED * design.eta)
         error = (0.5 * (high_miss / high + low_miss / low) + rounding) / (high - low)
-    error += unresolved(design.half, choice.closure, records)
-    if design.kappa * width > STRONG_LOAD and span > 0.0:
+    error += unresolved(design.law, choice.closure, records)
+    strong = abs(design.kappa) * width > STRONG_LOAD or design.law.form != POWER
+    if strong and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span
     return design.nominal * high, design.nominal * low, design.nominal * mean, error
 
@@ -517,7 +615,7 @@ def run_picard(
     fill_curve(design, choice.variable, scratch.table, curve)
     passes = int(values[at[PASSES]])
     cycles, closed, stalled = repeat_cycles(
-        design.kappa, design.half, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
+        design.kappa, design.law, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
         curve[S], (start_speed(values, at) / design.nominal) ** 2,
         int(round(values[at[START_ANGLE]] / width)) % nodes, periods, passes,
         1e-3 * choice.tolerance,
@@ -540,6 +638,7 @@ def march(
     grid: Grid,
     samples: Samples,
     choice: Choice,
+    driven: Driven,
     curves: Curves,
     results: Results,
     scratch: Scratch,
@@ -555,6 +654,7 @@ def march(
     period = width * tables.steps_of(grid)
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
+    loaded = driven.over_angle.shape[1] > 0
     current = -1
     for index in chosen:
         which = index // designs
@@ -566,7 +666,10 @@ def march(
                 values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, nodes, width, grid,
                 table, scratch.middles, scratch.rates,
             )  # fmt: skip
-            spread(table, scratch.records)
+            if loaded:
+                keep_gas(table, scratch.plain)
+            else:
+                spread(table, scratch.records)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
             if choice.method == THESIS:
                 sample_shapes(
@@ -574,7 +677,15 @@ def march(
                     scratch.sampled,
                 )  # fmt: skip
         offsets_at(index % designs, product.other_axes, product, shared, at)
-        design, code = reduce(values, at, choice, table, ranges)
+        if loaded:
+            lever = 0.125 * math.pi * values[at[BORE]] ** 2 * values[at[STROKE]]
+            join_load(
+                values[at[LOAD_SCALE]], values[at[GEAR_RATIO]], values[at[LOAD_PHASE]], lever,
+                width, driven.over_angle, scratch.plain, table,
+            )  # fmt: skip
+            spread(table, scratch.records)
+            ranges = Ranges(range_of(table[TORQUE]), ranges.shape, ranges.least_square)
+        design, code = reduce(values, at, choice, driven, table, ranges)
         answerable = code == CONVERGED
         high = low = mean = math.nan
         mu = 1.0
@@ -586,11 +697,18 @@ def march(
                 high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
                 if not (low > 0.0):
                     code = STALLED
+                elif not covers(driven, high, low):
+                    code = INVALID_INPUT
+                elif not holds(design, choice.variable, driven, table, scratch.records):
+                    code = NO_STEADY_STATE
                 elif not (low <= mean * SLACK and mean <= high * SLACK):
                     # A load so strong that the nodes do not see the curve at all.
                     code = NOT_CONVERGED
                 elif error > choice.tolerance:
                     code = TOLERANCE_NOT_MET
+        if (code == STALLED or code == NOT_CONVERGED) and not pulls_back(design):
+            code = NO_STEADY_STATE
+        answerable = answerable and code != NO_STEADY_STATE and code != INVALID_INPUT
         if answerable and (choice.method == THESIS or choice.method == PICARD):
             delta = (high - low) / mean
             mu = 1.0
@@ -1079,7 +1197,7 @@ def mean_gas_torque(
         weight = row[i] - whole
         first = row_of[whole]
         second = row_of[whole + 1] if weight > 0.0 else first
-        blend = Blend(first, second, weight, 1.0, 0.0)
+        blend = Blend(first, second, weight, 1.0, 0.0, FRICTIONLESS)
         if offset[i] == 0.0:
             tables.rates_of_work(ratio[i], blend, grid, rates)
         else:

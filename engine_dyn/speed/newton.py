@@ -2,14 +2,14 @@
 
 The unknown is e(phi), the kinetic energy over its nominal value (symbols of `segments`):
 
-    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2),
+    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
-e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta (variable). Written as e = w + s, s obeys
-s' = -kappa (F/mu - 1), which is discretised with the two-point Obreshkov formula of fourth order
-(values and slopes at both ends; it is A-stable). Each Newton step is one sweep of a scalar
-recurrence. The sum of all interval equations says mean(F) = mu; it replaces the equation of the
-last interval, so that weak loads (kappa near 0), whose closure omega(end) = omega(start) is
-singular, are as well conditioned as any other.
+or any other law of `load_law`, e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta
+(variable). Written as e = w + s, s obeys s' = -kappa (F/mu - 1), which is discretised with the
+two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable). Each
+Newton step is one sweep of a scalar recurrence. The sum of all interval equations says
+mean(F) = mu; it replaces the equation of the last interval, so that weak loads (kappa near 0),
+whose closure omega(end) = omega(start) is singular, are as well conditioned as any other.
 """
 
 from __future__ import annotations
@@ -20,14 +20,11 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.load_law import FLOOR, POWER, Law, load_terms
 
-__all__ = ["FLOOR", "POWER_MEAN", "CYCLE_TIME", "closure_terms", "load_terms", "newton"]
+__all__ = ["POWER_MEAN", "CYCLE_TIME", "closure_terms", "newton"]
 
 Floats = npt.NDArray[np.float64]
-
-FLOOR = 1e-6
-"""Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
-through where the solution can not be; a solution below it is a stall."""
 
 POWER_MEAN = 0
 CYCLE_TIME = 1
@@ -41,25 +38,7 @@ TRIED = 15
 
 
 @inlined
-def load_terms(q: float, half: float) -> tuple[float, float, float]:
-    """F = q^half and its first two derivatives, continued by the tangent below `FLOOR`."""
-    if half == 0.0:
-        return 1.0, 0.0, 0.0
-    base = max(q, FLOOR)
-    if half == 1.0:
-        value = base
-    elif half == 0.5:
-        value = math.sqrt(base)
-    else:
-        value = base**half
-    first = half * value / base
-    if q < FLOOR:
-        return value + first * (q - FLOOR), first, 0.0
-    return value, first, (half - 1.0) * first / base
-
-
-@inlined
-def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
+def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
     """Return the closure's residual density and its derivative: its mean must vanish.
 
     Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
@@ -69,11 +48,11 @@ def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
     if closure == CYCLE_TIME:
         value = 1.0 / math.sqrt(base) - 1.0
         slope = -0.5 * (value + 1.0) / base
-    elif half == 0.0:
+    elif law.form == POWER and law.half == 0.0:
         value = math.log(base)
         slope = 1.0 / base
     else:
-        value, slope, _ = load_terms(base, half)
+        value, slope, _ = load_terms(base, law)
         value -= 1.0
     if q < FLOOR:
         value += slope * (q - FLOOR)
@@ -81,7 +60,7 @@ def closure_terms(q: float, half: float, closure: int) -> tuple[float, float]:
 
 
 @inlined
-def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
+def _closed_level(law: Law, nodes: int, w: Floats, tau: Floats) -> float:
     """Return the constant s at which the power mean is one: the solution in the limit of no load.
 
     The mean rises with s, and is past one where q >= 1 everywhere.
@@ -95,7 +74,7 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
         total = 0.0
         total_slope = 0.0
         for j in range(nodes):
-            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], half, POWER_MEAN)
+            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], law, POWER_MEAN)
             total += value
             total_slope += slope / tau[j]
         if total > 0.0:
@@ -112,7 +91,7 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
 
 @inlined
 def _settle(
-    kappa: float, half: float, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
+    kappa: float, law: Law, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
 ) -> None:
     """Repeat cycles by implicit Euler from s[0], each step solved exactly, until they nearly close.
 
@@ -128,7 +107,7 @@ def _settle(
             low, high = -math.inf, math.inf
             new = value
             for _ in range(60):
-                force, first, _ = load_terms((1.0 + w[j] + new) / tau[j], half)
+                force, first, _ = load_terms((1.0 + w[j] + new) / tau[j], law)
                 residual = new - value + push * (force - 1.0)
                 # The slope is at least 1: the root is within the residual.
                 if residual > 0.0:
@@ -149,7 +128,7 @@ def _settle(
 @inlined
 def _steps(
     kappa: float,
-    half: float,
+    law: Law,
     closure: int,
     width: float,
     nodes: int,
@@ -173,14 +152,14 @@ def _steps(
         if not held:
             total = 0.0
             for j in range(nodes):
-                value, _, _ = load_terms((1.0 + w[j] + s[j]) / tau[j], half)
+                value, _, _ = load_terms((1.0 + w[j] + s[j]) / tau[j], law)
                 total += value
             if step == 1:
                 mu = total / count
         # f = s', its derivative g along the curve, b = -df/ds and b'; m = df/dmu.
         for j in range(nodes):
             q = (1.0 + w[j] + s[j]) / tau[j]
-            value, first, second = load_terms(q, half)
+            value, first, second = load_terms(q, law)
             f = -kappa * (value / mu - 1.0)
             dq = (dw[j] + f - q * dtau[j]) / tau[j]
             work[0, j] = f
@@ -194,13 +173,13 @@ def _steps(
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
             q = (1.0 + w[j] + s[j]) / tau[j]
-            value, slope = closure_terms(q, half, closure)
+            value, slope = closure_terms(q, law, closure)
             slope /= tau[j]
             r1 -= value + slope * shift
             a11 += slope * grow
             a12 += slope * push
             if not held:
-                value, first, _ = load_terms(q, half)
+                value, first, _ = load_terms(q, law)
                 first /= tau[j]
                 r2 -= value - mu + first * shift
                 a21 += first * grow
@@ -260,7 +239,7 @@ def _steps(
 @inlined
 def _from_no_load(
     kappa: float,
-    half: float,
+    law: Law,
     width: float,
     nodes: int,
     w: Floats,
@@ -276,18 +255,22 @@ def _from_no_load(
 
     Newton's steps start from the solution without load, from where some cycles are repeated.
     """
-    level = _closed_level(half, nodes, w, tau)
+    start = law
+    if law.form != POWER:
+        # Its mean need not rise with the speed; that of q does.
+        start = Law(POWER, 1.0, 1.0, 1.0, 1.0, 1.0, law.table)
+    level = _closed_level(start, nodes, w, tau)
     for j in range(nodes):
         s[j] = level
-    if half > 0.0:
-        _settle(kappa, half, width, nodes, w, tau, s)
-    return _steps(kappa, half, POWER_MEAN, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+    if law.form == POWER and law.half > 0.0:
+        _settle(kappa, law, width, nodes, w, tau, s)
+    return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
 
 
 @inlined
 def newton(
     kappa: float,
-    half: float,
+    law: Law,
     closure: int,
     width: float,
     nodes: int,
@@ -311,7 +294,17 @@ def newton(
     at once do the rest.
     """
     if closure == POWER_MEAN:
-        return _from_no_load(kappa, half, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+        return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+    if law.form != POWER:  # no power of the speed comes out of its mean
+        taken, _, change, smallest = _from_no_load(
+            kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most
+        )
+        if taken < 0:
+            return taken, 1.0, change, smallest
+        more, mu, change, smallest = _steps(
+            kappa, law, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, most
+        )
+        return (taken + more if more > 0 else more), mu, change, smallest
     low, high = 0.0, math.inf
     rise = 1.0
     steps = 0
@@ -319,7 +312,7 @@ def newton(
     change = smallest = 0.0
     for _ in range(MOST_RISES):
         taken, _, change, smallest = _from_no_load(
-            kappa / rise, half, width, nodes, w / rise, dw / rise, tau, dtau, s, work,
+            kappa / rise, law, width, nodes, w / rise, dw / rise, tau, dtau, s, work,
             tolerance, TRIED,
         )  # fmt: skip
         steps += abs(taken)
@@ -337,7 +330,7 @@ def newton(
         guess = rise * time * time
         if abs(time - 1.0) < NEAR:
             taken, mu, change, smallest = _steps(
-                kappa, half, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, TRIED
+                kappa, law, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, TRIED
             )
             steps += abs(taken)
             if taken > 0 and smallest > FLOOR:

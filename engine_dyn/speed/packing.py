@@ -28,9 +28,11 @@ Integers = npt.NDArray[np.int64]
 Progress = Callable[[int], None]
 
 INPUT_NAMES = (
-    "crank_ratio", "row", "scale", "crankcase_pressure", "offset_ratio", "bore", "stroke", "mass",
-    "speed", "inertia", "exponent", "offset", "mean_torque", "friction_torque", "start_speed",
-    "passes", "start_angle",
+    "crank_ratio", "row", "scale", "crankcase_pressure", "offset_ratio", "boundary_friction",
+    "mixed_friction", "hydrodynamic_friction", "skirt_friction", "ring_pressure", "bore", "stroke",
+    "mass", "speed", "inertia", "exponent", "offset", "mean_torque", "friction_torque",
+    "start_speed", "passes", "start_angle", "gear_ratio", "load_phase", "load_scale",
+    "synchronous_speed", "breakdown_slip",
 )  # fmt: skip
 """Inputs in the order of `product`."""
 

@@ -61,7 +61,15 @@ from engine_dyn.speed.levels import (
     fill_levels,
     make_levels,
 )
-from engine_dyn.speed.tables import SHAPE, SQUARE, TABLE_ROWS, TORQUE, Blend, Grid
+from engine_dyn.speed.tables import (
+    FRICTIONLESS,
+    SHAPE,
+    SQUARE,
+    TABLE_ROWS,
+    TORQUE,
+    Blend,
+    Grid,
+)
 
 __all__ = [
     "LEAST",
@@ -197,7 +205,8 @@ def build_panel(
     coarse = nodes // ratio
     unit = row < 0
     # A crankcase at -1 under no pressure: what is left is a pressure of 1.
-    blend = Blend(max(row, 0), max(row, 0), 0.0, 0.0 if unit else 1.0, -1.0 if unit else 0.0)
+    scale, crankcase = (0.0, -1.0) if unit else (1.0, 0.0)
+    blend = Blend(max(row, 0), max(row, 0), 0.0, scale, crankcase, FRICTIONLESS)
     for quantity in range(2 if unit else 1):
         for field in range(NUMBERS):
             panels.numbers[number + quantity, field] = math.inf if field == LEAST else 0.0

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.newton import FLOOR, load_terms
+from engine_dyn.speed.load_law import FLOOR, Law, load_terms
 
 __all__ = ["MOST_CYCLES", "repeat_cycles"]
 
@@ -26,7 +26,7 @@ MOST_CORRECTIONS = 20
 @inlined
 def repeat_cycles(
     kappa: float,
-    half: float,
+    law: Law,
     width: float,
     nodes: int,
     w: Floats,
@@ -61,13 +61,13 @@ def repeat_cycles(
                 q0 = (1.0 + w[j] + value) / tau[j]
                 if not (q0 > FLOOR):
                     return cycle, False, True
-                f0, d0, _ = load_terms(q0, half)
+                f0, d0, _ = load_terms(q0, law)
                 f0 = -kappa * (f0 - 1.0)
                 g0 = -kappa * d0 * (dw[j] + f0 - q0 * dtau[j]) / tau[j]
                 new = value + width * (f0 + 0.5 * width * g0)
                 for _ in range(MOST_CORRECTIONS):
                     q1 = (1.0 + w[k] + new) / tau[k]
-                    f1, d1, dd1 = load_terms(q1, half)
+                    f1, d1, dd1 = load_terms(q1, law)
                     f1 = -kappa * (f1 - 1.0)
                     dq1 = (dw[k] + f1 - q1 * dtau[k]) / tau[k]
                     g1 = -kappa * d1 * dq1

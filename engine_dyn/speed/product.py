@@ -14,14 +14,17 @@ __all__ = ["INPUTS", "Product", "offsets_at", "value_at"]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-# Inputs of a design. The first five make the table that designs share; STROKE is two crank radii,
-# OFFSET_RATIO the offset of the pin's line over one; OUTPUT is the place of the design's results.
-INPUTS = 18
-TABLE_INPUTS = 5
+# Inputs of a design. The first ten make the table that designs share; STROKE is two crank radii,
+# OFFSET_RATIO the offset of the pin's line over one, BOUNDARY to RING the friction over the stroke;
+# the five before OUTPUT belong to loads over angle and to motors (`driven_machine`); OUTPUT is the
+# place of the design's results.
+INPUTS = 28
+TABLE_INPUTS = 10
 (
-    RATIO, ROW, SCALE, CRANKCASE, OFFSET_RATIO,
+    RATIO, ROW, SCALE, CRANKCASE, OFFSET_RATIO, BOUNDARY, MIXED, HYDRODYNAMIC, SKIRT, RING,
     BORE, STROKE, MASS, SPEED, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE, FRICTION,
     START_SPEED, PASSES, START_ANGLE,
+    GEAR_RATIO, LOAD_PHASE, LOAD_SCALE, SYNCHRONOUS, BREAKDOWN,
     OUTPUT,
 ) = range(INPUTS)  # fmt: skip
 

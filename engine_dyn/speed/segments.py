@@ -29,7 +29,8 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.newton import CYCLE_TIME, FLOOR
+from engine_dyn.speed.load_law import FLOOR, Law, load_terms
+from engine_dyn.speed.newton import CYCLE_TIME
 from engine_dyn.speed.tables import GAS_TORQUE, GAS_WORK, SQUARE, SQUARE_SLOPE
 
 __all__ = [
@@ -188,7 +189,7 @@ def solve_linear(
 
 @inlined
 def powers_of(
-    kind: int, half: float, segments: int, record: Floats, sums: bool, running: Floats
+    kind: int, law: Law, segments: int, record: Floats, sums: bool, running: Floats
 ) -> None:
     """F and dF/dq of one record, and its contribution to the sums of F - 1 and of dF/de.
 
@@ -207,11 +208,17 @@ def powers_of(
         for k in range(segments):
             record[POWERS + k] = record[SAFE + k]
             record[DERIVATIVE + k] = 1.0
-    else:
+    elif kind == 3:
+        half = law.half
         for k in range(segments):
             record[POWERS + k] = record[SAFE + k] ** half
         for k in range(segments):
             record[DERIVATIVE + k] = half * record[POWERS + k] / record[SAFE + k]
+    else:
+        for k in range(segments):
+            value, first, _ = load_terms(record[SAFE + k], law)
+            record[POWERS + k] = value
+            record[DERIVATIVE + k] = first
     if sums:
         for k in range(segments):
             running[FIRST + k] += record[POWERS + k] - 1.0
@@ -266,14 +273,14 @@ def right_side(
 
 @inlined
 def iterate(
-    width: float, gas: float, eta: float, kappa: float, half: float, kind: int, variable: bool,
+    width: float, gas: float, eta: float, kappa: float, law: Law, kind: int, variable: bool,
     closure: int, tolerance: float, segments: int, records: Floats, running: Floats,
 ) -> tuple[int, float]:  # fmt: skip
     """Any exponent, either inertia model, either closure: q and F at the nodes, by iteration.
 
-    `kind` is the exponent's class: 0, 1 and 2 for these exponents, 3 for any other. `tolerance` is
-    for q, relative to its range. Returns the number of sweeps, 0 for what is left to Newton's
-    method, and mu. `segments` as in `solve_linear`.
+    `kind` is the exponent's class: 0, 1 and 2 for these exponents, 3 for any other, 4 for a law
+    that is no power. `tolerance` is for q, relative to its range. Returns the number of sweeps, 0
+    for what is left to Newton's method, and mu. `segments` as in `solve_linear`.
     """
     rows = records.size // RECORD - 1
     count = float(rows * SEGMENTS)
@@ -325,7 +332,7 @@ def iterate(
                 running[HIGH + k] = new if new > high else high
                 running[LOW + k] = new if new < low else low
                 record[SAFE + k] = new if new > FLOOR else FLOOR
-            powers_of(kind, half, segments, record, row < rows, running)
+            powers_of(kind, law, segments, record, row < rows, running)
             if row < rows:
                 closure_of(kind, closure, segments, record, running)
                 if kind == 0 and closure != CYCLE_TIME and (row % 8 == 7 or row == rows - 1):
@@ -364,6 +371,8 @@ def iterate(
             continue
         # Second half: the recurrence of z' + beta z = R.
         beta = kappa * slope / (count * mu)
+        if not beta >= 0.0:  # what the recurrence cannot follow: the speed runs away from it
+            return 0, 1.0
         loss, before, behind, cross = two_point(beta, width)
         decay = 1.0 - loss
         for k in range(segments):

@@ -12,7 +12,15 @@ import numpy.typing as npt
 from engine_dyn import status
 from engine_dyn.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.driven_machine import (
+    NOTHING_DRIVEN,
+    DrivenMachine,
+    constant_load,
+    motor_torque,
+    repeats_of,
+)
 from engine_dyn.forces import piston_area
+from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import sweep
@@ -37,7 +45,10 @@ class PeriodicSpeed:
     torque_mean : float
         Mean torque of the engine [N m].
     load_coefficient : float
-        k of the load law a + k omega^alpha [N m s^alpha].
+        k of the load law a + k omega^alpha [N m s^alpha]; the factor on a load's table over speed;
+        0 where a driver drives.
+    driver_factor : float
+        Factor on the driver's torque; 0 without one.
     iterations : int
         Cycles marched, or sweeps of the iteration.
     crank_angle, omega : ndarray
@@ -52,6 +63,7 @@ class PeriodicSpeed:
     omega_mean: float
     torque_mean: float
     load_coefficient: float
+    driver_factor: float
     iterations: int
     crank_angle: npt.NDArray[np.float64]
     omega: npt.NDArray[np.float64]
@@ -77,9 +89,18 @@ def periodic_speed(
     firing_angles: Sequence[float] | None = None,
     pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None,
+    radius_factor: Sequence[float] | None = None,
+    friction_shape: FrictionShape | None = None,
     load_exponent: float = 2.0,
     load_offset: float = 0.0,
     friction_torque: float = 0.0,
+    driven: DrivenMachine = NOTHING_DRIVEN,
+    gear_ratio: float = 1.0,
+    load_phase: float = 0.0,
+    load_scale: float = 1.0,
+    synchronous_speed: float | None = None,
+    breakdown_slip: float | None = None,
+    breakdown_torque: float = 1.0,
     crankcase_pressure: float = 101325.0,
     inertia_model: str = "constant",
     method: str = "auto",
@@ -116,10 +137,21 @@ def periodic_speed(
     pressure_factor, mass_factor : sequence of float, optional
         One a cylinder: f in p_motored + f (p - p_motored), see `engine_dyn.motored`, and the factor
         on its reciprocating mass.
+    radius_factor : sequence of float, optional
+        Crank radius of each cylinder over the first's; their rods are equally long.
+    friction_shape : FrictionShape, optional
+        How the friction torque is spread over the stroke; constant over the cycle unless given.
     load_exponent, load_offset : float
         alpha and a [N m] of the load torque a + k omega^alpha.
     friction_torque : float
         Mean, positive, whole engine [N m].
+    driven : DrivenMachine
+        Load over angle, load over speed in place of omega^alpha, or a driver.
+    gear_ratio, load_phase, load_scale : float
+        Of a load over its own angle: its speed over the crank's and its angle at firing dead centre
+        [rad]; factor on a load over any angle.
+    synchronous_speed, breakdown_slip, breakdown_torque : float, optional
+        Of a driver that is an induction motor: [rad/s] of the crank, [1] and [N m] at the crank.
     crankcase_pressure : float
         Absolute [Pa].
     inertia_model : {"constant", "variable"}
@@ -181,20 +213,53 @@ def periodic_speed(
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
 
+    if driven.motor:
+        for name, given in (
+            ("synchronous_speed", synchronous_speed), ("breakdown_slip", breakdown_slip),
+            ("breakdown_torque", breakdown_torque),
+        ):  # fmt: skip
+            if given is None or not 0.0 < given < np.inf:
+                raise ValueError(f"{name} = {given}: must be a positive number")
+    gear = 1.0
+    if driven.over_angle is not None and driven.over_angle.own_angle:
+        gear = gear_ratio
+        repeats_of(driven.over_angle, gear, diagram.period)
+
     family = _family_of(diagram)
-    engine = _cylinders(cylinders, diagram.period, firing_angles, pressure_factor, mass_factor)
+    engine = _cylinders(
+        cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
+    )
+    if not engine.equal_throws:
+        _check_radii(engine, crank_ratio, offset)
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     offset_ratio = offset / (0.5 * throw)
     means = [
-        float(sweep.mean_gas_torque(crank_ratio, 0.0, family, offset_ratio, factor))
-        for factor in engine.pressure_factors
+        radius
+        * float(sweep.mean_gas_torque(crank_ratio * radius, 0.0, family, offset_ratio, factor))
+        for factor, radius in zip(engine.pressure_factors, engine.radius_factors, strict=True)
     ]
     mean_gas = means[0] if engine.equal else sum(means) / cylinders
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
+    levels: dict[str, float] = {}
+    if friction_shape is not None:
+        shares = (friction_shape.boundary, friction_shape.mixed, friction_shape.hydrodynamic,
+                  friction_shape.skirt)  # fmt: skip
+        level = friction_torque / (cylinders * lever)
+        levels = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
+        levels["ring_pressure"] = friction_shape.ring_pressure
+    constant = load_offset
+    if driven.over_angle is not None:
+        constant = constant_load(load_offset, driven.over_angle, gear, load_scale)
     result = sweep.solve(
         family=family,
+        driven=driven,
+        gear_ratio=gear,
+        load_phase=load_phase,
+        load_scale=load_scale,
+        synchronous_speed=synchronous_speed or 1.0,
+        breakdown_slip=breakdown_slip or 1.0,
         wanted=(*sweep.SPEED_RESULTS, *(("omega",) if angles.size else ())),
         method=method,
         inertia_model=inertia_model,
@@ -215,9 +280,10 @@ def periodic_speed(
         speed=speed,
         inertia=inertia,
         exponent=load_exponent,
-        offset=load_offset,
+        offset=constant,
         mean_torque=torque_mean,
         friction_torque=friction_torque,
+        **levels,
         start_speed=0.0 if start_speed is None else start_speed,
         passes=0.0 if passes is None else float(passes),
         start_angle=start_angle,
@@ -225,7 +291,13 @@ def periodic_speed(
     code = int(result["status"])
     steps = float(result["iterations"])
     with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
-        power = float(np.power(speed, load_exponent))
+        shape = float(np.power(speed, load_exponent))
+    if driven.over_speed is not None:
+        shape = float(driven.over_speed(speed))
+    elif driven.motor:
+        shape = float(motor_torque(speed, synchronous_speed, breakdown_slip, breakdown_torque))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = float(np.float64(float(result["load_factor"]) * (torque_mean - constant)) / shape)
     return PeriodicSpeed(
         status=code,
         delta=float(result["delta"]),
@@ -234,7 +306,8 @@ def periodic_speed(
         omega_min=float(result["omega_min"]),
         omega_mean=float(result["omega_mean"]),
         torque_mean=torque_mean,
-        load_coefficient=float(result["load_factor"]) * (torque_mean - load_offset) / power,
+        load_coefficient=0.0 if driven.has_driver else factor,
+        driver_factor=-factor if driven.has_driver else 0.0,
         iterations=int(steps) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
@@ -254,6 +327,7 @@ def energy_swing(
     firing_angles: Sequence[float] | None = None,
     pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None,
+    radius_factor: Sequence[float] | None = None,
     crankcase_pressure: float = 101325.0,
     tolerance: float = 1e-6,
 ) -> float:
@@ -262,7 +336,9 @@ def energy_swing(
     Parameters as `periodic_speed`; friction that does not change over the cycle has no part in it.
     """
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
-    engine = _cylinders(cylinders, diagram.period, firing_angles, pressure_factor, mass_factor)
+    engine = _cylinders(
+        cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
+    )
     found = sweep.torque_extremes(
         family=_family_of(diagram),
         wanted=("energy_swing",),
@@ -290,6 +366,7 @@ def _cylinders(
     firing_angles: Sequence[float] | None,
     pressure_factor: Sequence[float] | None,
     mass_factor: Sequence[float] | None,
+    radius_factor: Sequence[float] | None,
 ) -> Cylinders:
     """Cylinders with their phases and factors."""
     engine = even_cylinders(count, period)
@@ -305,4 +382,16 @@ def _cylinders(
     return engine.with_factors(
         None if pressure_factor is None else tuple(pressure_factor),
         None if mass_factor is None else tuple(mass_factor),
+        None if radius_factor is None else tuple(radius_factor),
     )
+
+
+def _check_radii(engine: Cylinders, crank_ratio: float, offset: float) -> None:
+    largest = max(engine.radius_factors)
+    if not crank_ratio * largest < 1.0:
+        raise ValueError(
+            f"radius_factor = {largest:g}: times crank_ratio = {crank_ratio:g} must be below 1, or "
+            "the crank cannot turn"
+        )
+    if offset != 0.0:
+        raise ValueError("radius_factor: not allowed with an offset; must be 1 for all cylinders")

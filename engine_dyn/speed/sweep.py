@@ -10,25 +10,33 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache, partial, wraps
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.cylinders import Cylinders, Member, even_cylinders
+from engine_dyn.driven_machine import (
+    NOTHING_DRIVEN,
+    DrivenMachine,
+    TorqueOverAngle,
+    repeats_of,
+)
 from engine_dyn.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
+from engine_dyn.speed.load_law import MOTOR, POWER, TABLE
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
     FEWEST_NODES,
+    FRICTIONLESS,
     GAS_WORK,
     GAS_WORK_MIDDLE,
     MOST_NODES,
@@ -39,7 +47,7 @@ from engine_dyn.speed.tables import (
     make_grid,
     steps_per_cycle,
 )
-from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NOT_CONVERGED, TOLERANCE_NOT_MET
 
 __all__ = [
     "CLOSURES",
@@ -68,6 +76,12 @@ SPEED_RESULTS = (
 CURVE_RESULTS = ("omega", "angular_acceleration")
 
 TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
+
+FRICTION_NAMES = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Inputs that spread the friction over the stroke, see `tables.Friction`."""
 
 SAMPLE_WIDTH = np.pi / 180.0
 """Step of the thesis's method: one degree."""
@@ -113,10 +127,38 @@ CHUNK_OF_ARRAYS = 1 << 16
 LANES_TOLERANCE = 1e-7
 """Smaller tolerances go to the general method at once, whose error is smaller."""
 
+NO_POWER = 4
+"""Class of a load or driver over speed that is no power of it."""
+
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
 
+def _known_apart(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+    """Take out designs without a diagram, whose `scale` is NaN: they have no numbers.
+
+    Kernels do not look for NaN, so they solve these with another diagram, and it is given up.
+    """
+
+    @wraps(solved)
+    def of_known(*, scale: Any, **arguments: Any) -> dict[str, Any]:
+        unknown = np.isnan(scale)
+        if not unknown.any():
+            return solved(scale=scale, **arguments)
+        for name in ("mean_torque", "friction_torque"):  # made from it
+            if name in arguments:
+                arguments[name] = np.nan_to_num(arguments[name])
+        found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
+        for name, array in found.items():
+            here = unknown[..., None] if name in CURVE_RESULTS else unknown
+            lost = INVALID_INPUT if name == "status" else np.nan
+            np.copyto(array, lost, where=here, casting="unsafe")
+        return found
+
+    return of_known
+
+
+@_known_apart
 def solve(
     *,
     family: Family,
@@ -134,6 +176,7 @@ def solve(
     iterated: float | None = None,
     general: bool = False,
     sharing: tuple[int, int] | None = None,
+    driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Solve the periodic speed of every design of a product of axes.
@@ -156,9 +199,9 @@ def solve(
     tolerance : float
         Relative error of delta aimed at.
     cylinders : array_like of int
-        How many.
+        How many, or keys of `cylinders_by_count`.
     cylinders_by_count : mapping, optional
-        Their phases and factors for each number of them; evenly firing and equal if not there.
+        Cylinders of each key; so many evenly firing equal ones where there is none.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
@@ -175,12 +218,21 @@ def solve(
     sharing : tuple of int, optional
         Tables of the whole sweep, and designs that share one, where these designs are a block of
         it: blocks must not decide for themselves how tables are made. Their own unless given.
+    driven : DrivenMachine
+        Load over angle, load over speed or driver beside a + k omega^alpha: these take the general
+        method.
     **inputs : array_like
-        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure),
+        SI values, all broadcasting: crank_ratio, row (of the family), scale (of the pressure; NaN
+        says that a design has no diagram: its status is "invalid input"),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
+        boundary_friction, mixed_friction, hydrodynamic_friction, skirt_friction (see
+        `tables.Friction`, 0 unless given), ring_pressure (needed by the first three),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
-        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad].
+        start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad]; for a
+        load over angle gear_ratio and load_phase [rad] of its own angle, load_scale (the factor on
+        it), its mean being part of `offset`; for a motor synchronous_speed [rad/s] and
+        breakdown_slip.
 
     Returns
     -------
@@ -188,24 +240,37 @@ def solve(
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
     inputs = {
-        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0, **inputs
+        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
+        **dict.fromkeys(FRICTION_NAMES, 0.0), "gear_ratio": 1.0, "load_phase": 0.0,
+        "load_scale": 1.0, "synchronous_speed": 1.0, "breakdown_slip": 1.0, **inputs,
     }  # fmt: skip
     named = {
-        "cylinders": np.asarray(cylinders, dtype=np.int64),
         "method": _codes(METHODS, method),
         "inertia_model": _codes(INERTIA_MODELS, inertia_model),
     }
     shape = np.broadcast_shapes(
-        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values())
-    )
+        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values()),
+        np.shape(cylinders),
+    )  # fmt: skip
     rank = len(shape)
+    period = family.row(0).period
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
+    gear = aligned(np.asarray(inputs["gear_ratio"], dtype=float), rank)
+    if not driven.plain and np.isin(named["method"], designs.THESIS).any():
+        raise ValueError("method 'thesis' marches a + k omega^alpha alone: take another")
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
+    sets = aligned(np.asarray(cylinders, dtype=np.int64), rank)
+    kinds = np.full((1,) * rank, NO_POWER)
+    if driven.power_law:
+        kinds = np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3)
     keys = [
         *(aligned(v, rank) for v in named.values()),
-        np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3),
+        kinds,
         np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
         finer * _fewest_nodes(family, row, tolerance),
+        _repeats(driven.over_angle, gear, period),
+        finer * _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
+        *_along_axes(sets),
     ]
     size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
@@ -217,7 +282,7 @@ def solve(
             closure=closure, tolerance=tolerance, cylinders=cylinders,
             cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
             progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
-            **inputs,
+            driven=driven, **inputs,
         )  # fmt: skip
         more.pop("delta")
         return more
@@ -234,29 +299,32 @@ def solve(
         acceleration=np.empty((size, angles.size) if curves["angular_acceleration"] else (1, 0)),
     )
     packed = Packed.of(inputs, shape)
-    period = family.row(0).period
+    acting = _acting(driven)
     for part in split(shape, keys):
-        count, method_code, variable, kind, steep, fewest = (int(key) for key in part.keys)
+        method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys[:7])
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
             ITERATED * tolerance if iterated is None else iterated,
         )  # fmt: skip
-        in_lanes = not general and _fits_lanes(choice)
+        in_lanes = not general and driven.plain and _fits_lanes(choice)
         # The finer of two solutions has to be finer: the general method is, for any exponent.
         in_lanes = in_lanes and (iterated is None or kind != 3)
-        engine = _engine(count, period, cylinders_by_count)
-        times = engine.symmetry
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
+        # Torque and load repeat together as often as both do.
+        times = math.gcd(engine.symmetry, repeats)
+        members = engine.representatives_of(times)
+        fewest = max(fewest, of_load)
         steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
         nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
-        apart = not (shares or angles.size or _may_be_offset(inputs["offset_ratio"]))
+        apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        fine = count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
         ratio = RATIOS[fine] if in_lanes else 1
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
-        grid = make_grid(family, rows, steps, engine.representatives)
+        grid = make_grid(family, rows, steps, members)
         samples = _sample_grid(family, rows, engine, method_code == designs.THESIS)
         place = np.mod(angles, period / times) / width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
@@ -269,7 +337,7 @@ def solve(
 
         rest = partial(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, curves=at, results=results,
+            choice=choice, driven=acting, curves=at, results=results,
         )  # fmt: skip
         scratch = partial(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
@@ -311,13 +379,13 @@ def solve(
 
     if missed.size and finer < FINEST:
         # Repeating cycles from a start has an error of its own, which more nodes do not mend.
-        missed = missed[~np.isin(chosen(keys[1], missed), MARCHING)]
+        missed = missed[~np.isin(chosen(keys[0], missed), MARCHING)]
     if missed.size and finer < FINEST:
         again = solve(
             family=family, wanted=wanted, method=chosen(method, missed),
             inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
             cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
-            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True,
+            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True, driven=driven,
             **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
         for name, array in found.items():
@@ -326,14 +394,15 @@ def solve(
         known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
         # Those know their error from the solutions with more nodes, or from the periodic one.
         known[missed] = False
-        if np.isin(keys[1], MARCHING).any():
-            known &= ~np.isin(np.broadcast_to(keys[1], shape).reshape(-1), MARCHING)
+        if np.isin(keys[0], MARCHING).any():
+            known &= ~np.isin(np.broadcast_to(keys[0], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
                 family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
                 closure=closure, tolerance=tolerance, cylinders=cylinders,
                 cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
-                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing, **inputs,
+                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing,
+                driven=driven, **inputs,
             )["delta"].reshape(-1)  # fmt: skip
 
             def masses_at(places: Integers) -> Floats:
@@ -369,6 +438,7 @@ def _compare(
         np.copyto(found["status"][here], met, where=good)
 
 
+@_known_apart
 def torque_extremes(
     *,
     family: Family,
@@ -386,20 +456,22 @@ def torque_extremes(
     `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
-               "start_angle", "offset_ratio")  # fmt: skip
+               "start_angle", "offset_ratio", "gear_ratio", "load_phase", "load_scale",
+               "synchronous_speed", "breakdown_slip", *FRICTION_NAMES)  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
-    keys = [aligned(counts, len(shape)), _fewest_nodes(family, row, tolerance)]
+    sets = aligned(counts, len(shape))
+    keys = [_fewest_nodes(family, row, tolerance), *_along_axes(sets)]
     names = [name for name in TORQUE_RESULTS if name in wanted]
     scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
     places = np.array([names.index(n) if n in names else -1 for n in TORQUE_RESULTS])
     packed = Packed.of(inputs, shape)
     period = family.row(0).period
     for part in split(shape, keys):
-        count, fewest = (int(key) for key in part.keys)
-        engine = _engine(count, period, cylinders_by_count)
+        fewest = int(part.keys[0])
+        engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
@@ -429,7 +501,7 @@ def mean_gas_torque(
     crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
     are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
     """
-    offset = _may_be_offset(offset_ratio)
+    offset = _may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
@@ -504,14 +576,14 @@ def _march(
 
 def _march_rest(
     chosen: Integers, memory: designs.Scratch, *, product: Product, row_of: Integers, width: float,
-    grid: Grid, samples: Samples, choice: designs.Choice, curves: designs.Curves,
-    results: designs.Results,
+    grid: Grid, samples: Samples, choice: designs.Choice, driven: designs.Driven,
+    curves: designs.Curves, results: designs.Results,
 ) -> None:  # fmt: skip
     """Solve designs by the general methods."""
     if chosen.size:
         designs.march(
-            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, curves, results,
-            memory,
+            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, driven, curves,
+            results, memory,
         )  # fmt: skip
 
 
@@ -606,6 +678,24 @@ def _extremes(
     )  # fmt: skip
 
 
+def _along_axes(sets: Integers) -> list[Integers]:
+    """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
+
+    Sets may vary along several axes (number, misfire, arrangement): places of an axis are one key
+    where all sets there are the same.
+    """
+    varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
+    if len(varying) <= 1:
+        return [sets]
+    keys = []
+    for axis in varying:
+        rows = np.moveaxis(sets, axis, 0).reshape(sets.shape[axis], -1)
+        _, number = np.unique(rows, axis=0, return_inverse=True)
+        shape = [size if i == axis else 1 for i, size in enumerate(sets.shape)]
+        keys.append(number.reshape(shape))
+    return keys
+
+
 def _codes(names: tuple[str, ...], value: Any) -> Integers:
     words = np.asarray(value)
     return np.array([names.index(str(w)) for w in words.ravel()], dtype=np.int64).reshape(
@@ -647,6 +737,55 @@ def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     return np.maximum(counts[below], counts[above])
 
 
+def _acting(driven: DrivenMachine) -> designs.Driven:
+    """What kernels take of a driven machine."""
+    table, angle = np.zeros((3, 0)), np.zeros((4, 0))
+    curve = driven.over_speed
+    if curve is not None:
+        table = np.stack([curve.speed, curve.torque, curve.slope])
+    if driven.over_angle is not None:
+        angle = np.ascontiguousarray(driven.over_angle.table)
+    form = MOTOR if driven.motor else POWER if curve is None else TABLE
+    return designs.Driven(form, -1.0 if driven.has_driver else 1.0, table, angle)
+
+
+def _repeats(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:
+    """How often a load over angle repeats within the cycle.
+
+    0 where there is none: the engine's symmetry divides it.
+    """
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    return np.broadcast_to(repeats_of(load, gear, period), gear.shape)
+
+
+def _fewest_nodes_of_load(
+    load: TorqueOverAngle | None, gear: Floats, period: float, tolerance: float
+) -> Integers:
+    """Nodes of a cycle that a load over angle asks for, judged as `_nodes_of_diagram`."""
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    found = np.empty(gear.shape, dtype=np.int64)
+    for ratio in np.unique(gear):
+        found[gear == ratio] = _nodes_of_load(load, float(ratio), period, tolerance)
+    return found
+
+
+def _nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance: float) -> int:
+    steps = FEWEST_NODES
+    while steps < MOST_NODES:
+        count = max(int(np.ceil(steps * load.period / (ratio * period))), 4)
+        step = load.period / count
+        here = load.angle[0] + np.arange(count) * step
+        work, torque = load.work(here), load(here) - load.mean
+        cubic = 0.5 * (work + np.roll(work, -1)) + 0.125 * step * (torque - np.roll(torque, -1))
+        missed = np.abs(load.work(here + 0.5 * step) - cubic).max()
+        if missed <= 30.0 * tolerance * np.ptp(work):
+            break
+        steps *= 2
+    return steps
+
+
 @lru_cache(maxsize=4096)
 def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     """Nodes of a cycle for one diagram: doubled until a cubic through them misses little.
@@ -660,8 +799,10 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build_equal(0.3, Blend(0, 0, 0.0, 1.0, 0.0), steps, diagram.period / steps, grid, table,
-              np.empty((4, steps)), np.empty(6 * steps))  # fmt: skip
+        build_equal(
+            0.3, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), steps, diagram.period / steps, grid,
+            table, np.empty((4, steps)), np.empty(6 * steps),
+        )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
             break
@@ -669,9 +810,15 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     return steps
 
 
-def _may_be_offset(offset_ratio: Any) -> bool:
-    """Whether there may be an offset in the sweep: a block of it must not decide by its own."""
-    return np.ndim(offset_ratio) > 0 or float(offset_ratio) != 0.0
+def _may_be(value: Any) -> bool:
+    """Whether it may be anything but 0 in the sweep: a block of it must not decide by its own."""
+    return np.ndim(value) > 0 or float(value) != 0.0
+
+
+def _own_tables(inputs: Mapping[str, Any]) -> bool:
+    """Whether tables depend on more than crank ratio and pressure, so that each is built."""
+    uneven = any(_may_be(inputs[name]) for name in FRICTION_NAMES)
+    return uneven or _may_be(inputs["offset_ratio"])
 
 
 def _engine(
@@ -685,7 +832,9 @@ def _engine(
 def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
     if not needed:
-        return Samples(np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1))
+        return Samples(
+            np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
+        )
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     count = len(engine.members)
@@ -700,4 +849,7 @@ def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool
         ]
         for row in rows
     ]
-    return Samples(np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors))
+    return Samples(
+        np.array(pressure), np.sin(angle), np.cos(angle), np.array(engine.mass_factors),
+        np.array(engine.radius_factors),
+    )  # fmt: skip

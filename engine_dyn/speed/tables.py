@@ -7,9 +7,11 @@ nodes, and a design is only two factors on two tables:
     gas:      P(phi) = int sum_i [(p_i - p_c) v_i - mean] dphi          [Pa]
     inertia:  V(phi) = sum_i v_i^2 - mean                               [1]
 
-because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Where the
-cylinders repeat n times a cycle, the curves of Z/n of them (`cylinders.Cylinders.representatives`),
-folded at Phi/n, are the whole engine's: of evenly firing equal cylinders, the curve of one.
+because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Friction
+over the stroke, less its mean, is a part of P: over piston area and crank radius it depends on what
+P depends on and on its level [Pa] alone. Where the cylinders repeat n times a cycle, the curves of
+Z/n of them (`cylinders.Cylinders.representatives`), folded at Phi/n, are the whole engine's: of
+evenly firing equal cylinders, the curve of one.
 """
 
 from __future__ import annotations
@@ -39,9 +41,11 @@ from engine_dyn.slider_crank import (
 
 __all__ = [
     "FEWEST_NODES",
+    "FRICTIONLESS",
     "GAUSS_POINTS",
     "MOST_NODES",
     "Blend",
+    "Friction",
     "Grid",
     "build",
     "build_equal",
@@ -53,6 +57,9 @@ FEWEST_NODES = 720
 """Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
 
 MOST_NODES = 23040
+
+AT_REST = 1e-9
+"""Reduced speed, and sine, that are rounding: a dead centre."""
 
 _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
@@ -67,7 +74,7 @@ class Grid(NamedTuple):
 
     Arrays are (diagram, point). Sine and cosine are those of the same points. The points of one
     representative cylinder follow those of the other, each at its own angles and pressure; `masses`
-    has the factor on the mass of each.
+    and `radii` have the factors on the mass and the crank radius of each.
     """
 
     at_node: Floats
@@ -81,6 +88,25 @@ class Grid(NamedTuple):
     quadrature_sine: Floats
     quadrature_cosine: Floats
     masses: Floats
+    radii: Floats
+
+
+class Friction(NamedTuple):
+    """Levels [Pa] of the parts of `friction.FrictionShape`: friction torque over area and radius.
+
+    Each is the mean of its part, for one cylinder; `ring` is the pressure of the rings by their own
+    tension [Pa].
+    """
+
+    boundary: float
+    mixed: float
+    hydrodynamic: float
+    skirt: float
+    ring: float
+
+
+FRICTIONLESS = Friction(0.0, 0.0, 0.0, 0.0, 0.0)
+"""No friction but what is constant over the cycle."""
 
 
 class Blend(NamedTuple):
@@ -94,6 +120,7 @@ class Blend(NamedTuple):
     weight: float
     scale: float
     crankcase: float
+    friction: Friction
 
 
 @inlined
@@ -141,8 +168,9 @@ def make_grid(
     pressures = [[np.concatenate(one) for one in zip(*row, strict=True)] for row in sampled]
     angles = [np.concatenate(one) for one in zip(*turns, strict=True)]
     masses = np.array([member.mass_factor for member in members])
+    radii = np.array([member.radius_factor for member in members])
     of_rows = [np.array(one) for one in zip(*pressures, strict=True)]
-    return Grid(*(*of_rows, *angles, masses))
+    return Grid(*(*of_rows, *angles, masses, radii))
 
 
 def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
@@ -232,16 +260,120 @@ def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None
 
 
 @inlined
-def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
-    """As `rates_of_work`, for an offset over the crank radius."""
+def rubs(friction: Friction) -> bool:
+    """Whether any friction varies over the cycle."""
+    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    return level != 0.0
+
+
+@inlined
+def friction_parts(
+    load: float, speed: float, sine: float
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Torques of the four branches, not scaled: see `friction.FrictionShape`.
+
+    `load` is the pressure on the rings (none where it would lift them), `speed` the reduced one of
+    the piston, `sine` that of the cylinder's own angle.
+    """
+    fast = abs(speed)
+    dry = max(load, 0.0) * fast
+    return dry, dry * (1.0 - abs(sine)), math.sqrt(dry) * fast, fast * fast
+
+
+@inlined
+def friction_slopes(
+    load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Slopes of `friction_parts` over the angle; `rise` and `rate` are those of load and speed.
+
+    In a dead centre, where they jump, what lies in the middle.
+    """
+    if load <= 0.0:
+        load, rise = 0.0, 0.0
+    fast, faster = abs(speed), 0.0
+    if fast > AT_REST:
+        faster = rate if speed > 0.0 else -rate
+    turn = 0.0
+    if abs(sine) > AT_REST:
+        turn = -cosine if sine > 0.0 else cosine
+    dry, drier = load * fast, rise * fast + load * faster
+    wet = 0.0
+    if dry > 0.0:
+        wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
+    slow = 1.0 - abs(sine)
+    return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
+
+
+@inlined
+def weighted(
+    weights: tuple[float, float, float, float], parts: tuple[float, float, float, float]
+) -> float:
+    """Sum of the parts of the friction by their weights."""
+    return (
+        weights[0] * parts[0] + weights[1] * parts[1] + weights[2] * parts[2]
+        + weights[3] * parts[3]
+    )  # fmt: skip
+
+
+@inlined
+def weights_of_friction(
+    ratio: float, offset: float, blend: Blend, grid: Grid, member: int
+) -> tuple[float, float, float, float]:
+    """Level over cycle mean of each part of the friction of one representative cylinder."""
+    friction = blend.friction
+    if not rubs(friction):
+        return 0.0, 0.0, 0.0, 0.0
+    boundary = mixed = hydrodynamic = skirt = 0.0
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)
-    for place in range(rates.size):
-        pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
-        sine, cosine = turned(
-            grid.quadrature_sine[place], grid.quadrature_cosine[place], top, upright
-        )
-        rates[place] = pressure * offset_velocity_at(sine, cosine, ratio, offset)
+    count = 6 * steps_of(grid)
+    for i in range(count):
+        place = member * count + i
+        load = friction.ring + blended(blend, grid.at_quadrature, place) - blend.crankcase
+        sine = grid.quadrature_sine[place]
+        s, c = turned(sine, grid.quadrature_cosine[place], top, upright)
+        parts = friction_parts(load, offset_velocity_at(s, c, ratio, offset), sine)
+        share = _WEIGHTS[i % 3] * 3.0 / count
+        boundary += share * parts[0]
+        mixed += share * parts[1]
+        hydrodynamic += share * parts[2]
+        skirt += share * parts[3]
+    return (
+        scaled(friction.boundary, boundary), scaled(friction.mixed, mixed),
+        scaled(friction.hydrodynamic, hydrodynamic), scaled(friction.skirt, skirt),
+    )  # fmt: skip
+
+
+@inlined
+def scaled(level: float, mean: float) -> float:
+    """Level over mean; nothing of nothing."""
+    return level / mean if level > 0.0 and mean > 0.0 else 0.0
+
+
+@inlined
+def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
+    """As `rates_of_work`, for an offset over the crank radius, unequal throws and friction."""
+    count = 6 * steps_of(grid)
+    level = blend.friction.boundary + blend.friction.mixed
+    level += blend.friction.hydrodynamic + blend.friction.skirt
+    for member in range(grid.masses.size):
+        radius = grid.radii[member]
+        own = ratio * radius
+        weights = weights_of_friction(own, offset, blend, grid, member)
+        top = sine_of_top(own, offset)
+        upright = math.sqrt(1.0 - top * top)
+        for place in range(member * count, (member + 1) * count):
+            pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
+            sine, cosine = turned(
+                grid.quadrature_sine[place], grid.quadrature_cosine[place], top, upright
+            )
+            v = offset_velocity_at(sine, cosine, own, offset)
+            rates[place] = radius * pressure * v
+            if level != 0.0:
+                parts = friction_parts(
+                    blend.friction.ring + pressure, v, grid.quadrature_sine[place]
+                )
+                rates[place] -= weighted(weights, parts) - level
 
 
 @inlined
@@ -305,38 +437,54 @@ def build_unequal(
     middles: Floats,
     rates: Floats,
 ) -> None:
-    """Fill a table as `build_equal`, for an offset over the crank radius and unequal masses."""
+    """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction."""
     clear(table, middles)
     rates_with_offset(ratio, offset, blend, grid, rates)
-    top = sine_of_top(ratio, offset)
-    upright = math.sqrt(1.0 - top * top)
     steps = steps_of(grid)
-    for step in range(grid.node_sine.size):
-        j = step % nodes
-        mass = grid.masses[step // steps]
-        before = 0.5 * width * work_of_half(rates, step * 6)
-        behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
-        table[GAS_WORK, j] += before + behind
-        middles[0, j] += before
+    friction = blend.friction
+    rubbing = rubs(friction)
+    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    for member in range(grid.masses.size):
+        radius = grid.radii[member]
+        own = ratio * radius
+        mass = grid.masses[member] * radius * radius
+        weights = weights_of_friction(own, offset, blend, grid, member)
+        top = sine_of_top(own, offset)
+        upright = math.sqrt(1.0 - top * top)
+        for step in range(member * steps, (member + 1) * steps):
+            j = step % nodes
+            before = 0.5 * width * work_of_half(rates, step * 6)
+            behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
+            table[GAS_WORK, j] += before + behind
+            middles[0, j] += before
 
-        sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
-        v = offset_velocity_at(sine, cosine, ratio, offset)
-        b = offset_acceleration_at(sine, cosine, ratio, offset)
-        pressure = blended(blend, grid.at_node, step) - blend.crankcase
-        slope = blended(blend, grid.slope_at_node, step)
-        table[TORQUE, j] += pressure * v
-        table[TORQUE_SLOPE, j] += slope * v + pressure * b
-        table[SHAPE, j] -= mass * b * v
-        table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, ratio, offset))
-        table[SQUARE, j] += mass * v * v
-        table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
+            sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
+            v = offset_velocity_at(sine, cosine, own, offset)
+            b = offset_acceleration_at(sine, cosine, own, offset)
+            pressure = blended(blend, grid.at_node, step) - blend.crankcase
+            slope = blended(blend, grid.slope_at_node, step)
+            table[TORQUE, j] += radius * pressure * v
+            table[TORQUE_SLOPE, j] += radius * (slope * v + pressure * b)
+            table[SHAPE, j] -= mass * b * v
+            table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, offset))
+            table[SQUARE, j] += mass * v * v
+            table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
+            if rubbing:
+                load, s, c = friction.ring + pressure, grid.node_sine[step], grid.node_cosine[step]
+                table[TORQUE, j] -= weighted(weights, friction_parts(load, v, s)) - level
+                table[TORQUE_SLOPE, j] -= weighted(
+                    weights, friction_slopes(load, slope, v, b, s, c)
+                )
 
-        sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
-        v = offset_velocity_at(sine, cosine, ratio, offset)
-        pressure = blended(blend, grid.at_middle, step) - blend.crankcase
-        middles[1, j] += mass * v * v
-        middles[2, j] += pressure * v
-        middles[3, j] -= mass * offset_acceleration_at(sine, cosine, ratio, offset) * v
+            sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
+            v = offset_velocity_at(sine, cosine, own, offset)
+            pressure = blended(blend, grid.at_middle, step) - blend.crankcase
+            middles[1, j] += mass * v * v
+            middles[2, j] += radius * pressure * v
+            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, offset) * v
+            if rubbing:
+                parts = friction_parts(friction.ring + pressure, v, grid.middle_sine[step])
+                middles[2, j] -= weighted(weights, parts) - level
     finish(nodes, width, table, middles)
 
 
@@ -393,10 +541,10 @@ def build(
     ratio: float, offset: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats,
     middles: Floats, rates: Floats,
 ) -> None:  # fmt: skip
-    """Fill a table: by `build_equal`, or for an offset or unequal masses by `build_unequal`."""
-    plain = offset == 0.0
+    """Fill a table: by `build_equal` where that holds, else by `build_unequal`."""
+    plain = offset == 0.0 and not rubs(blend.friction)
     for member in range(grid.masses.size):
-        plain = plain and grid.masses[member] == 1.0
+        plain = plain and grid.masses[member] == 1.0 and grid.radii[member] == 1.0
     if plain:
         build_equal(ratio, blend, nodes, width, grid, table, middles, rates)
     else:

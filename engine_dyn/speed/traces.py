@@ -53,7 +53,11 @@ from engine_dyn.speed.tables import (
     Blend,
     Grid,
     blended,
+    friction_parts,
+    rubs,
     steps_of,
+    weighted,
+    weights_of_friction,
     work_of_half,
 )
 from engine_dyn.status import CONVERGED
@@ -255,32 +259,62 @@ def fill_points(
     nodes = table.shape[1]
     cylinders = grid.node_sine.size // nodes
     folds = steps_of(grid) // nodes
-    top = sine_of_top(ratio, shift)
-    upright = math.sqrt(1.0 - top * top)
+    members = grid.masses.size
+    friction = blend.friction
+    rubbing = rubs(friction)
+    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    weights = np.zeros((members, 4))
+    if rubbing:
+        for i in range(members):
+            found = weights_of_friction(ratio * grid.radii[i], shift, blend, grid, i)
+            weights[i, 0], weights[i, 1], weights[i, 2], weights[i, 3] = found
     mean = table[TORQUE, 0] - table[GAS_TORQUE, 0]
     mean_square = -table[SQUARE, 0]
     for i in range(cylinders):
+        radius = grid.radii[i // folds]
+        own = ratio * radius
+        top = sine_of_top(own, shift)
+        upright = math.sqrt(1.0 - top * top)
         sine, cosine = turned(grid.node_sine[i * nodes], grid.node_cosine[i * nodes], top, upright)
-        v = offset_velocity_at(sine, cosine, ratio, shift)
-        mean_square += grid.masses[i // folds] * v * v
+        v = offset_velocity_at(sine, cosine, own, shift)
+        mean_square += grid.masses[i // folds] * radius * radius * v * v
     rates = np.empty(3)
     for j in range(angles.node.size):
         torque = square = turn = rate = 0.0
         for i in range(cylinders):
             at = j * cylinders + i
-            mass = grid.masses[i // folds]
+            member = i // folds
+            radius = grid.radii[member]
+            own = ratio * radius
+            mass = grid.masses[member] * radius * radius
+            of_member = (
+                weights[member, 0],
+                weights[member, 1],
+                weights[member, 2],
+                weights[member, 3],
+            )
+            top = sine_of_top(own, shift)
+            upright = math.sqrt(1.0 - top * top)
             sine, cosine = turned(angles.sine[at], angles.cosine[at], top, upright)
-            v = offset_velocity_at(sine, cosine, ratio, shift)
-            torque += (blended(blend, angles.pressure, at) - blend.crankcase) * v
+            v = offset_velocity_at(sine, cosine, own, shift)
+            pressure = blended(blend, angles.pressure, at) - blend.crankcase
+            torque += radius * pressure * v
+            if rubbing:
+                parts = friction_parts(friction.ring + pressure, v, angles.sine[at])
+                torque -= weighted(of_member, parts) - level
             square += mass * v * v
-            turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, ratio, shift)
+            turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, own, shift)
             for g in range(3):
                 here = 3 * at + g
                 sine, cosine = turned(
                     angles.between_sine[here], angles.between_cosine[here], top, upright
                 )
-                v = offset_velocity_at(sine, cosine, ratio, shift)
-                rates[g] = (blended(blend, angles.between, here) - blend.crankcase) * v
+                v = offset_velocity_at(sine, cosine, own, shift)
+                pressure = blended(blend, angles.between, here) - blend.crankcase
+                rates[g] = radius * pressure * v
+                if rubbing:
+                    parts = friction_parts(friction.ring + pressure, v, angles.between_sine[here])
+                    rates[g] -= weighted(of_member, parts) - level
             rate += work_of_half(rates, 0)
         offset = angles.offset[j]
         node = angles.node[j]

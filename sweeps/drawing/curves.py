@@ -65,6 +65,9 @@ TORQUES: dict[str, tuple[str, Any, float]] = {
     "friction_torque": ("#c79a1e", (0, (1.2, 1)), 1.4),
     "load_torque": ("#2f7d55", (0, (3, 1, 1, 1, 1, 1)), 1.6),
 }
+PADDED = {"cylinder", "main_bearing"}
+"""Dimensions that are as long as the longest engine needs."""
+
 DEVIATION = "Deviation from the mean over the cycle (%)"
 
 
@@ -147,7 +150,7 @@ def draw_curves(
             text += " (nominal)"
         style = line_style(rank, len(picked), nominal)
         if lost:
-            padded = lost == NO_VALUE and "cylinder" in view.array(name).dims
+            padded = lost == NO_VALUE and PADDED & set(view.array(name).dims)
             if not padded:  # to the longest engine
                 mark_lost(axes, lost, style["color"], rank)
                 entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))

@@ -41,6 +41,7 @@ from sweeps.drawing.sheet import (
 from sweeps.drawing.views import (
     MOST_LINES,
     MOST_PANELS,
+    NO_VALUE,
     SOUND,
     FloatArray,
     Study,
@@ -90,6 +91,10 @@ MAIN = ("delta",)
 UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 
 
+COUNTED = ("cylinder", "main_bearing")
+"""Dimensions whose points are parts of an engine: there is nothing between them to map."""
+
+
 @dataclass(frozen=True)
 class _Line:
     """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside."""
@@ -137,6 +142,8 @@ def _points(panel: Axes, axis: StudyAxis, lines: Sequence[_Line], entries: Entri
             single = len(lines) == 1
             entries.setdefault("Published" if single else f"{line.text}, published", beside)
         for why in sorted({str(said) for said in line.said if said}):
+            if why == NO_VALUE and axis.name in COUNTED:
+                continue  # the engine has no such part
             places = line.said == why
             if np.isfinite(y[places]).any():  # a number, though not to the tolerance
                 panel.plot(x[places][::thin], y[places][::thin], **doubt_look(9.0))
@@ -431,7 +438,11 @@ def _colour_bar(
 def _field(view: View, name: str) -> Plates:
     """A number over the axes of a study: line, map, or small multiples of them."""
     axes = view.axes([name])
-    wide = [dim for dim in axes if not view.axis(dim).words and view.data.sizes[dim] >= 3]
+    wide = [
+        dim
+        for dim in axes
+        if not view.axis(dim).words and view.data.sizes[dim] >= 3 and dim not in COUNTED
+    ]
     stem = name
     if len(wide) >= 2:
         # the two longest, in the order of the archive
@@ -447,7 +458,7 @@ def _field(view: View, name: str) -> Plates:
             yield f"{name}_{dim}{view.suffix}", _scalar_figure(view, [name], dim, over)
         return
     numbers = [dim for dim in axes if not view.axis(dim).words] or axes
-    along = max(numbers, key=lambda dim: view.data.sizes[dim])
+    along = max(numbers, key=lambda dim: (dim in COUNTED, view.data.sizes[dim]))
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None
     stem += f"_{along}" + (f"_by_{facet}" if facet else "")
@@ -611,6 +622,8 @@ def _case_chart(view: View, group: Sequence[str]) -> Figure:
             )
             entries.setdefault("Published", beside)
         for why in sorted({str(said) for said in line.said if said}):
+            if why == NO_VALUE and axis.name in COUNTED:
+                continue  # the engine has no such part
             places = np.flatnonzero(line.said[picked] == why)
             if np.isfinite(line.y[picked][places]).any():
                 panel.plot(line.y[picked][places], places, **doubt_look(9.0))

@@ -63,6 +63,8 @@ CASES = {
     "motored, woschni": (FourStrokeCycle, {**DIESEL, "heat": 0.0}, "woschni"),
     "ports, woschni": (TwoStrokeCycle, PORTS, "woschni"),
     "uniflow, polytropic": (TwoStrokeCycle, {**PORTS, "exhaust_closing": -140.0}, "polytropic"),
+    "diesel, woschni, offset": (FourStrokeCycle, {**DIESEL, "offset_ratio": 0.4}, "woschni"),
+    "ports, polytropic, offset": (TwoStrokeCycle, {**PORTS, "offset_ratio": -0.3}, "polytropic"),
 }
 
 
@@ -98,10 +100,15 @@ class Equation:
         self.end = self.closing + m.period
 
     def geometry(self, phi: float) -> tuple[float, float]:
-        lam = self.m.crank_ratio
-        root = np.sqrt(1.0 - (lam * np.sin(phi)) ** 2)
-        travel = 0.5 * (1.0 - np.cos(phi) + (1.0 - root) / lam)
-        slope = 0.5 * (np.sin(phi) + lam * np.sin(phi) * np.cos(phi) / root)
+        # Over the crank radius: the rod, the offset of the pin's line, the pin's height.
+        rod, beside = 1.0 / self.m.crank_ratio, self.m.offset_ratio
+        highest = np.sqrt((rod + 1.0) ** 2 - beside**2)
+        stroke = highest - np.sqrt((rod - 1.0) ** 2 - beside**2)
+        theta = phi + np.arcsin(beside / (rod + 1.0))
+        side = np.sin(theta) - beside
+        root = np.sqrt(rod**2 - side**2)
+        travel = (highest - np.cos(theta) - root) / stroke
+        slope = (np.sin(theta) + side * np.cos(theta) / root) / stroke
         return 1.0 / (self.m.compression_ratio - 1.0) + travel, slope
 
     def heat_rate(self, phi: float) -> float:
@@ -247,6 +254,16 @@ def test_against_a_general_integrator(name: str) -> None:
     assert float(found.work) == pytest.approx(end[3], rel=1e-9)
 
 
+def test_the_volume_spans_the_stroke_whatever_the_offset() -> None:
+    phi = np.linspace(-np.pi, np.pi, 36001)
+    for offset in (0.0, 0.2, -0.7):
+        volume = case("spark, adiabatic", offset_ratio=offset).volume(phi)
+        assert np.ptp(volume) == pytest.approx(1.0, abs=1e-7)
+        assert phi[volume.argmin()] == pytest.approx(0.0, abs=1e-3)
+    with pytest.raises(ValueError, match=r"offset_ratio = 4: must be such that the crank turns"):
+        case("spark, adiabatic", offset_ratio=4.0)
+
+
 def si(model: Any) -> dict[str, Any]:
     """Fields of a cycle, as `tabulate` takes them."""
     return {f.name: getattr(model, f.name) for f in dataclasses.fields(model)}
@@ -346,9 +363,7 @@ def test_energy_balance_of_the_closed_cycle(name: str) -> None:
     phi = found.angle[inside]
     node = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
     places = 0.5 * (phi[:-1] + phi[1:])[:, None] + 0.025 * DEGREE * node
-    lam = model.crank_ratio
-    root = np.sqrt(1.0 - (lam * np.sin(places)) ** 2)
-    growth = 0.5 * np.sin(places) * (1.0 + lam * np.cos(places) / root)
+    growth = np.vectorize(lambda x: Equation(model).geometry(x)[1])(places)
     work = float((curve(places) * growth @ np.array([5.0, 8.0, 5.0])).sum()) / 18.0 * 0.05 * DEGREE
     ends = [float(curve(x)) * float(model.volume(x)) for x in (low, high)]
     mass = ends[0] / model.charge_temperature

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from scipy.integrate import quad
 from engine_dyn import friction
 from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.slider_crank import acceleration, velocity
+from engine_dyn.speed import tables
 from tests.engine_dyn.test_first_law import case
 
 BAR = 1e5
@@ -148,8 +151,44 @@ def test_bad_shares(changes: dict[str, float], words: str) -> None:
 
 
 def test_rings_that_lift(fired: Diagram) -> None:
-    with pytest.raises(ValueError, match=r"ring_pressure = 0.1 bar: must be above 0\.\d+ bar"):
-        shape(ring_pressure=0.1 * BAR)(0.0, 0.28, fired, BAR)
+    """Where the pressure under the piston is higher by more than their tension, they bear nothing.
+
+    The mean is still 1, and the skirt's part does not know of it.
+    """
+    dry = shape(**{**dict.fromkeys(SHARES, 0.0), "boundary": 1.0}, ring_pressure=0.01 * BAR)
+    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 1441)
+    lifted = fired(phi) - BAR < -0.01 * BAR
+    assert lifted.any()
+    curve = dry(phi, 0.28, fired, BAR)
+    assert (curve[lifted] == 0.0).all()
+    assert exact_mean(lambda phi: dry(phi, 0.28, fired, BAR), FOUR_STROKE) == pytest.approx(
+        1.0, abs=1e-6
+    )
+
+
+def test_the_kernels_have_the_same_parts(fired: Diagram) -> None:
+    """Scalar formulas of `speed.tables` against the arrays, and their slopes by differences."""
+    phi, h = np.linspace(-6.0, 6.0, 61) + 0.01, 1e-6
+
+    def at(angle: float) -> tuple[float, float]:
+        return float(1.5 * BAR + fired(angle) - BAR), float(velocity(angle, 0.28))
+
+    for angle in phi.tolist():
+        load, speed = at(angle)
+        parts = tables.friction_parts(load, speed, math.sin(angle))
+        expected = friction.friction_parts(load, speed, math.sin(angle))
+        np.testing.assert_allclose(parts, expected, rtol=1e-14)
+        slopes = tables.friction_slopes(
+            load, float(fired.derivative(angle)), speed, float(acceleration(angle, 0.28)),
+            math.sin(angle), math.cos(angle),
+        )  # fmt: skip
+        ends = [
+            np.array(friction.friction_parts(*at(angle + way), math.sin(angle + way)))
+            for way in (h, -h)
+        ]
+        np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / (2.0 * h), rtol=2e-5, atol=1.0)
+    assert tables.friction_slopes(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
+    assert tables.friction_slopes(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
 
 
 # Means

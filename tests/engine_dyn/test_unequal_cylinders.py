@@ -43,7 +43,9 @@ def unequal(
     random = Random(f"{cylinders} {exponent} {model} {closure}")
     design = engine(random, cylinders, exponent, model, closure, delta=0.01)
     assert isinstance(design.pressure, SmoothPressure)
-    if {"pressure_factors", "mass_factors"} & set(changes):
+    if "friction_shares" in changes:
+        changes = {"ring_pressure": 1.2e5, **changes}
+    if {"pressure_factors", "mass_factors", "radius_factors"} & set(changes):
         # The oracle numbers cylinders by their firing otherwise.
         changes = {"firing_angles": angles_of(f"in-line {cylinders}"), **changes}
     changes["offset"] = 0.5 * design.stroke * changes.get("offset", 0.0)
@@ -51,6 +53,9 @@ def unequal(
         changes["motored"] = replace(design.pressure, burn=0.0, after=0.0)
     return replace(design, **changes)
 
+
+SHARES = (0.3, 0.2, 0.25, 0.15)
+"""Boundary, mixed, hydrodynamic, skirt."""
 
 DESIGNS = {
     "offset, 1 cyl": unequal(1, 2.0, "constant", offset=0.4),
@@ -81,6 +86,22 @@ DESIGNS = {
         firing_angles=(0.0, 200.0 * DEGREE, 500.0 * DEGREE),
         pressure_factors=(0.9, 1.0, 0.3),
         mass_factors=(1.0, 0.9, 1.2),
+    ),
+    "throws of unequal radius": unequal(3, 2.0, "constant", radius_factors=(1.0, 0.8, 1.15)),
+    "unequal throws, misfire, variable": unequal(
+        4, 1.6, "variable", radius_factors=(1.0, 0.9, 0.9, 1.0), pressure_factors=(1, 1, 0, 1)
+    ),
+    "friction, 1 cyl": unequal(1, 2.0, "constant", friction_shares=SHARES),
+    "friction, 4 cyl": unequal(4, 1.0, "variable", friction_shares=SHARES),
+    "friction, offset": unequal(2, 1.6, "constant", offset=0.3, friction_shares=SHARES),
+    "friction, unequal throws, cycle_time": unequal(
+        3,
+        2.0,
+        "constant",
+        "cycle_time",
+        radius_factors=(1.0, 1.0, 0.9),
+        pressure_factors=(1.0, 0.4, 1.0),
+        friction_shares=(0.5, 0.0, 0.1, 0.2),
     ),
 }
 
@@ -146,17 +167,28 @@ def test_energy_balance_and_torque(name: str) -> None:
     )
     # Inertia does no work over a cycle; the gas does that of the mean torque.
     assert inertia.mean() == pytest.approx(0.0, abs=1e-12 * np.ptp(inertia))
+    friction = solution.friction_torque(design, phi)
     mean = solved(design).torque_mean
     assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
     inputs = inputs_of(design, family) | {"stroke": throw, "offset_ratio": offset}
     for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
         inputs.pop(key)
+    inputs |= levels_of(design)
     found = sweep.torque_extremes(
         wanted=sweep.TORQUE_RESULTS, cylinders_by_count=by_count, **inputs
     )
-    torque = gas + inertia - design.friction_torque
-    assert found["torque_max"] == pytest.approx(torque.max(), abs=1e-6 * scale)
-    assert found["torque_min"] == pytest.approx(torque.min(), abs=1e-6 * scale)
+    if design.friction_shares is not None:
+        levels = [inputs[name] for name in sweep.FRICTION_NAMES]
+        shape = forces.StrokeFriction(tuple(levels[:4]), levels[4])
+        curve = forces.friction_over_stroke(
+            phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
+            throw, design.friction_torque, shape, design.cylinders, CYCLE, offset, by_count,
+        )  # fmt: skip
+        np.testing.assert_allclose(curve, friction, atol=1e-6 * np.ptp(friction))
+        assert curve.mean() == pytest.approx(design.friction_torque, rel=1e-5)
+    torque = gas + inertia - friction
+    assert found["torque_max"] == pytest.approx(highest(torque), abs=1e-6 * scale)
+    assert found["torque_min"] == pytest.approx(-highest(-torque), abs=1e-6 * scale)
     work = np.cumsum(torque - torque.mean()) * (CYCLE / phi.size)
     assert found["energy_swing"] == pytest.approx(np.ptp(work), rel=1e-4)
     # What the kinetic energy gains over any angle is the work of the torque less that of the load.
@@ -165,10 +197,27 @@ def test_energy_balance_and_torque(name: str) -> None:
     problem, _ = solution.problem_of(design)
     energy = 0.5 * design.inertia * one.omega**2 * problem.inertia_ratio(one.crank_angle)
     load = design.load_offset + one.load_coefficient * one.omega**design.load_exponent
-    acting = (gas if variable else gas + inertia) - design.friction_torque
+    acting = (gas if variable else gas + inertia) - friction
     surplus = np.append(acting, acting[0]) - load
     gained = np.append(0.0, np.cumsum(0.5 * (surplus[1:] + surplus[:-1]))) * (CYCLE / phi.size)
     np.testing.assert_allclose(energy - energy[0], gained, atol=2e-6 * np.ptp(energy))
+
+
+def highest(curve: np.ndarray) -> float:
+    """Vertex of the parabola through the largest sample and its neighbours."""
+    place = int(curve.argmax())
+    left, top, right = (float(curve[(place + i) % curve.size]) for i in (-1, 0, 1))
+    return top + 0.125 * (left - right) ** 2 / (2.0 * top - left - right)
+
+
+def levels_of(design: Design) -> dict[str, float]:
+    """Levels of the friction for `sweep`, nothing where it is constant."""
+    if design.friction_shares is None:
+        return {}
+    area = 0.25 * np.pi * design.bore**2
+    level = design.friction_torque / (design.cylinders * area * design.radius)
+    levels = [share * level for share in design.friction_shares]
+    return dict(zip(sweep.FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
 
 
 def cylinders(design: Design) -> Cylinders:
@@ -176,8 +225,9 @@ def cylinders(design: Design) -> Cylinders:
     angles = design.firing_angles or tuple(np.arange(count) * CYCLE / count)
     ones = (1.0,) * count
     factors = design.pressure_factors or ones
-    masses = design.mass_factors or ones
-    members = (Member(-a, f, m) for a, f, m in zip(angles, factors, masses, strict=True))
+    masses, radii = design.mass_factors or ones, design.radius_factors or ones
+    each = zip(angles, factors, masses, radii, strict=True)
+    members = (Member(-a, f, m, r) for a, f, m, r in each)
     return Cylinders(CYCLE, tuple(members))
 
 

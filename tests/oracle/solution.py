@@ -38,7 +38,7 @@ what still counts as running.  With ``power_mean`` the limit is a sharp one.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -95,6 +95,12 @@ class Design:
         f of each cylinder in ``p = p_motored + f (p - p_motored)``, and on its mass; 1 by default.
     motored : callable, optional
         Pressure without combustion.
+    radius_factors : tuple of float, optional
+        Crank radius of each cylinder over that of the engine; 1 by default.
+    friction_shares : tuple of float, optional
+        Boundary, mixed, hydrodynamic and skirt shares of the mean friction; the rest is constant.
+    ring_pressure : float
+        Of the rings on the liner by their own tension [Pa].
     """
 
     pressure: Curve
@@ -116,6 +122,9 @@ class Design:
     pressure_factors: tuple[float, ...] | None = None
     mass_factors: tuple[float, ...] | None = None
     motored: Curve | None = None
+    radius_factors: tuple[float, ...] | None = None
+    friction_shares: tuple[float, ...] | None = None
+    ring_pressure: float = 0.0
 
     @property
     def masses(self) -> Array:
@@ -205,6 +214,8 @@ class Problem:
     ``torque`` [N m] does the work that changes the kinetic energy, ``inertia_ratio`` is
     Theta(phi)/Theta and ``inertia_slope`` its derivative, all over the crank angle.
     ``torque_mean`` is the mean of ``torque``; ``torque_range`` [N m] decides what is no load.
+    ``law`` takes the place of ``u^(alpha/2)``: its value, 1 at ``u = 1``, and its slope; ``sign``
+    is that of the slope, -1 for a driver, whose torque falls with the speed.
     """
 
     torque: Curve
@@ -217,6 +228,8 @@ class Problem:
     load_exponent: float
     load_offset: float
     closure: str
+    law: Callable[[float], tuple[float, float]] | None = None
+    sign: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -283,35 +296,104 @@ def _crank_angles(design: Design, phi: ArrayLike) -> Array:
     return np.asarray(np.asarray(phi, dtype=float)[..., None] + shift)
 
 
+def _speeds(design: Design, angle: Array) -> Array:
+    """Piston velocity of every cylinder over the engine's crank radius and speed."""
+    return _of_throws(design, angle, velocity)
+
+
+def _rates(design: Design, angle: Array) -> Array:
+    """Derivative of `_speeds` by the crank angle."""
+    return _of_throws(design, angle, acceleration)
+
+
+def _of_throws(design: Design, angle: Array, motion: Callable[..., Array]) -> Array:
+    offset = design.offset / design.radius
+    if design.radius_factors is None:
+        return motion(angle, design.crank_ratio, offset)
+    # The same rod on another throw: r_i/l and x/r = (x/r_i)(r_i/r).
+    return np.stack(
+        [
+            factor * motion(angle[..., i], design.crank_ratio * factor, offset)
+            for i, factor in enumerate(design.radius_factors)
+        ],
+        axis=-1,
+    )
+
+
 def gas_torque(design: Design, phi: ArrayLike) -> Array:
     """Torque of the gas on all pistons [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
     over = design.cylinder_pressures(angle) - design.crankcase_pressure
     force = over * math.pi / 4.0 * design.bore**2
-    lever = design.radius * velocity(angle, design.crank_ratio, design.offset / design.radius)
-    return np.asarray(np.sum(force * lever, axis=-1))
+    return np.asarray(np.sum(force * design.radius * _speeds(design, angle), axis=-1))
 
 
 def inertia_torque(design: Design, phi: ArrayLike) -> Array:
     """Torque of all pistons' inertia at the nominal speed [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
-    offset = design.offset / design.radius
-    product = velocity(angle, design.crank_ratio, offset)
-    product = product * acceleration(angle, design.crank_ratio, offset)
+    product = _speeds(design, angle) * _rates(design, angle)
     factor = (design.radius * design.omega_n) ** 2
     return np.asarray(-factor * np.sum(design.masses * product, axis=-1))
+
+
+def friction_torque(design: Design, phi: ArrayLike) -> Array:
+    """Friction torque of all cylinders [N m], each an equal share of the mean, shape of ``phi``."""
+    if design.friction_shares is None:
+        return np.full(np.shape(phi), design.friction_torque)
+    forms, means = friction_forms(design)
+    shares = design.friction_shares
+    one = [1.0 - sum(shares)] * design.cylinders
+    angle = _crank_angles(design, phi)
+    total: Any = 0.0
+    for i in range(design.cylinders):
+        here = one[i]
+        for share, form, mean in zip(shares, forms, means[i], strict=True):
+            here = here + share * form(angle, i) / mean
+        total = total + here * design.friction_torque / design.cylinders
+    return np.asarray(total)
+
+
+@cache
+def friction_forms(design: Design) -> tuple[Any, Any]:
+    """Force times lever of each regime of lubrication, and its mean for each cylinder.
+
+    With the speed of the piston u and the load N on its rings: dry friction, mu N u; mixed, mu
+    falling with the speed as 1 - |sin|; hydrodynamic, mu = sqrt(u/N); a film of given thickness.
+    """
+
+    def load(angle: Array, i: int) -> Array:
+        over = design.cylinder_pressures(angle)[..., i] - design.crankcase_pressure
+        return np.maximum(over + design.ring_pressure, 0.0)
+
+    def speed(angle: Array, i: int) -> Array:
+        return np.abs(_speeds(design, angle)[..., i])
+
+    forms = (
+        lambda a, i: load(a, i) * speed(a, i),
+        lambda a, i: load(a, i) * (1.0 - np.abs(np.sin(a[..., i]))) * speed(a, i),
+        lambda a, i: load(a, i) * np.sqrt(speed(a, i) / load(a, i)) * speed(a, i),
+        lambda a, i: speed(a, i) ** 2,
+    )
+    # At its own angle, so that the dead centres lie at the ends of pieces.
+    count = design.cylinders
+
+    def mean(form: Any, i: int) -> float:
+        return cycle_mean(lambda phi: form(np.asarray(phi)[..., None] + np.zeros(count), i))
+
+    means = [[mean(form, i) for form in forms] for i in range(count)]
+    return forms, means
 
 
 def total_torque(design: Design, phi: ArrayLike) -> Array:
     """Gas, inertia and friction at the nominal speed [N m], shape of ``phi``."""
     angle = _crank_angles(design, phi)
-    radius, offset = design.radius, design.offset / design.radius
+    radius = design.radius
     over = design.cylinder_pressures(angle) - design.crankcase_pressure
     gas = over * math.pi / 4.0 * design.bore**2
     inertia = -design.masses * radius * design.omega_n**2
-    force = gas + inertia * acceleration(angle, design.crank_ratio, offset)
-    torque = np.sum(force * radius * velocity(angle, design.crank_ratio, offset), axis=-1)
-    return np.asarray(torque - design.friction_torque)
+    force = gas + inertia * _rates(design, angle)
+    torque = np.sum(force * radius * _speeds(design, angle), axis=-1)
+    return np.asarray(torque - friction_torque(design, phi))
 
 
 def cycle_mean(curve: Curve) -> float:
@@ -333,23 +415,27 @@ def cycle_mean(curve: Curve) -> float:
 
 
 def mean_torque(design: Design) -> float:
-    """Cycle mean of the whole torque [N m]: the gas of one cylinder, times them, less friction."""
+    """Cycle mean of the whole torque [N m]: the gas of each cylinder, less friction."""
 
-    def mean_of(pressure: Curve) -> float:
+    def mean_of(pressure: Curve, radius: float) -> float:
         def one(phi: float) -> float:
             offset = design.offset / design.radius
-            lever = design.radius * velocity(phi, design.crank_ratio, offset)
+            lever = radius * design.radius * velocity(phi, design.crank_ratio * radius, offset)
             return float(pressure(np.asarray(phi)) * math.pi / 4.0 * design.bore**2 * lever)
 
         # The crankcase pressure does no work over a cycle, and neither does the inertia.
         return cycle_mean(np.vectorize(one, otypes=[float]))
 
-    gas = mean_of(design.pressure)
-    if design.pressure_factors is None:
-        return design.cylinders * gas - design.friction_torque
-    assert design.motored is not None
-    motored = mean_of(design.motored)
-    whole = sum(motored + factor * (gas - motored) for factor in design.pressure_factors)
+    radii = design.radius_factors or (1.0,) * design.cylinders
+    gas = {radius: mean_of(design.pressure, radius) for radius in set(radii)}
+    whole = sum(gas[radius] for radius in radii)
+    if design.pressure_factors is not None:
+        assert design.motored is not None
+        motored = {radius: mean_of(design.motored, radius) for radius in set(radii)}
+        whole = sum(
+            motored[radius] + factor * (gas[radius] - motored[radius])
+            for factor, radius in zip(design.pressure_factors, radii, strict=True)
+        )
     return whole - design.friction_torque
 
 
@@ -389,16 +475,20 @@ def _varying_inertia(design: Design) -> tuple[Curve, Curve]:
         raise ValueError(f"inertia_model is constant or variable, not {design.inertia_model!r}")
     share = design.masses * design.radius**2 / design.inertia
     offset = design.offset / design.radius
-    mean_square = cycle_mean(lambda phi: velocity(phi, design.crank_ratio, offset) ** 2)
+
+    def mean(radius: float) -> float:
+        ratio = design.crank_ratio * radius
+        return cycle_mean(lambda phi: (radius * velocity(phi, ratio, offset)) ** 2)
+
+    means = np.array([mean(radius) for radius in design.radius_factors or (1.0,)])
 
     def ratio(phi: ArrayLike) -> Array:
-        squares = velocity(_crank_angles(design, phi), design.crank_ratio, offset) ** 2
-        return np.asarray(1.0 + np.sum(share * (squares - mean_square), axis=-1))
+        squares = _speeds(design, _crank_angles(design, phi)) ** 2
+        return np.asarray(1.0 + np.sum(share * (squares - means), axis=-1))
 
     def slope(phi: ArrayLike) -> Array:
         angle = _crank_angles(design, phi)
-        product = velocity(angle, design.crank_ratio, offset)
-        product = product * acceleration(angle, design.crank_ratio, offset)
+        product = _speeds(design, angle) * _rates(design, angle)
         return np.asarray(np.sum(2.0 * share * product, axis=-1))
 
     return ratio, slope
@@ -428,10 +518,15 @@ def _equations(
         u = max((start + state[W] - kappa * state[J]) / theta, 0.5 * FLOOR)
         u_e = (1.0 - kappa * state[J_E]) / theta
         u_c = -kappa * state[J_C] / theta
-        power = u**half
-        power_u = half * power / u
+        if problem.law is None:
+            power = u**half
+            power_u = half * power / u
+        else:
+            power, power_u = problem.law(u)
         if problem.closure == "cycle_time":
             closing, closing_u = 1.0 - u**-0.5, 0.5 * u**-1.5
+        elif problem.law is not None:
+            closing, closing_u = problem.sign * (power - 1.0), problem.sign * power_u
         elif half == 0.0:
             closing, closing_u = 0.5 * math.log(u), 0.5 / u
         else:
@@ -515,7 +610,8 @@ def _increasing_root(function: Callable[[float], tuple[float, float]], guess: fl
 def _shoot(problem: Problem, kappa: float) -> tuple[float, float]:
     """``e_0`` and ``c`` of the periodic solution; raises `_Stalled` if there is none."""
     alpha = problem.load_exponent
-    both = problem.closure == "cycle_time" and alpha > 0.0 and kappa > 0.0
+    falling = problem.law is not None or alpha > 0.0
+    both = problem.closure == "cycle_time" and falling and kappa != 0.0
 
     def closing(start: float) -> tuple[float, float]:
         end = _sweep(problem, kappa, start, 1.0).y[:, -1]
@@ -530,10 +626,11 @@ def _shoot(problem: Problem, kappa: float) -> tuple[float, float]:
 
         def returning(start: float, level: float = level) -> tuple[float, float]:
             end = _sweep(problem, kappa, start, level).y[:, -1]
-            return float(end[J]), float(end[J_E])
+            return problem.sign * float(end[J]), problem.sign * float(end[J_E])
 
         try:
-            start = _increasing_root(returning, level ** (2.0 / alpha))
+            guess = level ** (2.0 / alpha) if problem.law is None else 1.0
+            start = _increasing_root(returning, guess)
             break
         except _Stalled:
             level *= 2.0
@@ -601,10 +698,11 @@ def periodic_speed(problem: Problem) -> Speed:
     surplus = problem.torque_mean - problem.load_offset
     if abs(surplus) <= IDLE * problem.torque_range:
         surplus = 0.0
-    if surplus < 0.0:
+    if problem.sign * surplus < 0.0:
         return Speed("no_steady_state")
     # A torque load (alpha = 0) takes the mean torque at every angle: nothing is left for J.
-    kappa = scale * surplus if problem.load_exponent > 0.0 else 0.0
+    free = problem.load_exponent == 0.0 and problem.law is None
+    kappa = 0.0 if free else scale * surplus
     try:
         start, level = _shoot(problem, kappa)
         run = _sweep(problem, kappa, start, level, dense=True)
@@ -625,9 +723,9 @@ def periodic_speed(problem: Problem) -> Speed:
     nominal_load = surplus / level
 
     def energy_slope(phi: float) -> float:
-        load = problem.load_offset + nominal_load * float(square(phi)) ** (
-            problem.load_exponent / 2.0
-        )
+        u = float(square(phi))
+        shape = u ** (problem.load_exponent / 2.0) if problem.law is None else problem.law(u)[0]
+        load = problem.load_offset + nominal_load * shape
         drift = problem.torque_mean - problem.load_offset - surplus  # only when idle
         return scale * (float(problem.torque(phi)) - load - drift)
 
@@ -660,7 +758,7 @@ def problem_of(design: Design) -> tuple[Problem, tuple[float, float]]:
     else:
 
         def working_torque(phi: ArrayLike) -> Array:
-            return np.asarray(gas_torque(design, phi) - design.friction_torque)
+            return np.asarray(gas_torque(design, phi) - friction_torque(design, phi))
 
     problem = Problem(
         torque=working_torque,

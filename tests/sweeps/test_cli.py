@@ -21,6 +21,7 @@ from engine_dyn.status import MEANINGS
 from sweeps.cli import main
 from sweeps.cylinder_keys import KEYS
 from sweeps.engine_file import catalogue, load_engine
+from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.reference import text as reference_text
 from sweeps.scene import built_in_scenes, read_scene
 
@@ -293,7 +294,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ("what", "names"),
     [
         ("quantities", list(QUANTITIES)),
-        ("keys", [*PARAMETERS, *KEYS]),
+        ("keys", [*PARAMETERS, *KEYS, *TABLE_KEYS]),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
     ],

@@ -11,6 +11,7 @@ import pytest
 
 import sweeps
 from engine_dyn import periodic_speed
+from engine_dyn.friction import FrictionShape
 from engine_dyn.quantities import QUANTITIES
 from engine_dyn.slider_crank import crank_radius
 from sweeps.engine_file import load_engine
@@ -223,6 +224,129 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
     assert "pin_offset" not in found["fmep"].dims
 
 
+# --- sets of cylinders --------------------------------------------------------------------------
+
+OTHERS = (*DELTA, "imep", "peak_pressure", "gas_torque", "torque_after_throw", "omega")
+
+
+@pytest.mark.compiled
+def test_arrangements_and_misfires_as_axes() -> None:
+    """Each design is the engine whose [set] has these cylinders, bit for bit."""
+    texts = ["V4 90", "in-line 4", "boxer 4"]
+    asked: dict[str, Any] = {"output": {"quantities": list(OTHERS), "angle_step": 10.0}}
+    found = sweeps.run(
+        {"engine": "ntua", "axes": {"misfire": [0, 2], "inertia": [3.0, 6.0], "arrangement": texts},
+         "set": {"cylinders": 4, "mass_factor": [1.0, 1.1, 1.0, 1.0]}, **asked}
+    )  # fmt: skip
+    assert found["delta"].dims == ("misfire", "inertia", "arrangement")
+    assert found["imep"].dims == ("misfire",) or found["imep"].dims == ("misfire", "arrangement")
+    assert list(found["arrangement_name"].values) == texts
+    assert [one["name"].split()[0] for one in json.loads(found.attrs["arrangement"])] == [
+        "V4", "in-line", "boxer",
+    ]  # fmt: skip
+    for place, text in enumerate(texts):
+        for misfire, factors in ((0, [1, 1, 1, 1]), (2, [1, 0, 1, 1])):
+            keys = {"arrangement": text, "pressure_factor": factors, "cylinders": 4}
+            alone = sweeps.run(
+                {"engine": "ntua", "axes": {"inertia": [3.0, 6.0]},
+                 "set": {**keys, "mass_factor": [1.0, 1.1, 1.0, 1.0]}, **asked}
+            )  # fmt: skip
+            for name in OTHERS:
+                where = {"misfire": misfire, "arrangement": place}
+                here = found[name].sel({k: v for k, v in where.items() if k in found[name].dims})
+                np.testing.assert_array_equal(here, alone[name], name)
+
+
+@pytest.mark.compiled
+def test_misfires_beside_numbers_of_cylinders() -> None:
+    pairs = run(designs={"cylinders": [1, 2, 4, 4], "misfire": [0, 2, 0, 3]})
+    product = run(axes={"cylinders": [2, 4], "misfire": [0, 1]})
+    assert "axes_without_effect" not in pairs.attrs
+    assert product["delta"].dims == ("cylinders", "misfire")
+    for count, factors, place in ((2, [1, 0], 1), (4, [1, 1, 1, 1], 2), (4, [1, 1, 0, 1], 3)):
+        alone = run(set={"cylinders": count, "pressure_factor": factors})
+        for name in DELTA:
+            assert pairs[name].values[place] == alone[name].values
+    even = run(set={"cylinders": 4})
+    assert product["delta"].sel(cylinders=4, misfire=0).values == even["delta"].values
+    none = run(axes={"misfire": [0]})
+    assert none.attrs["axes_without_effect"] == "misfire"
+    assert "4 cylinders: whole cycle" in planned(set={"cylinders": 4}, axes={"misfire": [1, 2]})
+
+
+# --- throws of unequal radius, friction over the stroke -------------------------------------------
+
+
+@pytest.mark.compiled
+def test_unequal_throws_and_friction_through_a_scene() -> None:
+    """As one design through `periodic_speed`, which is checked against an independent solution."""
+    engine = load_engine("ntua", Path())
+    values = engine.values
+    shares = {"friction_boundary": 0.2, "friction_mixed": 0.1, "friction_hydrodynamic": 0.4,
+              "friction_skirt": 0.1}  # fmt: skip
+    radii = [1.0, 0.9, 1.2]
+    found = run(
+        quantities=(*DELTA, "friction_torque", "displacement", "imep", "torque", "energy_swing",
+                    "instantaneous_friction_torque", "torque_after_throw", "mean_piston_speed"),
+        axes={"speed": [900.0, 1300.0], "ring_pressure": [1.2, 2.0]},
+        set={"cylinders": 3, "radius_factor": radii, "reciprocating_mass": 6.67, **shares},
+    )  # fmt: skip
+    for speed in (900.0, 1300.0):
+        for ring in (1.2, 2.0):
+            here = found.sel(speed=speed, ring_pressure=ring)
+            here = here if "ring_pressure" in found["delta"].dims else found.sel(speed=speed)
+            one = periodic_speed(
+                engine.family.at(values["load"]),
+                bore=values["bore"],
+                stroke=values["stroke"],
+                crank_ratio=values["crank_ratio"],
+                reciprocating_mass=6.67,
+                inertia=values["inertia"],
+                speed=speed * np.pi / 30.0,
+                cylinders=3,
+                friction_torque=float(here["friction_torque"]),
+                crankcase_pressure=1e5 * values["crankcase_pressure"],
+                firing_angles=np.radians([0.0, 480.0, 240.0]),
+                radius_factor=radii,
+                friction_shape=FrictionShape(0.2, 0.1, 0.4, 0.1, 1e5 * ring),
+            )
+            assert float(here["delta"]) == pytest.approx(one.delta, rel=1e-9)
+            assert float(here["torque_mean"]) == pytest.approx(one.torque_mean, rel=1e-12)
+    area = 0.25 * np.pi * values["bore"] ** 2
+    stroke = values["stroke"] * np.mean(radii)
+    assert float(found["displacement"]) == pytest.approx(3.0 * area * stroke, rel=1e-12)
+    np.testing.assert_allclose(found["mean_piston_speed"], stroke * found["speed"] / 30.0)
+    # Torque times angle is the work of the mean pressures.
+    work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
+    np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
+    friction = found["instantaneous_friction_torque"]
+    assert (friction > 0.0).all()
+    assert (friction.max("crank_angle") > 2.0 * friction.min("crank_angle")).all()
+    of_curves = friction.mean("crank_angle") / found["friction_torque"]
+    np.testing.assert_allclose(of_curves, 1.0, rtol=1e-3)
+    np.testing.assert_allclose(found["torque"].max("crank_angle"), found["torque_max"], rtol=1e-3)
+    np.testing.assert_allclose(
+        found["torque_after_throw"].isel(cylinder=0), found["torque"], atol=1e-9
+    )
+
+
+@pytest.mark.compiled
+def test_no_shares_is_the_constant_friction() -> None:
+    names = (*DELTA, "energy_swing", "omega", "torque")
+    plain = run(quantities=names, axes={"speed": [900.0, 1300.0]})
+    none = run(quantities=names, axes={"speed": [900.0, 1300.0], "friction_skirt": [0.0, 0.3]},
+               set={"ring_pressure": 1.0})  # fmt: skip
+    for name in names:
+        if name == "torque_mean":
+            np.testing.assert_array_equal(none[name], plain[name])
+            continue
+        np.testing.assert_allclose(none[name].sel(friction_skirt=0.0), plain[name], rtol=1e-9)
+        assert (none[name].sel(friction_skirt=0.3) != plain[name]).any()
+    unused = run(quantities=names, axes={"speed": [900.0, 1300.0]}, set={"ring_pressure": 3.0})
+    for name in names:
+        np.testing.assert_array_equal(unused[name], plain[name])
+
+
 # --- offset -------------------------------------------------------------------------------------
 
 
@@ -299,6 +423,44 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"set": {"pressure_factor": [-1]}}, "pressure_factor, value 1 = -1: must be a number"),
         ({"set": {"mass_factor": []}}, "no values; at least one is needed"),
         ({"axes": {"mass_factor": [1, 2]}}, r"\[axes\] mass_factor: must stand in \[set\]"),
+        ({"set": {"misfire": 2}}, r"\[set\] misfire = 2: must be the number of one of 1 cyl"),
+        ({"axes": {"misfire": [0, 3], "cylinders": [2, 4]}}, "misfire = 3: .* one of 2 cyl"),
+        ({"designs": {"misfire": [3, 3], "cylinders": [4, 2]}}, "misfire = 3: .* one of 2 cyl"),
+        ({"set": {"misfire": 0.5}}, "misfire = 0.5: must be a whole number"),
+        ({"axes": {"arrangement": []}}, r"\[axes\] arrangement = \[\]: must be a list of texts"),
+        ({"axes": {"arrangement": [4]}}, "must be a list of texts such as 'V8 flat-plane'"),
+        ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "'in-line 1' stands there twice"),
+        ({"axes": {"arrangement": ["boxer 2"]}}, r"\[axes\] arrangement = 'boxer 2': has 2 cyl"),
+        (
+            {"axes": {"arrangement": ["in-line 1"]}, "set": {"arrangement": "in-line 1"}},
+            "not allowed beside arrangement in",
+        ),
+        (
+            {"axes": {"arrangement": ["in-line 2"], "cylinders": [1, 2]}},
+            "not allowed together with several numbers of cylinders",
+        ),
+        ({"designs": {"arrangement": ["in-line 1"]}}, r"\[designs\] arrangement"),
+        ({"set": {"cylinders": 2, "radius_factor": [0.9, 1.0]}}, "value 1 = 0.9: must be 1, the"),
+        ({"set": {"cylinders": 2, "radius_factor": [1.0, 0.05]}}, "value 2 = 0.05: .* 0.1 to 2"),
+        ({"set": {"cylinders": 2, "radius_factor": [1.0, 2.5]}}, "value 2 = 2.5: .* 0 to 2"),
+        (
+            {"set": {"cylinders": 2, "arrangement": "V2 90", "radius_factor": [1.0, 0.9]}},
+            "value 2 = 0.9: must be 1 as of the other cylinders on throw 1",
+        ),
+        (
+            {"set": {"cylinders": 2, "radius_factor": [1.0, 0.9], "pin_offset": 0.01}},
+            "radius_factor: not allowed together with pin_offset or crank_offset",
+        ),
+        (
+            {"set": {"cylinders": 2, "radius_factor": [1, 1.9]}, "axes": {"crank_ratio": [0.55]}},
+            "radius_factor = 1.9: times the crank ratio, 0.55, must be below 1",
+        ),
+        (
+            {"set": {"friction_skirt": 0.6}, "axes": {"friction_mixed": [0.2, 0.5]}},
+            "friction_skirt = 1.1 in one design: must be at most 1 together",
+        ),
+        ({"set": {"friction_boundary": 0.3}}, "needs ring_pressure .* engine ntua does not give"),
+        ({"set": {"friction_boundary": -0.3}}, "friction_boundary = -0.3: must be"),
         (
             {"axes": {"cylinders": [2, 4]}, "set": {"mass_factor": [1, 1, 2]}},
             "mass_factor: is for 3 cylinders, which the scene does not have; must be for one of",
@@ -315,6 +477,14 @@ def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> Non
     with pytest.raises(SceneError, match=message) as caught:
         read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
     assert "\n" not in str(caught.value)
+
+
+def test_shares_of_designs_go_together() -> None:
+    tables = {
+        "designs": {"friction_skirt": [0.9, 0.1], "friction_mixed": [0.1, 0.9]},
+        "set": {"ring_pressure": 1.0},
+    }
+    read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
 
 
 def test_designs_that_turn_though_their_extremes_would_not() -> None:

@@ -1,5 +1,6 @@
 """Figures from synthetic archives: right names and attributes, simple formulas."""
 
+import json
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,6 +14,10 @@ from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.text import Text
 
 from engine_dyn import status
+from engine_dyn.cylinders import cylinders_of
+from engine_dyn.layouts import arrangement_from_text
+from sweeps import dataset
+from sweeps.drawing import arrangement
 from sweeps.drawing.curves import curve_figure, draw_curves
 from sweeps.drawing.sheet import STYLE, crank_axis, new_sheet
 from sweeps.drawing.views import families_of, pick, study_of
@@ -851,3 +856,45 @@ assert "matplotlib.pyplot" not in sys.modules
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 0, done.stderr
+
+
+# ----------------------------------------------------------------------------- arrangements
+
+
+def described(*texts: str, **factors: tuple[float, ...]) -> xr.Dataset:
+    """An archive of nothing but arrangements."""
+    made = [
+        dataset._arrangement(
+            cylinders_of(arrangement_from_text(text, 4.0 * np.pi)).with_factors(**factors)
+        )
+        for text in texts
+    ]
+    return xr.Dataset(attrs={"arrangement": json.dumps(made[0] if len(made) == 1 else made)})
+
+
+def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
+    found = plates(described("V8 cross-plane"))
+    assert set(found) == {"arrangement"}
+    plate = found["arrangement"]
+    said = words(plate)
+    assert "firing order 1-8-4-3-6-5-7-2; every 90°" in said
+    assert texts(plate).count("90°") == 8
+    for members in ("1, 3, 5, 7", "2, 4, 6, 8", "1, 2", "3, 4", "5, 6", "7, 8"):
+        assert members in said
+
+
+def test_each_arrangement_of_an_axis_is_drawn() -> None:
+    found = plates(described("V4 90", "boxer 4", "in-line 4"))
+    assert set(found) == {"arrangement_1", "arrangement_2", "arrangement_3"}
+    assert "intervals" in words(found["arrangement_1"])
+    assert "Boxer 4" in words(found["arrangement_2"])
+
+
+def test_one_cylinder_has_no_arrangement_to_draw() -> None:
+    assert plates(described("in-line 1")) == {}
+
+
+def test_banks_stand_about_the_middle_and_flat_engines_lie() -> None:
+    assert arrangement._middle(np.array([0.0, 0.0, 90.0])) == pytest.approx(45.0)
+    assert arrangement._middle(np.array([0.0, 180.0])) == pytest.approx(90.0)
+    assert arrangement._middle(np.arange(0.0, 360.0, 40.0)) == 0.0

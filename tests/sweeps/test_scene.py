@@ -12,7 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.quantities import CYCLE_KEYS, PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from engine_dyn.quantities import (
+    CYCLE_KEYS,
+    MOTOR_KEYS,
+    PARAMETERS,
+    QUANTITIES,
+    SOLVER_COLUMNS,
+)
 from sweeps.errors import SceneError
 from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
 from tests.support import NOT_OF_AN_ENGINE
@@ -180,6 +186,9 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             raw = scene(set={key: 0.35})
         elif key in CYCLE_KEYS:
             raw = scene(engine="si_four_87x101", set={key: 5.0})
+        elif key in MOTOR_KEYS:  # one alone is no motor
+            both = {"motor_slip", "motor_synchronous_speed"} - {key}
+            raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k == key or k not in both})
         else:
             raw = scene(set={key: value})
         read_scene(raw)

@@ -1,0 +1,382 @@
+r"""Orders of the torque: of gas, inertia and gravity, of one cylinder and of the whole engine.
+
+A periodic curve over the crank angle is its mean and its orders nu = 1/2, 1, 3/2, ... (four-stroke)
+or 1, 2, ... (two-stroke), periods a turn of the crank:
+
+    M(phi) = mean + sum_nu M_nu cos(nu phi + psi_nu) = mean + Re sum_nu C_nu exp(i nu phi),
+
+amplitude M_nu = |C_nu| and phase psi_nu = arg C_nu. With phi = omega t this is the form that
+programs for torsional vibration take (openTorsion: U exp(i omega t)). The complex numbers C_nu are
+called harmonics here.
+
+- Inertia and gravity: in closed form, `kinematic_series`; with an offset from 2048 points of a
+  turn, which for smooth periodic curves holds rounding.
+- Gas: the pressure is a cubic between the knots of its diagram and the velocity is smooth, so Gauss
+  quadrature of six nodes on pieces of at most 2 degrees (shorter for high orders) leaves about
+  1e-13 of the largest pressure. Nothing depends on the `angle_step` of a scene. The pressure is
+  linear between two rows of a family, and so are its harmonics: a table for each row and crank
+  ratio serves all designs.
+
+A cylinder whose phase is psi_k adds C_nu exp(i nu psi_k). Of equal cylinders the sum is C_nu times
+the sum of phase vectors: 0 where an order cancels, Z for the major orders.
+
+Source: Rakopoulos notes, harmonics of the tangential force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn import kinematic_series, slider_crank
+from engine_dyn.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.indicator import Diagram, Family
+from engine_dyn.mechanism import GRAVITY, banks_of
+from engine_dyn.motored import row_with_factor
+
+__all__ = [
+    "engine_gas_harmonics",
+    "first_gas_harmonics",
+    "gas_harmonics",
+    "gravity_harmonics",
+    "inertia_harmonics",
+    "phase_of",
+    "phase_vectors",
+    "throw_gas_harmonics",
+    "throw_phase_vectors",
+    "velocity_harmonics",
+]
+
+Floats = npt.NDArray[np.float64]
+Complexes = npt.NDArray[np.complex128]
+
+TURN = 2.0 * np.pi
+LONGEST_PIECE = TURN / 180.0
+MOST_TURN_OF_PIECE = 1.0
+"""Of the highest order within a piece [rad]."""
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+ORDERS_AT_ONCE, RATIOS_AT_ONCE = 64, 256
+SMOOTH = 2048
+"""Points of a turn for the harmonics of smooth curves."""
+
+CANCELLED = 1e-12
+"""Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
+
+
+def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Harmonics of c/(r omega) [1]: -i gamma_nu without offset.
+
+    Parameters
+    ----------
+    orders : array_like
+        Orders above 0, along an axis on which the others have size 1; all broadcast.
+    crank_ratio, offset : array_like
+        lambda [1]; offset of the pin's line over the crank radius [1].
+    """
+    if not np.any(offset):
+        return -1j * kinematic_series.velocity_coefficients(orders, crank_ratio)
+    return _of_smooth(slider_crank.velocity, orders, crank_ratio, offset)
+
+
+def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Harmonics of -b v, the inertia torque of one cylinder over m r^2 omega^2 [1].
+
+    Parameters as `velocity_harmonics`. Rakopoulos notes, Delta T_l.
+    """
+    if not np.any(offset):
+        return -1j * kinematic_series.inertia_torque_coefficients(orders, crank_ratio)
+
+    def curve(phi: Any, ratio: Any, beside: Any) -> Any:
+        v = slider_crank.velocity(phi, ratio, beside)
+        return -v * slider_crank.acceleration(phi, ratio, beside)
+
+    return _of_smooth(curve, orders, crank_ratio, offset)
+
+
+def _of_smooth(curve: Callable[..., Any], orders: Any, ratio: Any, offset: Any) -> Complexes:
+    """Harmonics of a curve that repeats every turn; half orders have none."""
+    nu, ratio, offset = np.broadcast_arrays(
+        np.asarray(orders, float), np.asarray(ratio, float), np.asarray(offset, float)
+    )
+    pairs, place = np.unique(
+        np.stack([ratio.reshape(-1), offset.reshape(-1)]), axis=1, return_inverse=True
+    )
+    place = place.reshape(nu.shape)
+    phi = np.arange(SMOOTH) * (TURN / SMOOTH)
+    result = np.zeros(nu.shape, dtype=np.complex128)
+    whole = nu % 1.0 == 0.0
+    for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
+        some = pairs[:, begin : begin + RATIOS_AT_ONCE, None]
+        found = np.fft.rfft(curve(phi, some[0], some[1]), axis=-1) * (2.0 / SMOOTH)
+        here = whole & (place >= begin) & (place < begin + some.shape[1])
+        result[here] = found[place[here] - begin, np.rint(nu[here]).astype(int)]
+    return result
+
+
+def gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    pressure_factor: float = 1.0,
+) -> Complexes:
+    """Harmonics of p c/(r omega) [Pa] of one cylinder, with the absolute pressure.
+
+    Parameters
+    ----------
+    orders, crank_ratio, offset : array_like
+        As in `velocity_harmonics`.
+    row : array_like
+        (Fractional) rows of the family's table, see `indicator.Family.locate`.
+    family : Family
+        Indicator diagrams.
+    period : float
+        Angle of the cycle [rad].
+    pressure_factor : float
+        See `motored`.
+    """
+    nu, ratio, offset, row = np.broadcast_arrays(
+        *(np.asarray(one, dtype=float) for one in (orders, crank_ratio, offset, row))
+    )
+    distinct, which = np.unique(nu, return_inverse=True)
+    pairs, pair = np.unique(
+        np.stack([ratio.reshape(-1), offset.reshape(-1)]), axis=1, return_inverse=True
+    )
+    which, pair = which.reshape(nu.shape), pair.reshape(nu.shape)
+    first = np.floor(row).astype(int)
+    weight = row - first
+    result = np.zeros(nu.shape, dtype=np.complex128)
+    needed = {*np.unique(first).tolist(), *np.unique(first[weight > 0.0] + 1).tolist()}
+    for index in sorted(needed):
+        diagram = row_with_factor(family, index, pressure_factor)
+        for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
+            some = pairs[:, begin : begin + RATIOS_AT_ONCE]
+            table = _table(diagram, distinct, some, period)
+            for share, place in ((1.0 - weight, first), (weight, first + 1)):
+                here = (place == index) & (share > 0.0)
+                here &= (pair >= begin) & (pair < begin + some.shape[1])
+                result[here] += share[here] * table[which[here], pair[here] - begin]
+    return result
+
+
+def _table(diagram: Diagram, orders: Floats, pairs: Floats, period: float) -> Complexes:
+    """Harmonics for each order and each pair of crank ratio and offset."""
+    phi, weight = _nodes(diagram, float(orders.max()), period)
+    work = weight * np.asarray(diagram(phi)) * (2.0 / period)
+    velocity = slider_crank.velocity(phi, pairs[0][:, None], pairs[1][:, None])
+    velocity = np.ascontiguousarray(np.broadcast_to(velocity, (pairs.shape[1], phi.size)).T)
+    pieces = [
+        (work * np.exp(-1j * orders[begin : begin + ORDERS_AT_ONCE, None] * phi)) @ velocity
+        for begin in range(0, orders.size, ORDERS_AT_ONCE)
+    ]
+    return np.concatenate(pieces)
+
+
+def _nodes(diagram: Diagram, highest: float, period: float) -> tuple[Floats, Floats]:
+    """Nodes and weights of Gauss quadrature over one cycle, on the pieces of the spline."""
+    knots = diagram.angle
+    step = np.diff(knots, append=knots[0] + period)
+    longest = min(LONGEST_PIECE, MOST_TURN_OF_PIECE / highest)
+    parts = np.ceil(step / longest).astype(int)
+    size = np.repeat(step / parts, parts)
+    number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    begin = np.repeat(knots, parts) + number * size
+    phi = begin[:, None] + 0.5 * size[:, None] * (1.0 + NODES)
+    return phi.reshape(-1), (0.5 * size[:, None] * WEIGHTS).reshape(-1)
+
+
+def phase_vectors(
+    orders: Any,
+    cylinders: Any,
+    by_count: CylindersByCount,
+    weight: Callable[[Member], float] | None = None,
+) -> Complexes:
+    """Sum of the phase vectors of all cylinders, sum_k w_k exp(i nu psi_k); w = 1 unless given.
+
+    Its size says what is left of an order of equal cylinders: 0 where it cancels, Z for the major
+    orders. What is only rounding is 0. See also `arrangement.phase_sums`.
+    """
+
+    def summed(engine: Cylinders, nu: Floats) -> Any:
+        return _vectors(nu, engine.members, weight)
+
+    return _by_count(summed, orders, cylinders, by_count)
+
+
+def throw_phase_vectors(
+    orders: Any, cylinders: Any, by_count: CylindersByCount, throws: Any,
+    weight: Callable[[Member], float] | None = None,
+) -> Complexes:  # fmt: skip
+    """Sums of the phase vectors of the cylinders on each throw.
+
+    `throws` are the numbers of the throws along the shaft, from 1, and broadcast; NaN past the
+    last throw of an engine.
+    """
+
+    def summed(engine: Cylinders, nu: Floats, number: int) -> Any:
+        return _vectors(nu, _on_throw(engine, number), weight)
+
+    return _by_throw(summed, orders, cylinders, by_count, throws)
+
+
+def engine_gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:
+    """Harmonics of the sum over all cylinders of p c/(r omega) [Pa], each with its own factor.
+
+    Parameters as `gas_harmonics`.
+    """
+
+    def summed(engine: Cylinders, nu: Floats) -> Any:
+        return _with_factors(nu, engine.members, crank_ratio, offset, row, family, period)
+
+    return _by_count(summed, orders, cylinders, by_count)
+
+
+def first_gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:
+    """As `engine_gas_harmonics`, of cylinder 1 alone."""
+
+    def own(engine: Cylinders, nu: Floats) -> Any:
+        factor = engine.members[0].pressure_factor
+        return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor)
+
+    return _by_count(own, orders, cylinders, by_count)
+
+
+def throw_gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    cylinders: Any,
+    by_count: CylindersByCount,
+    throws: Any,
+) -> Complexes:
+    """As `engine_gas_harmonics`, of the cylinders on each throw; `throws` as above."""
+
+    def summed(engine: Cylinders, nu: Floats, number: int) -> Any:
+        members = _on_throw(engine, number)
+        return _with_factors(nu, members, crank_ratio, offset, row, family, period)
+
+    return _by_throw(summed, orders, cylinders, by_count, throws)
+
+
+def gravity_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    reciprocating_mass: Any,
+    rotating_mass: Any,
+    crank_radius: Any,
+    cylinders: Any,
+    by_count: CylindersByCount,
+    offset: Any = 0.0,
+    first_only: bool = False,
+) -> Complexes:
+    """Harmonics of the gravity torque [N m], as `mechanism.gravity_torque`.
+
+    `first_only`: of cylinder 1 alone.
+    """
+    speed = velocity_harmonics(orders, crank_ratio, offset)
+    top = slider_crank.dead_centres(crank_ratio, offset).top
+
+    def summed(engine: Cylinders, nu: Floats) -> Any:
+        pairs = list(zip(engine.members, banks_of(engine), strict=True))
+        total: Any = 0.0
+        for member, bank in pairs[:1] if first_only else pairs:
+            lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
+            along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed
+            turned = np.exp(1j * nu * member.phase)
+            total = total + turned * (along + rotating_mass * lean)
+        most = len(pairs) * (reciprocating_mass + rotating_mass)
+        return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
+
+    return GRAVITY * crank_radius * _by_count(summed, orders, cylinders, by_count)
+
+
+def phase_of(harmonics: Any) -> Any:
+    """Phase [rad] of harmonics, 0 where there is nothing."""
+    found = np.asarray(harmonics)
+    return np.where(np.abs(found) == 0.0, 0.0, np.angle(found))
+
+
+def _vectors(
+    nu: Floats, members: tuple[Member, ...], weight: Callable[[Member], float] | None
+) -> Any:
+    total: Any = np.zeros(nu.shape, dtype=np.complex128)
+    for member in members:
+        factor = 1.0 if weight is None else weight(member)
+        total = total + factor * np.exp(1j * nu * member.phase)
+    return np.where(np.abs(total) < CANCELLED * len(members), 0.0, total)
+
+
+def _with_factors(
+    nu: Floats, members: tuple[Member, ...], ratio: Any, offset: Any, row: Any, family: Family,
+    period: float,
+) -> Any:  # fmt: skip
+    """Sum over cylinders whose pressures have unlike factors."""
+    total: Any = 0.0
+    for factor in sorted({member.pressure_factor for member in members}):
+        alike = tuple(member for member in members if member.pressure_factor == factor)
+        one = gas_harmonics(nu, ratio, offset, row, family, period, factor)
+        total = total + one * _vectors(nu, alike, None)
+    return total
+
+
+def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:
+    places = engine.along_shaft
+    if places is None:
+        raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
+    return tuple(engine.members[i] for i in places[number - 1]) if number <= len(places) else ()
+
+
+def _by_count(
+    summed: Callable[[Cylinders, Floats], Any], orders: Any, cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:  # fmt: skip
+    nu, counts = np.asarray(orders, dtype=float), np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        total = np.where(counts == count, summed(by_count[int(count)], nu), total)
+    return np.asarray(total)
+
+
+def _by_throw(
+    summed: Callable[[Cylinders, Floats, int], Any], orders: Any, cylinders: Any,
+    by_count: CylindersByCount, throws: Any,
+) -> Complexes:  # fmt: skip
+    numbers = np.asarray(throws)
+    total: Any = np.nan
+    for number in np.unique(numbers).astype(int):
+
+        def of_throw(engine: Cylinders, nu: Floats, number: int = number) -> Any:
+            if number > len(engine.along_shaft or ()) and engine.along_shaft is not None:
+                return np.full(nu.shape, np.nan)
+            return summed(engine, nu, number)
+
+        here = _by_count(of_throw, orders, cylinders, by_count)
+        total = np.where(numbers == number, here, total)
+    return np.asarray(total)

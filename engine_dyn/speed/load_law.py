@@ -1,0 +1,122 @@
+"""How load or driver depend on the speed within the cycle: F(q), q = (omega/omega_n)^2.
+
+F is the torque over its value at the nominal speed. Of a + k omega^alpha it is q^(alpha/2); of a
+table or a motor it is T(omega_n sqrt q)/T(omega_n), with kappa of `newton` positive for a load and
+negative for a driver: the equation is the same.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+
+__all__ = ["FLOOR", "MOTOR", "POWER", "TABLE", "Law", "load_terms", "power_law", "shape_at"]
+
+Floats = npt.NDArray[np.float64]
+
+FLOOR = 1e-6
+"""Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
+through where the solution can not be; a solution below it is a stall."""
+
+POWER, TABLE, MOTOR = range(3)
+
+
+class Law(NamedTuple):
+    """One design's load or driver over speed.
+
+    `half` is alpha/2 of a power law. Else `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n);
+    `synchronous` [rad/s] and `slip` belong to a motor (`driven_machine.motor_torque`), `table`
+    (speed, torque, slope) to a table.
+    """
+
+    form: int
+    half: float
+    nominal: float
+    scale: float
+    synchronous: float
+    slip: float
+    table: Floats
+
+
+def power_law(half: float) -> Law:
+    """Return the law q^half."""
+    return Law(POWER, half, 1.0, 1.0, 1.0, 1.0, np.zeros((3, 0)))
+
+
+@inlined
+def shape_at(omega: float, law: Law) -> tuple[float, float, float]:
+    """Torque of a table or a motor at a speed, and its first two derivatives.
+
+    A table goes on straight beyond its ends, for iterates; a solution there is refused.
+    """
+    if law.form == MOTOR:
+        s, b = 1.0 - omega / law.synchronous, law.slip
+        below = 1.0 / (s * s + b * b)
+        value = 2.0 * s * b * below
+        # d/ds of 2 s b/(s^2 + b^2), once and twice; ds/domega = -1/omega_s
+        first = 2.0 * b * (b * b - s * s) * below * below
+        second = 4.0 * b * s * (s * s - 3.0 * b * b) * below * below * below
+        return value, -first / law.synchronous, second / law.synchronous**2
+    speeds, torques, slopes = law.table[0], law.table[1], law.table[2]
+    last = speeds.size - 1
+    if omega <= speeds[0]:
+        return torques[0] + slopes[0] * (omega - speeds[0]), slopes[0], 0.0
+    if omega >= speeds[last]:
+        return torques[last] + slopes[last] * (omega - speeds[last]), slopes[last], 0.0
+    low, high = 0, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        if speeds[middle] <= omega:
+            low = middle
+        else:
+            high = middle
+    step = speeds[high] - speeds[low]
+    t = (omega - speeds[low]) / step
+    y0, m0, m1 = torques[low], step * slopes[low], step * slopes[high]
+    c = 3.0 * (torques[high] - y0) - 2.0 * m0 - m1
+    d = -2.0 * (torques[high] - y0) + m0 + m1
+    return (
+        y0 + t * (m0 + t * (c + t * d)),
+        (m0 + t * (2.0 * c + 3.0 * t * d)) / step,
+        (2.0 * c + 6.0 * t * d) / (step * step),
+    )
+
+
+@inlined
+def _terms_of_shape(q: float, law: Law) -> tuple[float, float, float]:
+    """F and its first two derivatives of a table or a motor."""
+    base = max(q, FLOOR)
+    omega = law.nominal * math.sqrt(base)
+    value, first, second = shape_at(omega, law)
+    rate = 0.5 * omega / base
+    value *= law.scale
+    slope = law.scale * first * rate
+    if q < FLOOR:
+        return value + slope * (q - FLOOR), slope, 0.0
+    return value, slope, law.scale * (second * rate * rate - 0.5 * first * rate / base)
+
+
+@inlined
+def load_terms(q: float, law: Law) -> tuple[float, float, float]:
+    """F and its first two derivatives, continued by the tangent below `FLOOR`."""
+    if law.form != POWER:
+        return _terms_of_shape(q, law)
+    half = law.half
+    if half == 0.0:
+        return 1.0, 0.0, 0.0
+    base = max(q, FLOOR)
+    if half == 1.0:
+        value = base
+    elif half == 0.5:
+        value = math.sqrt(base)
+    else:
+        value = base**half
+    first = half * value / base
+    if q < FLOOR:
+        return value + first * (q - FLOOR), first, 0.0
+    return value, first, (half - 1.0) * first / base

@@ -1,0 +1,223 @@
+"""Bearing loads against Newton's equations of the bodies and the momentum of the whole engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn import bearings, forces, masses, mechanism, slider_crank
+from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.indicator import Family
+from engine_dyn.layouts import arrangement_from_text
+from tests.oracle.rigid_bodies import Bodies
+from tests.support import design_of, family_of
+
+PERIOD = 4.0 * np.pi
+AREA, SCALE, CRANKCASE = 0.008, 0.9, 1.05e5
+
+
+@pytest.fixture(scope="module")
+def family() -> Family:
+    return family_of(design_of("alpha 1, constant, 3 cyl, power_mean"), 1.0)
+
+
+def engine_of(text: str, **factors: Any) -> dict[int, Cylinders]:
+    made = cylinders_of(arrangement_from_text(text)).with_factors(**factors)
+    return {len(made.members): made}
+
+
+def factors_of(bodies: Bodies, turning: float, mass: float) -> bearings.Factors:
+    centrifugal = bodies.radius * bodies.omega**2
+    return bearings.Factors(
+        SCALE * AREA, CRANKCASE * AREA, mass * centrifugal, turning * centrifugal
+    )
+
+
+def third_condition(offset: float) -> Bodies:
+    """Bodies whose rod is exactly two masses."""
+    bodies = Bodies(offset)
+    bodies.rod_inertia = mechanism.two_mass_rod_inertia(
+        bodies.rod_mass, bodies.centre, bodies.length
+    )
+    return bodies
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.2, -0.3])
+def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
+    bodies = third_condition(offset)
+    one = {1: even_cylinders(1, PERIOD)}
+    at_crank = masses.rod_mass_at_crank(bodies.rod_mass, bodies.centre, bodies.length)
+    at_piston = bodies.rod_mass - at_crank
+    mass = bodies.piston_mass + at_piston
+    phi = np.linspace(-6.0, 6.0, 9)
+    gas = AREA * (forces.pressure(phi, family, 0.0, SCALE) - CRANKCASE)
+    exact = [bodies.solve(float(p), float(g)) for p, g in zip(phi, gas, strict=True)]
+    limit = 2e-6 * np.abs(gas).max()
+
+    radial, tangential = bearings.crank_pin_load(
+        phi, bodies.ratio, offset, family, 0.0, factors_of(bodies, at_crank, mass), 1, one
+    )
+    crank = bearings.first_crank(phi, bodies.ratio, offset, 1, one)
+    turned = bearings.turned(radial + 1j * tangential, crank)
+    assert turned.real == pytest.approx([found["x"] for found in exact], abs=limit)
+    assert turned.imag == pytest.approx([found["y"] for found in exact], abs=limit)
+    assert tangential * bodies.radius == pytest.approx([f["torque"] for f in exact], abs=limit)
+
+    side, down = bearings.piston_pin_load(
+        phi, bodies.ratio, offset, family, 0.0, factors_of(bodies, at_piston, mass), 1, one
+    )
+    assert side == pytest.approx([found["thrust"] for found in exact], abs=limit)
+    assert down == pytest.approx([found["down"] for found in exact], abs=limit)
+
+
+ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5"]
+
+
+@pytest.mark.parametrize("text", ENGINES)
+@pytest.mark.parametrize("offset", [0.0, 0.2])
+def test_loads_of_all_journals_are_what_the_engine_applies(
+    family: Family, text: str, offset: float
+) -> None:
+    # Forces on the frame are those of the journals, of the pistons on the walls and of the gas on
+    # the heads. Together they are minus the change of momentum of all masses.
+    by_count = engine_of(text)
+    ((count, engine),) = by_count.items()
+    bodies = Bodies(offset)
+    ratio, radius, omega = bodies.ratio, bodies.radius, bodies.omega
+    mass, turning = 0.8, 1.3
+    factors = factors_of(bodies, turning, mass)
+    phi = np.linspace(-6.0, 6.0, 13)
+    assert engine.along_shaft is not None
+    journals = np.arange(1, len(engine.along_shaft) + 2)[:, None]
+    x, y = bearings.main_journal_load(
+        phi, ratio, offset, family, 0.0, factors, count, by_count, journals
+    )
+    assert x.shape == (journals.size, phi.size)
+    total = np.stack([x.sum(axis=0), y.sum(axis=0)])
+
+    def centre(phi: Any) -> Any:
+        """Sum of mass times place over all masses."""
+        found: Any = 0.0
+        for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
+            angle = phi + member.phase
+            crank = angle + slider_crank.dead_centres(ratio, offset).top + bank
+            down = -slider_crank.position(angle, ratio, offset)
+            axis = np.array([np.sin(bank), np.cos(bank)])[:, None]
+            found = found + mass * radius * down * axis
+            found = found + turning * radius * np.stack([np.sin(crank), np.cos(crank)])
+        return found
+
+    step = 1e-3
+    weights = {-2: -1 / 12, -1: 4 / 3, 0: -5 / 2, 1: 4 / 3, 2: -1 / 12}
+    force = sum(w * centre(phi + k * step) for k, w in weights.items()) * (omega / step) ** 2
+    frame = total.copy()
+    for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
+        angle = phi + member.phase
+        gas = AREA * (forces.pressure(angle, family, 0.0, SCALE) - CRANKCASE)
+        inertia = -mass * radius * omega**2 * slider_crank.acceleration(angle, ratio, offset)
+        thrust = (gas + inertia) * mechanism.thrust_ratio(angle, ratio, offset)
+        frame += gas * np.array([np.sin(bank), np.cos(bank)])[:, None]
+        frame -= thrust * np.array([np.cos(bank), -np.sin(bank)])[:, None]
+    assert frame == pytest.approx(-force, abs=1e-6 * np.abs(total).max())
+
+
+def test_each_throw_loads_the_journals_beside_it(family: Family) -> None:
+    # Only cylinder 3 moves its masses and burns: throws 1, 2, 4 load nothing but by compression.
+    quiet = engine_of("in-line 4", mass_factor=(0.0, 0.0, 1.0, 0.0))
+    factors = bearings.Factors(0.0, 0.0, 1000.0, 0.0)
+    phi = np.linspace(0.0, 6.0, 7)
+    x, y = bearings.main_journal_load(
+        phi, 0.3, 0.0, family, 0.0, factors, 4, quiet, np.arange(1, 6)[:, None]
+    )
+    assert (x[[0, 1, 4]] == 0.0).all() and (y[[0, 1, 4]] == 0.0).all()
+    assert (x[2] == x[3]).all() and (y[2] == y[3]).all()
+    angle = phi + quiet[4].members[2].phase
+    pushed = -1000.0 * slider_crank.acceleration(angle, 0.3)
+    assert y[2] == pytest.approx(-0.5 * pushed, rel=1e-13)
+
+
+def test_symmetric_four_has_symmetric_journals(family: Family) -> None:
+    by_count = engine_of("in-line 4")
+    factors = bearings.Factors(AREA, 1e5 * AREA, 2000.0, 3000.0)
+    load = bearings.extremes(
+        "main_journal", 0.3, 0.0, family, 0.0, factors, 4, by_count, PERIOD, np.arange(1, 6)
+    )
+    assert load["peak"] == pytest.approx(load["peak"][::-1], rel=1e-9)
+    assert load["mean"] == pytest.approx(load["mean"][::-1], rel=1e-9)
+    # the middle journal carries two throws side by side
+    assert load["mean"][2] > load["mean"][1]
+
+
+def test_axes_turn_back() -> None:
+    by_count = engine_of("V6 60 split-pin")
+    load = np.array([3.0 + 4.0j, -1.0 + 0.5j])
+    crank = bearings.first_crank(np.array([0.3, 2.0]), 0.3, 0.1, 6, by_count)
+    assert crank == pytest.approx(
+        np.array([0.3, 2.0]) + slider_crank.dead_centres(0.3, 0.1).top - np.pi / 6.0
+    )
+    once = bearings.turned(load, crank)
+    assert np.abs(once) == pytest.approx(np.abs(load))
+    assert bearings.turned(once, crank) == pytest.approx(load)
+    # A force along the upright direction with the crank upright is radial; a quarter turn on, with
+    # the crank at x, it is against the rotation.
+    assert bearings.turned(2.0j, 0.0) == pytest.approx(2.0)
+    assert bearings.turned(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
+
+
+# Peaks, means and angles --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("load", ["crank_pin", "piston_pin", "main_journal"])
+def test_extremes_are_those_of_the_curve(family: Family, load: str) -> None:
+    by_count = engine_of("V6 60 split-pin")
+    factors = bearings.Factors(SCALE * AREA, CRANKCASE * AREA, 2000.0, 1500.0)
+    fine = 2.0 * np.pi / 36000
+    phi = -0.5 * PERIOD + np.arange(72000) * fine
+    function = {
+        "crank_pin": bearings.crank_pin_load,
+        "piston_pin": bearings.piston_pin_load,
+        "main_journal": bearings.main_journal_load,
+    }[load]
+    more = (2,) if load == "main_journal" else ()
+    one, other = function(phi, 0.3, 0.1, family, 0.0, factors, 6, by_count, *more)
+    curve = np.hypot(one, other)
+    found = bearings.extremes(load, 0.3, 0.1, family, 0.0, factors, 6, by_count, PERIOD, *more)
+    assert found["peak"] == pytest.approx(curve.max(), rel=1e-5)
+    assert found["mean"] == pytest.approx(curve.mean(), rel=1e-4)
+    apart = (found["angle"] - phi[curve.argmax()] + np.pi) % (2.0 * np.pi) - np.pi
+    assert abs(apart) < np.radians(0.05)
+
+
+def test_designs_share_tables(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:
+    by_count = {1: even_cylinders(1, PERIOD), 3: even_cylinders(3, PERIOD)}
+    ratio = np.array([0.25, 0.3, 0.25])[:, None, None, None]
+    count = np.array([1, 3])[:, None, None]
+    gas = np.array([AREA, 2.0 * AREA])[:, None]
+    journals = np.arange(1, 5)
+    factors = bearings.Factors(gas, 1e5 * gas, 2000.0, 0.0)
+    arguments = ("main_journal", ratio, 0.0, family, 0.0, factors, count, by_count, PERIOD)
+    whole = bearings.extremes(*arguments, journals)
+    assert whole.shape == (3, 2, 2, 4)
+    assert np.isnan(whole["peak"][:, 0, :, 2:]).all()  # one cylinder has two journals
+    assert np.isfinite(whole["peak"][:, 1]).all()
+    assert np.isfinite(whole["angle"][:, 0, :, :2]).all()
+    assert (whole["peak"][0, 1] == whole["peak"][2, 1]).all()
+    alone = bearings.extremes(
+        "main_journal", 0.3, 0.0, family, 0.0,
+        bearings.Factors(2.0 * AREA, 2e5 * AREA, 2000.0, 0.0), 3, by_count, PERIOD, 2,
+    )  # fmt: skip
+    assert float(alone["peak"]) == whole["peak"][1, 1, 1, 1]
+    monkeypatch.setattr(bearings, "DESIGNS_AT_ONCE", 7)
+    monkeypatch.setattr(bearings, "TABLES_AT_ONCE", 2)
+    pieces = bearings.extremes(*arguments, journals)
+    for field in ("peak", "mean", "angle"):
+        assert np.array_equal(pieces[field], whole[field], equal_nan=True)
+
+
+def test_unknown_throws_are_refused(family: Family) -> None:
+    by_count = {13: even_cylinders(13, PERIOD)}
+    factors = bearings.Factors(AREA, 0.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match="13 cylinders: their order along the shaft is unknown"):
+        bearings.main_journal_load(0.0, 0.3, 0.0, family, 0.0, factors, 13, by_count, 1)

@@ -1,0 +1,452 @@
+"""Loads over angle and speed, drivers: an independent solver, exact equivalents, outcomes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+from engine_dyn import masses, status
+from engine_dyn.driven_machine import (
+    DrivenMachine,
+    TorqueOverAngle,
+    constant_load,
+    load_over_angle,
+    motor_torque,
+    repeats_of,
+    synchronous_speed,
+    torque_over_angle,
+    torque_over_speed,
+)
+from engine_dyn.speed import sweep
+from engine_dyn.speed.angle_load import work_at
+from engine_dyn.speed.load_law import MOTOR, TABLE, Law, load_terms
+from tests.oracle import solution
+from tests.oracle.designs import _mean as mean_of
+from tests.oracle.solution import Design, Problem
+from tests.support import design_of, family_of, inputs_of, solved
+
+compiled = pytest.mark.compiled
+
+CYCLE = 4.0 * np.pi
+ANGLES = np.radians(np.arange(0.0, 360.0, 1.0))
+TOLERANCE = 1e-6  # the issue's
+
+
+def lobes(size: float, theta: Any = ANGLES) -> Any:
+    """Torque of a made-up load over its own angle [N m]; its mean is `size`."""
+    return size * (
+        1.0 + 0.8 * np.cos(theta) + 0.5 * np.sin(3.0 * theta) + 0.2 * np.cos(5.0 * theta)
+    )
+
+
+def design_and_problem(name: str, motored: bool = False) -> tuple[Design, Problem]:
+    design = design_of(name)
+    if motored:  # friction beyond what the gas gives: the mean torque is negative
+        design = replace(design, friction_torque=design.friction_torque + 1.5 * mean_of(design))
+    return design, solution.problem_of(design)[0]
+
+
+def with_angle_load(
+    problem: Problem, size: float, gear: float, phase: float, factor: float
+) -> Problem:
+    """Return the oracle's problem with a load over its own angle, which it has as a formula."""
+    engine = problem.torque
+
+    def rest(phi: Any) -> Any:
+        return engine(phi) - factor * gear * lobes(size, gear * np.asarray(phi) + phase)
+
+    return replace(problem, torque=rest, torque_mean=problem.torque_mean - factor * gear * size)
+
+
+def law_of_curve(curve: Any, slope: Any, nominal: float) -> Any:
+    """F and its slope over u for the oracle."""
+    at = float(curve(nominal))
+
+    def law(u: float) -> tuple[float, float]:
+        omega = nominal * np.sqrt(u)
+        return float(curve(omega)) / at, float(slope(omega)) / at * omega / (2.0 * u)
+
+    return law
+
+
+def agree(problem: Problem, found: Any) -> None:
+    expected = solution.periodic_speed(problem)
+    assert expected.status == "converged"
+    assert found.status == status.CONVERGED
+    delta = (expected.omega_max - expected.omega_min) / expected.omega_mean
+    assert found.delta == pytest.approx(delta, rel=TOLERANCE)
+    for name in ("omega_mean", "omega_max", "omega_min"):
+        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=TOLERANCE)
+
+
+@compiled
+@pytest.mark.parametrize(
+    ("name", "gear"),
+    [
+        ("alpha 2, constant, 6 cyl, power_mean", 0.5),
+        ("alpha 1, variable, 1 cyl, power_mean", 2.0),
+        ("alpha 0, constant, 3 cyl, power_mean", 1.5),
+    ],
+)
+def test_load_over_its_own_angle_against_the_independent_solver(name: str, gear: float) -> None:
+    design, problem = design_and_problem(name)
+    size = 0.3 * problem.torque_mean
+    driven = DrivenMachine(torque_over_angle(ANGLES, lobes(size), own_angle=True))
+    found = solved(design, driven=driven, gear_ratio=gear, load_phase=0.7, load_scale=0.9)
+    agree(with_angle_load(problem, size, gear, 0.7, 0.9), found)
+
+
+@compiled
+@pytest.mark.parametrize(
+    "name",
+    [
+        "alpha 2, constant, 1 cyl, power_mean",
+        "alpha 1, variable, 1 cyl, cycle_time",
+        "strong, alpha 2, constant, power_mean",
+    ],
+)
+def test_load_over_speed_against_the_independent_solver(name: str) -> None:
+    design, problem = design_and_problem(name)
+    speeds = design.omega_n * np.linspace(0.5, 1.5, 7)
+    torque = np.array([5.0, 20.0, 60.0, 100.0, 170.0, 290.0, 500.0])
+    curve = PchipInterpolator(speeds, torque)
+    law = law_of_curve(curve, curve.derivative(), design.omega_n)
+    driven = DrivenMachine(load_over_speed=torque_over_speed(speeds, torque))
+    found = solved(design, driven=driven)
+    agree(replace(problem, law=law), found)
+    # k T(omega) takes the mean torque
+    phi = np.arange(2880) * CYCLE / 2880
+    traced = solved(design, driven=driven, crank_angle=phi)
+    taken = traced.load_coefficient * np.mean(curve(traced.omega))
+    assert taken == pytest.approx(problem.torque_mean, rel=1e-6)
+
+
+@compiled
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("alpha 2, constant, 1 cyl, power_mean", False),
+        ("alpha 2, variable, 3 cyl, power_mean", True),
+        ("alpha 2, variable, 1 cyl, cycle_time", False),
+        ("strong, alpha 2, constant, power_mean", False),
+    ],
+)
+def test_driven_by_a_motor_against_the_independent_solver(name: str, load: bool) -> None:
+    design, problem = design_and_problem(name, motored=True)
+    synchronous, slip = 1.04 * design.omega_n, 0.15
+
+    def torque(omega: float) -> float:
+        s = 1.0 - omega / synchronous
+        return 2.0 / (s / slip + slip / s) if s else 0.0
+
+    def slope(omega: float) -> float:
+        s = 1.0 - omega / synchronous
+        return -2.0 * slip * (slip**2 - s**2) / (s**2 + slip**2) ** 2 / synchronous
+
+    over, more = None, {}
+    if load:
+        size = -0.2 * problem.torque_mean
+        over = torque_over_angle(ANGLES, lobes(size), own_angle=True)
+        more = {"gear_ratio": 1.5, "load_phase": -0.4}
+        problem = with_angle_load(problem, size, 1.5, -0.4, 1.0)
+    problem = replace(problem, law=law_of_curve(torque, slope, design.omega_n), sign=-1.0)
+    found = solved(
+        design, driven=DrivenMachine(over, motor=True), synchronous_speed=synchronous,
+        breakdown_slip=slip, breakdown_torque=50.0, **more,
+    )  # fmt: skip
+    agree(problem, found)
+    assert found.load_coefficient == 0.0 and found.driver_factor > 0.0
+
+
+@compiled
+@pytest.mark.parametrize("model", ["constant", "variable"])
+def test_a_straight_driver_is_a_load_with_exponent_one(model: str) -> None:
+    """f c (omega_s - omega) = -(a + k omega) with a = -f c omega_s and k = f c, exactly."""
+    design = replace(
+        design_and_problem("alpha 1, constant, 3 cyl, power_mean", motored=True)[0],
+        inertia_model=model,
+    )
+    synchronous, rate = 1.2 * design.omega_n, 3.0
+    speeds = np.array([0.5, 1.5]) * design.omega_n
+    curve = torque_over_speed(speeds, rate * (synchronous - speeds), driver=True)
+    driven = solved(design, driven=DrivenMachine(driver_over_speed=curve))
+    offset = -driven.driver_factor * rate * synchronous
+    same = solved(design, load_offset=offset, load_exponent=1.0)
+    assert same.load_coefficient == pytest.approx(driven.driver_factor * rate, rel=1e-9)
+    assert driven.delta == pytest.approx(same.delta, rel=1e-8)
+    assert driven.omega_mean == pytest.approx(same.omega_mean, rel=1e-10)
+
+
+@compiled
+def test_a_table_of_a_power_law_comes_close_to_it() -> None:
+    design = design_of("alpha 2, constant, 1 cyl, power_mean")
+    expected = solved(design).delta
+    misses = []
+    for points in (9, 33, 129):
+        speeds = np.linspace(0.6, 1.4, points) * design.omega_n
+        curve = torque_over_speed(speeds, 0.01 * speeds**2)
+        found = solved(design, driven=DrivenMachine(load_over_speed=curve))
+        misses.append(abs(found.delta / expected - 1.0))
+    assert misses[2] < 1e-6 and misses[0] > misses[1] > misses[2]
+
+
+@compiled
+@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
+def test_no_load_over_angle_changes_nothing_and_a_constant_one_is_the_offset(
+    exponent: float,
+) -> None:
+    design = replace(design_of("alpha 2, constant, 6 cyl, power_mean"), load_exponent=exponent)
+    flat = torque_over_angle(ANGLES, np.full(ANGLES.size, 20.0))
+    for over, scale, offset in (
+        (torque_over_angle(ANGLES, lobes(50.0)), 0.0, 0.0), (flat, 1.5, 30.0),
+    ):  # fmt: skip
+        found = solved(design, driven=DrivenMachine(over), load_scale=scale)
+        same = solved(design, load_offset=offset)  # in lanes
+        assert found.delta == pytest.approx(same.delta, rel=1e-7)
+        assert found.load_coefficient == pytest.approx(same.load_coefficient, rel=1e-12)
+
+
+@compiled
+@pytest.mark.parametrize("gear", [0.5, 1.0, 1.5, 3.0])
+def test_the_part_of_the_cycle_follows_from_engine_and_load(gear: float) -> None:
+    """Solved by period or as unequal cylinders, which have none but the cycle."""
+    design = design_of("alpha 2, constant, 6 cyl, power_mean")
+    over = torque_over_angle(ANGLES, lobes(50.0), own_angle=True)
+    keys = {"driven": DrivenMachine(over), "gear_ratio": gear}
+    found = solved(design, **keys)
+    same = solved(design, mass_factor=(1.0,) * 5 + (1.0 + 1e-13,), **keys)
+    assert found.delta == pytest.approx(same.delta, rel=1e-9)
+
+
+@compiled
+def test_repeating_cycles_ends_at_the_periodic_solution() -> None:
+    design = design_and_problem("alpha 2, constant, 1 cyl, power_mean", motored=True)[0]
+    over = torque_over_angle(ANGLES, lobes(20.0))
+    keys: dict[str, Any] = {
+        "driven": DrivenMachine(over, motor=True), "synchronous_speed": 1.05 * design.omega_n,
+        "breakdown_slip": 0.2,
+    }  # fmt: skip
+    found, repeated = solved(design, **keys), solved(design, method="picard", **keys)
+    newton = solved(design, method="newton", **keys)
+    assert repeated.status == found.status == newton.status == status.CONVERGED
+    assert repeated.delta == pytest.approx(found.delta, rel=1e-6)
+    assert newton.delta == pytest.approx(found.delta, rel=1e-8)
+    with pytest.raises(ValueError, match="thesis"):
+        solved(design, method="thesis", **keys)
+
+
+def motor(design: Design, synchronous: float, slip: float, **more: Any) -> int:
+    keys = {"synchronous_speed": synchronous * design.omega_n, "breakdown_slip": slip}
+    return solved(design, driven=DrivenMachine(motor=True), **keys, **more).status
+
+
+@compiled
+def test_outcomes_tell_the_truth() -> None:
+    design, _ = design_and_problem("alpha 2, constant, 3 cyl, power_mean", motored=True)
+    engine = design_of("alpha 2, constant, 3 cyl, power_mean")
+    assert solved(design).status == status.NO_STEADY_STATE  # nothing drives
+    assert motor(design, 1.04, 0.15) == status.CONVERGED
+    assert motor(design, 0.99, 0.15) == status.NO_STEADY_STATE  # the motor would brake
+    assert motor(engine, 0.96, 0.15) == status.CONVERGED  # and so it can an engine
+    assert motor(engine, 1.04, 0.15) == status.NO_STEADY_STATE
+    # Beyond the breakdown a little less speed is a little less torque: it does not hold.
+    assert motor(design, 1.5, 0.15) == status.NO_STEADY_STATE
+    assert motor(design, 1.04, 0.15, method="closed") == status.INVALID_INPUT
+
+    def over(low: float, high: float, *torque: float) -> int:
+        speeds = np.linspace(low, high, len(torque)) * engine.omega_n
+        curve = torque_over_speed(speeds, torque)
+        return solved(engine, driven=DrivenMachine(load_over_speed=curve)).status
+
+    assert over(0.5, 1.5, 10.0, 30.0) == status.CONVERGED
+    assert over(0.5, 1.5, 30.0, 10.0) == status.NO_STEADY_STATE  # falls
+    assert over(0.5, 1.5, 20.0, 20.0) == status.NO_STEADY_STATE  # holds no speed
+    assert over(0.5, 0.9, 10.0, 30.0) == status.INVALID_INPUT  # nominal speed not covered
+    assert over(0.5, 1.0001, 10.0, 30.0) == status.INVALID_INPUT  # not the fastest speed
+
+
+@compiled
+def test_designs_of_a_sweep_are_those_alone() -> None:
+    """Gear ratios, phases, factors and motors as arrays, in any order."""
+    design, _ = design_and_problem("alpha 2, constant, 6 cyl, power_mean", motored=True)
+    family = family_of(design)
+    over = torque_over_angle(ANGLES, lobes(40.0), own_angle=True)
+    inputs = inputs_of(design, family)
+    gear = np.array([0.5, 1.0, 3.0])[:, None, None]
+    scale = np.array([0.0, 1.0])[:, None]
+    slip = np.array([0.1, 0.3, 0.2])
+    inputs["offset"] = constant_load(0.0, over, gear, scale)
+    found = sweep.solve(
+        wanted=("delta", "omega_mean"), driven=DrivenMachine(over, motor=True), gear_ratio=gear,
+        load_phase=0.3, load_scale=scale, breakdown_slip=slip,
+        synchronous_speed=1.05 * design.omega_n, **inputs,
+    )  # fmt: skip
+    assert found["delta"].shape == (3, 2, 3)
+    assert (found["status"] == status.CONVERGED).all()
+    for place in ((0, 0, 0), (0, 1, 2), (2, 1, 1)):
+        one = solved(
+            design, driven=DrivenMachine(over, motor=True), gear_ratio=float(gear[place[0], 0, 0]),
+            load_phase=0.3, load_scale=float(scale[place[1], 0]),
+            synchronous_speed=1.05 * design.omega_n, breakdown_slip=float(slip[place[2]]),
+        )  # fmt: skip
+        assert found["delta"][place] == pytest.approx(one.delta, rel=1e-12)
+
+
+# --- curves -------------------------------------------------------------------------------------
+
+
+def test_curves_over_angle_are_periodic_splines() -> None:
+    rng = np.random.default_rng(3)
+    angle = np.sort(rng.uniform(-3.0, 3.2, 40))
+    angle = np.append(angle, angle[0] + 2.0 * np.pi)
+    torque = rng.normal(size=41)
+    torque[-1] = torque[0]
+    curve = torque_over_angle(angle, torque)
+    spline = CubicSpline(angle, torque, bc_type="periodic")
+    theta = np.linspace(-20.0, 20.0, 501)
+    place = angle[0] + np.mod(theta - angle[0], 2.0 * np.pi)
+    np.testing.assert_allclose(curve(theta), spline(place), atol=1e-12)
+    mean = spline.integrate(angle[0], angle[-1]) / (2.0 * np.pi)
+    assert curve.mean == pytest.approx(float(mean), abs=1e-13)
+    work = spline.antiderivative()
+    expected = work(place) - work(angle[0]) - mean * (place - angle[0])
+    np.testing.assert_allclose(curve.work(theta), expected, atol=1e-12)
+    found = np.array([work_at(t, curve.table) for t in theta])
+    np.testing.assert_allclose(found[:, 0], expected, atol=1e-12)
+    np.testing.assert_allclose(found[:, 1], spline(place) - mean, atol=1e-12)
+
+
+def test_both_ends_are_averaged_and_one_may_be_missing() -> None:
+    degrees = np.arange(0.0, 361.0, 10.0)
+    torque = 10.0 + np.sin(np.radians(degrees))
+    torque[-1] += 0.01
+    both = torque_over_angle(np.radians(degrees), torque)
+    assert both(0.0) == pytest.approx(10.005)
+    assert torque_over_angle(np.radians(degrees[:-1]), torque[:-1]).period == both.period
+    two = np.radians(np.arange(-360.0, 360.0, 10.0))
+    assert torque_over_angle(two, np.cos(two)).period == pytest.approx(4.0 * np.pi)
+
+
+def test_repetition_is_found() -> None:
+    for times in (1, 2, 3, 4):
+        assert torque_over_angle(ANGLES, 3.0 + np.cos(times * ANGLES)).repeats == times
+    assert torque_over_angle(ANGLES, np.cos(2.0 * ANGLES) + 0.1 * np.cos(3.0 * ANGLES)).repeats == 1
+    own = torque_over_angle(ANGLES, np.cos(4.0 * ANGLES), own_angle=True)
+    assert repeats_of(own, [0.25, 0.5, 2.0], CYCLE).tolist() == [2, 4, 16]
+    with pytest.raises(ValueError, match=r"gear_ratio = 0.3: must be a multiple of 0.125"):
+        repeats_of(own, [0.5, 0.3], CYCLE)
+    crank = torque_over_angle(np.append(ANGLES, ANGLES + 2.0 * np.pi), np.tile(lobes(1.0), 2) +
+                              np.repeat([0.0, 0.1], 360))  # fmt: skip
+    with pytest.raises(ValueError, match="720 degrees of crank angle: must repeat with the cycle"):
+        repeats_of(crank, 1.0, 2.0 * np.pi)
+
+
+def test_power_is_the_same_at_both_shafts() -> None:
+    over = torque_over_angle(ANGLES, lobes(10.0), own_angle=True)
+    phi = np.arange(7200) * CYCLE / 7200
+    at_crank = load_over_angle(phi, over, 1.5, 0.3, 2.0)
+    np.testing.assert_allclose(at_crank, 2.0 * 1.5 * over(1.5 * phi + 0.3))
+    assert constant_load(5.0, over, 1.5, 2.0) == pytest.approx(5.0 + at_crank.mean(), rel=1e-9)
+
+
+def test_curves_over_speed_are_scipys_monotone_ones() -> None:
+    rng = np.random.default_rng(5)
+    for count in (2, 3, 4, 12):
+        speed = np.cumsum(rng.uniform(1.0, 9.0, count))
+        torque = rng.uniform(0.0, 10.0, count)
+        curve = torque_over_speed(speed, torque)
+        expected = PchipInterpolator(speed, torque)
+        omega = np.linspace(speed[0], speed[-1], 201)
+        np.testing.assert_allclose(curve(omega), expected(omega), atol=1e-11)
+        assert np.isnan(curve(speed[-1] + 1.0)) and np.isnan(curve(speed[0] - 1.0))
+    rising = torque_over_speed([1, 2, 3, 9], [0, 1, 1, 7])(np.linspace(1, 9, 99))
+    assert (np.diff(rising) >= 0.0).all()
+
+
+@pytest.mark.parametrize("form", [TABLE, MOTOR])
+def test_law_and_its_derivatives(form: int) -> None:
+    speeds = np.array([50.0, 90.0, 120.0, 180.0])
+    curve = torque_over_speed(speeds, [1.0, 4.0, 9.0, 30.0])
+    table = np.stack([curve.speed, curve.torque, curve.slope])
+    nominal = 110.0
+    scale = 1.0 / float(motor_torque(nominal, 130.0, 0.2) if form == MOTOR else curve(nominal))
+    law = Law(form, 0.0, nominal, scale, 130.0, 0.2, table)
+    assert load_terms(1.0, law)[0] == pytest.approx(1.0, rel=1e-14)
+    for q in (0.3, 0.8, 1.0, 1.3, 2.0, 4.0):
+        value, first, second = load_terms(q, law)
+        omega = nominal * np.sqrt(q)
+        if form == MOTOR:
+            assert value == pytest.approx(scale * motor_torque(omega, 130.0, 0.2), rel=1e-13)
+        elif speeds[0] <= omega <= speeds[-1]:
+            assert value == pytest.approx(scale * float(curve(omega)), rel=1e-13)
+        h = 1e-5
+        before, after = load_terms(q - h, law), load_terms(q + h, law)
+        assert first == pytest.approx((after[0] - before[0]) / (2.0 * h), rel=1e-6)
+        assert second == pytest.approx((after[1] - before[1]) / (2.0 * h), rel=1e-5, abs=1e-6)
+
+
+def test_kloss() -> None:
+    """Largest at the breakdown slip, none at synchronous speed; 2 M_b s/s_b for small slip."""
+    omega = np.linspace(1.0, 156.0, 5000)
+    torque = motor_torque(omega, 157.0, 0.2, 40.0)
+    assert torque.max() == pytest.approx(40.0, rel=1e-6)
+    assert omega[torque.argmax()] == pytest.approx(0.8 * 157.0, rel=1e-3)
+    assert motor_torque(157.0, 157.0, 0.2, 40.0) == 0.0
+    assert motor_torque(157.0 * (1.0 - 1e-5), 157.0, 0.2, 40.0) == pytest.approx(4e-3, rel=1e-6)
+    assert motor_torque(160.0, 157.0, 0.2) < 0.0
+    assert 1.0 - 100.0 / synchronous_speed(100.0, 0.04) == pytest.approx(0.04)
+
+
+def test_inertia_of_parts() -> None:
+    assert masses.inertia_of_parts(0.1, 0.02, 1.0, 0.3, 2.0) == pytest.approx(2.32)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: torque_over_angle([0.0, 1.0], [1.0, 2.0]), "2 points: must be at least 8"),
+        (lambda: torque_over_angle(ANGLES[:196], lobes(1.0)[:196]), "covers 195 degrees"),
+        (lambda: torque_over_angle(ANGLES[::-1], lobes(1.0)), "point 2: angle = 358 degree after"),
+        (lambda: torque_over_angle(np.append(ANGLES, 2.0 * np.pi), np.arange(361.0)), "same angle"),
+        (lambda: torque_over_angle(ANGLES, np.where(ANGLES > 3.0, np.nan, 1.0)), "finite"),
+        (lambda: torque_over_speed([1.0], [2.0]), "1 points: must be at least 2"),
+        (lambda: torque_over_speed([-1.0, 2.0], [2.0, 3.0]), "point 1: speed"),
+        (lambda: torque_over_speed([1.0, 2.0], [2.0, -3.0]), "point 2: torque = -3"),
+        (lambda: torque_over_speed([1.0, 2.0], [2.0]), "equally long"),
+    ],
+)
+def test_bad_curves_are_refused(make: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+@compiled
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"driven": DrivenMachine(motor=True)}, "synchronous_speed = None"),
+        (
+            {"driven": DrivenMachine(motor=True), "synchronous_speed": 1.0, "breakdown_slip": -1.0},
+            "breakdown_slip = -1",
+        ),
+        (
+            {"driven": DrivenMachine(torque_over_angle(ANGLES, lobes(1.0), True)),
+             "gear_ratio": 0.7},
+            "gear_ratio = 0.7",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_calls_are_refused(keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        solved(design_of("alpha 2, constant, 1 cyl, power_mean"), **keys)
+
+
+def test_a_curve_is_plain_data() -> None:
+    curve = torque_over_angle(ANGLES, lobes(1.0))
+    assert isinstance(curve, TorqueOverAngle) and not curve.own_angle
+    assert DrivenMachine().plain and not DrivenMachine(curve).plain
+    assert DrivenMachine(motor=True).has_driver

@@ -1,0 +1,230 @@
+"""Orders of the torque against transforms of the curves themselves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn import forces, harmonics, kinematic_series, mechanism, slider_crank
+from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.indicator import Family, family_from_diagrams
+from engine_dyn.layouts import arrangement_from_text
+from tests.oracle.designs import Design
+from tests.support import design_of, family_of
+
+PERIOD = 4.0 * np.pi
+POINTS = 65536
+PHI = np.arange(POINTS) * (PERIOD / POINTS)
+ROUNDING = POINTS * 1.1e-16
+"""Of a transform, over the largest value of its curve."""
+ORDERS = 0.5 * np.arange(1, 49)
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return design_of("alpha 1, constant, 3 cyl, power_mean")
+
+
+@pytest.fixture(scope="module")
+def family(design: Design) -> Family:
+    return family_of(design, 1.0)
+
+
+def transform(curve: Any) -> Any:
+    return 2.0 * np.fft.rfft(curve)[..., 1:49] / POINTS
+
+
+def engine_of(text: str, **factors: Any) -> dict[int, Cylinders]:
+    made = cylinders_of(arrangement_from_text(text)).with_factors(**factors)
+    return {len(made.members): made}
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.25, -0.4])
+@pytest.mark.parametrize("ratio", [0.2, 0.5])
+def test_gas_harmonics_are_the_transform(family: Family, ratio: float, offset: float) -> None:
+    found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD)
+    pressure = forces.pressure(PHI, family, 0.0)
+    wanted = transform(pressure * slider_crank.velocity(PHI, ratio, offset))
+    assert found == pytest.approx(wanted, abs=ROUNDING * pressure.max())
+
+
+def test_high_orders_of_the_gas(family: Family) -> None:
+    # Pieces are shorter for high orders, so these keep their accuracy.
+    orders = np.array([0.5, 60.0, 200.0, 360.0])
+    found = harmonics.gas_harmonics(orders, 0.3, 0.0, 0.0, family, PERIOD)
+    curve = forces.pressure(PHI, family, 0.0) * slider_crank.velocity(PHI, 0.3)
+    whole = 2.0 * np.fft.rfft(curve) / POINTS
+    limit = 1e-11 * np.abs(curve).max()  # of the transform
+    assert found == pytest.approx(whole[np.rint(2 * orders).astype(int)], abs=limit)
+
+
+def test_tables_serve_many_designs(family: Family) -> None:
+    ratio = np.array([0.2, 0.3, 0.2, 0.45])[:, None, None]
+    offset = np.array([0.0, 0.1, 0.0])[None, :, None]
+    found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD)
+    assert found.shape == (4, 3, 48)
+    for i, j in ((0, 0), (1, 1), (3, 2)):
+        alone = harmonics.gas_harmonics(
+            ORDERS, ratio[i, 0, 0], offset[0, j, 0], 0.0, family, PERIOD
+        )
+        assert found[i, j] == pytest.approx(alone, rel=1e-11, abs=1e-6)
+
+
+def test_rows_blend_as_their_pressures_do() -> None:
+    whole = family_of(design_of("alpha 1, constant, 3 cyl, power_mean"), 2.0)
+    low, high = whole.row(0), whole.row(0).scaled(1.4)
+    two = family_from_diagrams([20.0, 80.0], [low, high])
+    index, weight = two.locate(np.array(43.0))
+    place = float(index + weight)
+    found = harmonics.gas_harmonics(ORDERS, 0.3, 0.0, place, two, PERIOD)
+    wanted = transform(forces.pressure(PHI, two, place) * slider_crank.velocity(PHI, 0.3))
+    assert found == pytest.approx(wanted, abs=2.0 * ROUNDING * high.peak)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+def test_inertia_and_velocity_harmonics(offset: float) -> None:
+    v = slider_crank.velocity(PHI, 0.35, offset)
+    b = slider_crank.acceleration(PHI, 0.35, offset)
+    found = harmonics.velocity_harmonics(ORDERS, 0.35, offset)
+    assert found == pytest.approx(transform(v), abs=2.0 * ROUNDING)
+    found = harmonics.inertia_harmonics(ORDERS, 0.35, offset)
+    assert found == pytest.approx(transform(-b * v), abs=2.0 * ROUNDING)
+
+
+def test_amplitude_and_phase_make_the_curve_again() -> None:
+    found = harmonics.inertia_harmonics(ORDERS, 0.3, 0.2)
+    phi = np.linspace(0.0, 12.0, 25)[:, None]
+    waves = np.abs(found) * np.cos(ORDERS * phi + harmonics.phase_of(found))
+    v = slider_crank.velocity(phi[:, 0], 0.3, 0.2)
+    b = slider_crank.acceleration(phi[:, 0], 0.3, 0.2)
+    assert waves.sum(axis=1) == pytest.approx(-v * b, abs=1e-9)  # it has no mean
+
+
+ENGINES = ["in-line 4", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "parallel twin 270",
+           "V6 90 shared-pin"]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ENGINES)
+def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
+    by_count = engine_of(text)
+    (count,) = by_count
+    bore, stroke, mass, speed, crankcase = 0.1, 0.12, 1.4, 200.0, 1.1e5
+    curve = forces.gas_torque(
+        PHI, 0.3, family, 0.0, 0.9, crankcase, bore, stroke, count, PERIOD, 0.1, by_count
+    )
+    vectors = harmonics.phase_vectors(ORDERS, count, by_count)
+    work = harmonics.engine_gas_harmonics(ORDERS, 0.3, 0.1, 0.0, family, PERIOD, count, by_count)
+    speeds = harmonics.velocity_harmonics(ORDERS, 0.3, 0.1) * vectors
+    lever = forces.piston_area(bore) * 0.5 * stroke
+    found = lever * (0.9 * work - crankcase * speeds)
+    assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
+    curve = forces.inertia_torque(PHI, 0.3, mass, stroke, speed, count, PERIOD, 0.1, by_count)
+    found = mass * (0.5 * stroke * speed) ** 2 * vectors
+    found = found * harmonics.inertia_harmonics(ORDERS, 0.3, 0.1)
+    assert found == pytest.approx(transform(curve), abs=ROUNDING * max(np.abs(curve).max(), 1.0))
+
+
+def test_unequal_cylinders(family: Family) -> None:
+    by_count = engine_of("in-line 4", pressure_factor=(0.0, 1.0, 0.8, 1.0),
+                         mass_factor=(1.0, 1.1, 1.0, 0.9))  # fmt: skip
+    arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, 0.0, by_count)
+    curve = forces.gas_torque(*arguments)
+    work = harmonics.engine_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count)
+    speeds = harmonics.velocity_harmonics(ORDERS, 0.3) * harmonics.phase_vectors(
+        ORDERS, 4, by_count
+    )
+    found = forces.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
+    assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
+    curve = forces.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, 0.0, by_count)
+    vectors = harmonics.phase_vectors(ORDERS, 4, by_count, lambda member: member.mass_factor)
+    found = 1.4 * (0.06 * 200.0) ** 2 * vectors * harmonics.inertia_harmonics(ORDERS, 0.3)
+    assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
+    # cylinder 1 does not burn: its own harmonics are those of the motored pressure
+    first = harmonics.first_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count)
+    pressure = forces.pressure(PHI, family, 0.0, 1.0, 0.0)
+    wanted = transform(pressure * slider_crank.velocity(PHI, 0.3))
+    assert first == pytest.approx(wanted, abs=ROUNDING * pressure.max())
+    # and the throws add up to the engine
+    throws = np.arange(1, 5)[:, None]
+    each = harmonics.throw_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count, throws)
+    assert each.shape == (4, 48)
+    assert each.sum(axis=0) == pytest.approx(work, abs=1e-9 * np.abs(work).max())
+
+
+@pytest.mark.parametrize("text", ENGINES)
+def test_gravity_harmonics(text: str) -> None:
+    by_count = engine_of(text)
+    (count,) = by_count
+    limit = ROUNDING * mechanism.GRAVITY * 0.06 * (1.4 + 2.2) * count  # they may cancel
+    curve = mechanism.gravity_torque(PHI, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2)
+    found = harmonics.gravity_harmonics(ORDERS, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2)
+    assert found == pytest.approx(transform(curve), abs=limit)
+    alone = harmonics.gravity_harmonics(ORDERS, 0.3, 1.4, 2.2, 0.06, count, by_count, 0.2, True)
+    shift = by_count[count].members[0].phase
+    bank = mechanism.banks_of(by_count[count])[0]
+    if bank == 0.0:
+        one = {1: even_cylinders(1, PERIOD)}
+        curve = mechanism.gravity_torque(PHI + shift, 0.3, 1.4, 2.2, 0.06, 1, one, 0.2)
+        assert alone == pytest.approx(transform(curve), abs=limit)
+
+
+def test_gravity_series_of_the_notes() -> None:
+    # T_G = (G_l + G_r) sin + G_l (gamma_2 sin 2phi + ...); printed (G_l + G_l) sin.
+    one = {1: even_cylinders(1, PERIOD)}
+    found = harmonics.gravity_harmonics(np.array([1.0, 2.0, 4.0]), 0.3, 1.4, 2.2, 1.0, 1, one)
+    gamma = kinematic_series.velocity_coefficients(np.array([2.0, 4.0]), 0.3)
+    weights = np.array([1.4 + 2.2, *(1.4 * gamma)]) * mechanism.GRAVITY
+    assert -found.imag == pytest.approx(weights, rel=1e-13)
+    assert abs(-found.imag[0] - 2.0 * 1.4 * mechanism.GRAVITY) > 7.0
+
+
+# Phase vectors ------------------------------------------------------------------------------------
+
+
+def test_which_orders_cancel_and_which_are_major() -> None:
+    by_count = {z: even_cylinders(z, PERIOD) for z in (1, 4, 6)}
+    orders = 0.5 * np.arange(1, 25)
+    sums = np.abs(harmonics.phase_vectors(orders, np.array([1, 4, 6])[:, None], by_count))
+    assert (sums[0] == 1.0).all()
+    assert sums[1] == pytest.approx(np.where(orders % 2 == 0, 4.0, 0.0), abs=1e-12)
+    assert sums[2] == pytest.approx(np.where(orders % 3 == 0, 6.0, 0.0), abs=1e-12)
+    assert (sums[1][orders % 2 != 0] == 0.0).all()  # rounding is taken away
+    two_stroke = {7: even_cylinders(7, 2.0 * np.pi)}
+    sums = np.abs(harmonics.phase_vectors(np.arange(1.0, 15.0), 7, two_stroke))
+    assert sums == pytest.approx(np.where(np.arange(1, 15) % 7 == 0, 7.0, 0.0), abs=1e-12)
+
+
+def test_phase_sums_are_those_of_the_arrangement() -> None:
+    for text in ENGINES:
+        by_count = engine_of(text)
+        ((count, engine),) = by_count.items()
+        assert engine.arrangement is not None
+        found = np.abs(harmonics.phase_vectors(ORDERS, count, by_count))
+        assert found == pytest.approx(engine.arrangement.phase_sums(ORDERS), abs=1e-11)
+
+
+def test_throws_of_a_v_engine_hold_two_cylinders() -> None:
+    by_count = engine_of("V8 cross-plane")
+    throws = np.arange(1, 6)[:, None]
+    found = harmonics.throw_phase_vectors(ORDERS, 8, by_count, throws)
+    assert np.isnan(found[4]).all()
+    members = by_count[8].members
+    wanted = sum(np.exp(1j * ORDERS * members[k].phase) for k in (0, 1))
+    assert found[0] == pytest.approx(wanted, abs=1e-12)
+    assert found[:4].sum(axis=0) == pytest.approx(
+        harmonics.phase_vectors(ORDERS, 8, by_count), abs=1e-11
+    )
+
+
+def test_unknown_throws_are_refused() -> None:
+    by_count = {13: even_cylinders(13, PERIOD)}
+    with pytest.raises(ValueError, match="13 cylinders: their order along the shaft is unknown"):
+        harmonics.throw_phase_vectors(ORDERS, 13, by_count, np.array([1])[:, None])
+
+
+def test_phase_of_nothing_is_zero() -> None:
+    assert harmonics.phase_of(np.array([0.0, -0.0, 1j, -1.0])).tolist() == pytest.approx(
+        [0.0, 0.0, 0.5 * np.pi, np.pi]
+    )

@@ -1,0 +1,209 @@
+"""Forces of the mechanism against equilibrium of its bodies, energy, and printed relations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn import forces, kinematic_series, masses, mechanism, slider_crank
+from engine_dyn.cylinders import EQUAL, cylinders_of, even_cylinders
+from engine_dyn.layouts import arrangement_from_text
+from tests.oracle.rigid_bodies import Bodies
+
+PHI = np.linspace(-6.0, 6.0, 97)
+CASES = [(0.25, 0.0), (0.5, 0.0), (0.3, 0.2), (0.35, -0.4)]
+
+
+@pytest.mark.parametrize(("ratio", "offset"), CASES)
+def test_components_are_those_of_one_force(ratio: float, offset: float) -> None:
+    thrust = mechanism.thrust_ratio(PHI, ratio, offset)
+    rod = mechanism.rod_ratio(PHI, ratio, offset)
+    tangential = slider_crank.velocity(PHI, ratio, offset)
+    radial = mechanism.radial_ratio(PHI, ratio, offset)
+    assert rod**2 == pytest.approx(1.0 + thrust**2, rel=1e-13)  # at the piston: N, P and S
+    assert rod**2 == pytest.approx(tangential**2 + radial**2, rel=1e-13)  # at the crank: T and R
+    theta = PHI + slider_crank.dead_centres(ratio, offset).top
+    beta = slider_crank.rod_angle(PHI, ratio, offset)
+    assert tangential == pytest.approx(np.sin(theta + beta) / np.cos(beta), abs=1e-13)
+    assert radial == pytest.approx(np.cos(theta + beta) / np.cos(beta), abs=1e-13)
+
+
+@pytest.mark.parametrize(("ratio", "offset"), CASES)
+def test_thrust_times_height_is_the_torque(ratio: float, offset: float) -> None:
+    # H above the crank's axis, all over r; P acts along the line of the pin, e beside the axis.
+    theta = PHI + slider_crank.dead_centres(ratio, offset).top
+    beta = slider_crank.rod_angle(PHI, ratio, offset)
+    height = np.cos(theta) + np.cos(beta) / ratio
+    moment = mechanism.thrust_ratio(PHI, ratio, offset) * height + offset
+    assert moment == pytest.approx(slider_crank.velocity(PHI, ratio, offset), abs=1e-12)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.2, -0.3])
+def test_exact_rod_against_newtons_equations(offset: float) -> None:
+    bodies = Bodies(offset)
+    ratio, speed = bodies.ratio, bodies.omega
+    share = masses.rod_mass_at_piston(bodies.rod_mass, bodies.centre, bodies.length)
+    mass = bodies.piston_mass + share
+    two = mechanism.two_mass_rod_inertia(bodies.rod_mass, bodies.centre, bodies.length)
+    excess = bodies.rod_inertia - two
+    assert excess < 0.0
+    missed = 0.0
+    for phi in np.linspace(0.05, 6.2, 12):
+        exact = bodies.solve(float(phi), bodies.gas)
+        inertia = -mass * bodies.radius * speed**2 * slider_crank.acceleration(phi, ratio, offset)
+        force = bodies.gas + inertia
+        thrust = force * mechanism.thrust_ratio(phi, ratio, offset)
+        torque = force * bodies.radius * slider_crank.velocity(phi, ratio, offset)
+        left_thrust = mechanism.rod_thrust(phi, ratio, excess, speed, bodies.length, offset)
+        left_torque = mechanism.rod_couple_torque(phi, ratio, excess, speed, offset)
+        assert thrust + left_thrust == pytest.approx(exact["thrust"], abs=2e-3)
+        assert torque + left_torque == pytest.approx(exact["torque"], abs=2e-4)
+        missed = max(missed, abs(torque - exact["torque"]))
+    assert missed > 1.0  # N m: what the usual model leaves out is not nothing
+
+
+@pytest.mark.parametrize(("ratio", "offset"), CASES)
+def test_motion_of_the_rod_against_differences(ratio: float, offset: float) -> None:
+    step = 1e-4
+    ahead, here, behind = (
+        slider_crank.rod_angle(PHI + k * step, ratio, offset) for k in (1, 0, -1)
+    )
+    speed = mechanism.rod_speed(PHI, ratio, offset)
+    assert speed == pytest.approx((ahead - behind) / (2.0 * step), abs=1e-7)
+    second = (ahead - 2.0 * here + behind) / step**2
+    assert mechanism.rod_acceleration(PHI, ratio, offset) == pytest.approx(second, abs=1e-6)
+
+
+def test_couple_does_no_work_over_a_turn() -> None:
+    phi = np.arange(720) * (np.pi / 360.0)
+    torque = mechanism.rod_couple_torque(phi, 0.3, -1e-3, 200.0, 0.1)
+    assert torque.mean() == pytest.approx(0.0, abs=1e-12 * np.abs(torque).max())
+
+
+def test_errors_of_two_masses() -> None:
+    ratio, mass, radius, excess = 0.3, 1.2, 0.05, -0.4e-3
+    phi = np.linspace(0.0, 2.0 * np.pi, 20001)
+    v, b = slider_crank.velocity(phi, ratio), slider_crank.acceleration(phi, ratio)
+    usual = -mass * radius**2 * v * b
+    exact = usual + mechanism.rod_couple_torque(phi, ratio, excess, 1.0)
+    wanted = np.abs(usual - exact).max() / np.abs(exact).max()
+    found = mechanism.rod_torque_error(ratio, excess, mass, radius)
+    assert found == pytest.approx(wanted, rel=1e-4)
+    usual = -mass * radius * b * mechanism.thrust_ratio(phi, ratio)
+    exact = usual + mechanism.rod_thrust(phi, ratio, excess, 1.0, radius / ratio)
+    wanted = np.abs(usual - exact).max() / np.abs(exact).max()
+    assert mechanism.rod_thrust_error(ratio, excess, mass, radius) == pytest.approx(
+        wanted, rel=1e-4
+    )
+    # A rod that fulfils the third condition has none, and shapes broadcast.
+    none = mechanism.rod_torque_error(np.full((2, 1), ratio), np.zeros(3), mass, radius)
+    assert none.shape == (2, 3)
+    assert (none == 0.0).all()
+
+
+def test_designs_in_pieces_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    excess = np.linspace(-1e-3, 1e-3, 11)
+    whole = mechanism.rod_torque_error(0.3, excess, 1.2, 0.05)
+    monkeypatch.setattr(mechanism, "AT_ONCE", 4)
+    assert (mechanism.rod_torque_error(0.3, excess, 1.2, 0.05) == whole).all()
+
+
+def test_ntua_rod_by_the_printed_masses() -> None:
+    # Kakaitsas table 4.1: 6.33 kg, 94 mm from the big end of 350 mm
+    assert mechanism.two_mass_rod_inertia(6.33, 0.094, 0.350) == pytest.approx(
+        1.70 * 0.256**2 + 4.63 * 0.094**2, rel=2e-3
+    )
+
+
+@pytest.mark.parametrize(
+    "text", ["in-line 4", "V6 60 split-pin", "boxer 4", "V8 cross-plane", "radial 5"]
+)
+def test_gravity_torque_is_the_slope_of_the_height(text: str) -> None:
+    # Power of the weights is -G dy/dt; per unit crank speed, by differences of the masses' heights.
+    engine = cylinders_of(arrangement_from_text(text))
+    count, ratio, radius, offset = len(engine.members), 0.3, 0.05, 0.1
+    piston, turning = 1.3, 2.1
+
+    def height(phi: Any) -> Any:
+        total: Any = 0.0
+        for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
+            angle = phi + member.phase
+            theta = angle + slider_crank.dead_centres(ratio, offset).top
+            down = slider_crank.position(angle, ratio, offset)
+            total = total - piston * down * np.cos(bank) + turning * np.cos(theta + bank)
+        return radius * total
+
+    step = 1e-5
+    slope = (height(PHI + step) - height(PHI - step)) / (2.0 * step)
+    found = mechanism.gravity_torque(
+        PHI, ratio, piston, turning, radius, count, {count: engine}, offset
+    )
+    assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
+
+
+def test_gravity_torque_as_printed_and_corrected() -> None:
+    # Rakopoulos notes, exact form: the second term is G_r sin(phi), not G_l sin(phi).
+    one = {1: even_cylinders(1, 4.0 * np.pi)}
+    found = mechanism.gravity_torque(PHI, 0.3, 2.0, 5.0, 0.1, 1, one)
+    velocity = slider_crank.velocity(PHI, 0.3)
+    right = mechanism.GRAVITY * 0.1 * (2.0 * velocity + 5.0 * np.sin(PHI))
+    printed = mechanism.GRAVITY * 0.1 * (2.0 * velocity + 2.0 * np.sin(PHI))
+    assert found == pytest.approx(right, abs=1e-12)
+    assert np.abs(found - printed).max() > 2.0
+
+
+def test_v_engines_stand_upright_and_boxers_lie_flat() -> None:
+    def angles(text: str) -> list[int]:
+        engine = cylinders_of(arrangement_from_text(text))
+        return [round(math.degrees(bank)) for bank in mechanism.banks_of(engine)]
+
+    assert sorted(set(angles("V6 60 split-pin"))) == [-30, 30]
+    assert sorted(set(angles("boxer 4"))) == [-90, 90]
+    assert set(angles("in-line 4")) == {0}
+    assert angles("radial 5")[:2] == [0, 72]
+    assert mechanism.banks_of(even_cylinders(13, 4.0 * np.pi)) == (0.0,) * 13
+
+
+def test_inertia_pressure_is_the_amplitude_of_the_inertia_force() -> None:
+    bore, stroke, mass, speed, ratio = 0.14, 0.18, 6.67, 125.66, 0.2571
+    area = forces.piston_area(bore)
+    phi = np.arange(1440) * (np.pi / 720.0)
+    force = -mass * 0.5 * stroke * speed**2 * slider_crank.acceleration(phi, ratio)
+    found = 2.0 * np.fft.rfft(force / area)[1:7].real / phi.size
+    orders = np.arange(1, 7)
+    coefficient = kinematic_series.acceleration_coefficients(orders, ratio)
+    pressures = mechanism.inertia_pressure(
+        coefficient, mass / (area * stroke), stroke * speed / math.pi
+    )
+    assert pressures == pytest.approx(-found, rel=1e-9, abs=1e-6)
+
+
+def test_mean_tangential_pressure_is_that_of_the_notes() -> None:
+    # p_T p_i relation from the work of a cycle: p_i V_h = p_T A (2 pi r) per turn of the cycle.
+    for period, turns in ((2.0 * math.pi, 1), (4.0 * math.pi, 2)):
+        phi = np.arange(7200) * (period / 7200)
+        pressure = 1e5 * (3.0 + 2.0 * np.cos(phi - 0.3) + np.sin(2.0 * np.pi / period * phi * 3))
+        ratio = 0.3
+        velocity = slider_crank.velocity(phi, ratio)
+        mean = (pressure * velocity).mean()
+        # indicated work over displacement, from p dV with V/V_h = x/(2 r)
+        volume = 0.5 * slider_crank.position(np.append(phi, period), ratio)
+        closed = np.append(pressure, pressure[0])
+        imep = float((0.5 * (closed[1:] + closed[:-1]) * np.diff(volume)).sum())
+        assert mean == pytest.approx(imep / (math.pi * turns), rel=1e-6)
+        # printed for four-stroke engines: p_T A 2 pi r, half of what the work is
+        printed = imep / math.pi
+        assert (abs(mean - printed) > 0.4 * abs(mean)) == (turns == 2)
+
+
+def test_members_of_unequal_engines() -> None:
+    engine = even_cylinders(4, 4.0 * np.pi).with_factors(mass_factor=(1.1, 1.0, 1.0, 1.0))
+    found = mechanism.of_cylinder(
+        lambda member: member.mass_factor, np.array([1, 4]),
+        {1: even_cylinders(1, 4.0 * np.pi), 4: engine},
+    )  # fmt: skip
+    assert found.tolist() == [1.0, 1.1]
+    assert EQUAL.mass_factor == 1.0

@@ -1,0 +1,166 @@
+"""Orders of the torque that textbooks give for crankshafts, from the engines of the catalogue.
+
+Expected values are closed forms: a harmonic of one cylinder's torque times the sum of the phase
+vectors of all, |1 + exp(i nu psi)| for two (Mettig, Die Kurbelwelle, phase vectors; Heisler,
+Advanced Engine Technology, twins and V8 engines). Both books are cited from memory; the forms are
+derived here.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine_dyn import forces
+from engine_dyn.arrangement import Arrangement
+from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.engine import Engine
+from sweeps.engine_file import load_engine
+
+PERIOD = 4.0 * math.pi
+COUNT = 7200
+PHI = np.arange(COUNT) * (PERIOD / COUNT)
+ORDERS = 0.5 * np.arange(1, 25)
+"""Of a four-stroke engine: half orders up to 12."""
+
+SMALL = 1e-9
+"""Of the largest harmonic: rounding."""
+
+
+@cache
+def engine_of(name: str) -> Engine:
+    return load_engine(name, Path())
+
+
+def arrangement_of(name: str) -> Arrangement:
+    own = engine_of(name).own_cylinders
+    assert own is not None
+    assert own.arrangement is not None
+    return own.arrangement
+
+
+def torque(name: str, engine: Cylinders, speed: float = 4000.0) -> np.ndarray:
+    """Gas and inertia torque of a catalogue engine with these cylinders."""
+    v, family = engine_of(name).values, engine_of(name).family
+    row = 0.0 if len(family.loads) == 1 else float(family.row_count - 1)
+    count = {engine.count: engine}
+    gas = forces.gas_torque(
+        PHI, v["crank_ratio"], family, row, 1.0, 1e5 * v["crankcase_pressure"], v["bore"],
+        v["stroke"], engine.count, PERIOD, by_count=count,
+    )  # fmt: skip
+    inertia = forces.inertia_torque(
+        PHI, v["crank_ratio"], v.get("reciprocating_mass", 0.5), v["stroke"],
+        speed * math.pi / 30.0, engine.count, PERIOD, by_count=count,
+    )  # fmt: skip
+    return np.asarray(gas + inertia)
+
+
+def harmonics(curve: np.ndarray) -> np.ndarray:
+    """Amplitudes of the orders `ORDERS`."""
+    return 2.0 * np.abs(np.fft.rfft(curve))[1 : len(ORDERS) + 1] / COUNT
+
+
+@pytest.mark.parametrize(
+    ("crank", "apart"), [(360, 2.0 * math.pi), (180, math.pi), (270, 1.5 * math.pi)]
+)
+def test_three_cranks_of_a_parallel_twin(crank: int, apart: float) -> None:
+    """Cylinder 2 fires 360, 180 or 270 degrees behind cylinder 1: 2 |cos(nu apart/2)|."""
+    name = f"parallel_twin_{crank}"
+    own = engine_of(name).own_cylinders
+    assert own is not None
+    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
+    found = harmonics(torque(name, own))
+    sums = 2.0 * np.abs(np.cos(0.5 * ORDERS * apart))
+    np.testing.assert_allclose(found, sums * one, atol=SMALL * one.max())
+    np.testing.assert_allclose(arrangement_of(name).phase_sums(ORDERS), sums, atol=1e-12)
+
+
+def test_what_each_twin_is_known_for() -> None:
+    """Even firing has whole orders alone; 180 degrees no odd order; 270 degrees no second order."""
+    found = {}
+    for crank in (360, 180, 270):
+        own = engine_of(f"parallel_twin_{crank}").own_cylinders
+        assert own is not None
+        found[crank] = harmonics(torque(f"parallel_twin_{crank}", own))
+        found[crank] = dict(zip(ORDERS.tolist(), found[crank] / found[crank].max(), strict=True))
+    whole = [order for order in ORDERS if order == int(order)]
+    assert all(found[360][order] < SMALL for order in ORDERS if order not in whole)
+    assert all(found[360][order] > 1e-4 for order in (1.0, 2.0, 3.0))
+    assert all(found[180][order] < SMALL for order in (1.0, 3.0, 5.0, 7.0))
+    assert all(found[180][order] > 1e-2 for order in (0.5, 1.5, 2.0))
+    # As in a V twin of 90 degrees, what one piston gives at twice the speed the other takes.
+    assert all(found[270][order] < SMALL for order in (2.0, 6.0, 10.0))
+    assert all(found[270][order] > 1e-2 for order in (0.5, 1.0, 1.5))
+
+
+@pytest.mark.parametrize("name", ["v8_cross_plane_93x86", "v8_flat_plane_94x93"])
+def test_a_v8_as_a_whole_has_multiples_of_the_fourth_order(name: str) -> None:
+    own = engine_of(name).own_cylinders
+    assert own is not None
+    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
+    found = harmonics(torque(name, own))
+    sums = np.where(ORDERS % 4.0 == 0.0, 8.0, 0.0)
+    np.testing.assert_allclose(found, sums * one, atol=8.0 * SMALL * one.max())
+
+
+def bank_of(name: str, bank: int) -> tuple[Cylinders, np.ndarray]:
+    """One bank as an engine of four, and the crank angles between its firings [degree]."""
+    own, arrangement = engine_of(name).own_cylinders, arrangement_of(name)
+    assert own is not None
+    places = [i for i, c in enumerate(arrangement.cylinders) if c.bank == bank]
+    alone = Cylinders(PERIOD, tuple(own.members[i] for i in places))
+    angles = np.sort(np.degrees(arrangement.firing_angles[places]))
+    return alone, np.diff(angles, append=angles[0] + 720.0)
+
+
+@pytest.mark.parametrize("bank", [0, 1])
+def test_banks_of_a_cross_plane_v8_fire_unevenly(bank: int) -> None:
+    """90, 180, 270 and 180 degrees apart, whence the half orders in the exhaust of each."""
+    name = "v8_cross_plane_93x86"
+    alone, gaps = bank_of(name, bank)
+    assert sorted(gaps.round().tolist()) == [90.0, 180.0, 180.0, 270.0]
+    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
+    found = harmonics(torque(name, alone))
+    phases = np.array([member.phase for member in alone.members])
+    sums = np.abs(np.exp(1j * ORDERS[:, None] * phases).sum(axis=1))
+    np.testing.assert_allclose(found, sums * one, atol=SMALL * one.max())
+    of_bank = arrangement_of(name).phase_sums_of_banks(ORDERS)[bank]
+    np.testing.assert_allclose(of_bank, sums, atol=1e-12)
+    by_order = dict(zip(ORDERS.tolist(), sums, strict=True))
+    assert all(by_order[order] > 0.5 for order in (0.5, 1.5, 2.5, 3.5))
+    assert all(by_order[order] == pytest.approx(4.0) for order in (4.0, 8.0, 12.0))
+
+
+@pytest.mark.parametrize("bank", [0, 1])
+def test_banks_of_a_flat_plane_v8_are_four_cylinder_engines(bank: int) -> None:
+    name = "v8_flat_plane_94x93"
+    alone, gaps = bank_of(name, bank)
+    np.testing.assert_allclose(gaps, 180.0)
+    one = harmonics(torque(name, even_cylinders(1, PERIOD)))
+    sums = np.where(ORDERS % 2.0 == 0.0, 4.0, 0.0)
+    np.testing.assert_allclose(
+        harmonics(torque(name, alone)), sums * one, atol=4.0 * SMALL * one.max()
+    )
+
+
+@pytest.mark.parametrize("missing", [1, 4])
+def test_a_missing_cylinder_brings_the_half_orders(missing: int) -> None:
+    """What is lost is one cylinder's combustion: all its orders, in an engine that had every 4th.
+
+    In the cross-plane V8 with a misfire, each order that is no multiple of 4 is that of the
+    pressure above motored of one cylinder.
+    """
+    name = "v8_cross_plane_93x86"
+    own = engine_of(name).own_cylinders
+    assert own is not None
+    single = even_cylinders(1, PERIOD)
+    lost = torque(name, single) - torque(name, single.with_factors(pressure_factor=(0.0,)))
+    found = harmonics(torque(name, own.without(missing)))
+    others = ORDERS % 4.0 != 0.0
+    expected = harmonics(lost)
+    np.testing.assert_allclose(found[others], expected[others], atol=8.0 * SMALL * expected.max())
+    assert (found[:4] > 0.05 * expected.max()).all()

@@ -1,0 +1,302 @@
+"""Scenes with loads over angle and speed, drivers, and the inertia in parts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from engine_dyn.driven_machine import torque_over_angle
+from sweeps import forecast
+from sweeps.blocks import bytes_beside
+from sweeps.errors import SceneError
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
+
+compiled = pytest.mark.compiled
+
+DEGREES = np.arange(0, 360, 2)
+MOTOR = {
+    "motor_synchronous_speed": 1250.0, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 90.0,
+}  # fmt: skip
+MOTORED = {"load": 0, "friction_constant": 2.0}
+"""The engine `ntua` so that its mean torque is negative."""
+
+BALANCE = ["delta", "torque", "load_torque", "driver_torque", "angular_acceleration", "omega"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Tables of torque, in the working folder."""
+    write(
+        "own.csv",
+        "load_angle_deg",
+        DEGREES,
+        20.0 + 15.0 * np.cos(np.radians(2 * DEGREES)),
+        tmp_path,
+    )
+    write("crank.csv", "crank_angle_deg", 2.0 * DEGREES - 360.0,
+          10.0 + 5.0 * np.sin(np.radians(DEGREES)), tmp_path)  # fmt: skip
+    speeds = np.array([600.0, 1000.0, 1500.0, 2000.0])
+    write("fan.csv", "speed_rpm", speeds, 6e-5 * speeds**2, tmp_path)
+    write("engine.csv", "speed_rpm", speeds, [80.0, 70.0, 50.0, 10.0], tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(name: str, column: str, places: Any, torque: Any, where: Path = Path()) -> None:
+    rows = [f"{x},{y}" for x, y in zip(places, torque, strict=True)]
+    text = "\n".join(["# made up", f"{column},torque_Nm", *rows])
+    (where / name).write_text(text, encoding="utf-8")
+
+
+def run(quantities: list[str] | None = None, **tables: Any) -> xr.Dataset:
+    return sweeps.run({"engine": "ntua", "output": {"quantities": quantities or BALANCE}, **tables})
+
+
+def refused(**tables: Any) -> str:
+    with pytest.raises(SceneError) as caught:
+        read_scene({"engine": "ntua", "output": {"quantities": ["delta"]}, **tables})
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@compiled
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"load_table": "own.csv", "gear_ratio": 1.5, "load_phase": 30.0, "load_table_factor": 1.2},
+        {"load_table": "crank.csv", "load_exponent": 1.0, "load_offset": 5.0},
+        {"load_table": "fan.csv", "load_offset": 5.0},
+        {**MOTORED, **MOTOR},
+        {**MOTORED, "driver_table": "engine.csv", "load_table": "own.csv"},
+    ],
+    ids=["own angle", "crank angle", "speed", "motor", "driver and load"],
+)
+def test_torques_balance_at_every_angle_and_over_the_cycle(settings: dict[str, Any]) -> None:
+    found = run(set=settings, solver={"closure": "cycle_time"})
+    assert int(found["status"]) == 0
+    rest = found["torque"] - found["load_torque"] + found["driver_torque"]
+    inertia = read_scene({"engine": "ntua", "output": {"quantities": ["delta"]}}).engine.values
+    size = float(np.ptp(found["torque"]))
+    np.testing.assert_allclose(
+        rest, inertia["inertia"] * found["angular_acceleration"], atol=1e-7 * size
+    )
+    # The trapezoidal rule at whole degrees of a curve that is a spline.
+    assert abs(float(rest.mean())) < 1e-6 * size
+    assert float((1.0 / found["omega"]).mean()) == pytest.approx(30.0 / (np.pi * 1200.0), rel=1e-9)
+
+
+@compiled
+def test_what_varies_is_an_axis_of_what_depends_on_it() -> None:
+    found = run(
+        ["delta", "load_torque", "load_coefficient", "torque_mean"],
+        set={"load_table": "own.csv"},
+        axes={"gear_ratio": [0.5, 1.0], "load_phase": [0.0, 45.0, 90.0]},
+    )
+    assert found["delta"].dims == ("gear_ratio", "load_phase")
+    assert found["load_torque"].dims == ("gear_ratio", "load_phase", "crank_angle")
+    assert found["load_coefficient"].dims == ("gear_ratio",)
+    assert found["load_coefficient"].attrs["units"] == "N m s2"
+    assert found["torque_mean"].dims == ()
+    # Mean of the load at the crank: i times its own.
+    k = found["load_coefficient"] * (1200.0 * np.pi / 30.0) ** 2
+    expected = found["torque_mean"] - np.array([0.5, 1.0]) * 20.0
+    np.testing.assert_allclose(k, expected, rtol=1e-9)
+    one = run(set={"load_table": "own.csv", "gear_ratio": 0.5, "load_phase": 45.0})
+    assert float(one["delta"]) == pytest.approx(
+        float(found["delta"].sel(gear_ratio=0.5, load_phase=45.0)), rel=1e-12
+    )
+
+
+@compiled
+def test_load_over_the_crank_angle_has_no_gear() -> None:
+    found = run(set={"load_table": "crank.csv"}, axes={"gear_ratio": [0.5, 0.7]})
+    assert "gear_ratio" not in found["delta"].dims
+    over = torque_over_angle(
+        np.radians(2.0 * DEGREES - 360.0), 10.0 + 5.0 * np.sin(np.radians(DEGREES))
+    )
+    phi = np.radians(found["crank_angle"].values)
+    variable = found["load_torque"].values - over(phi)
+    # What is left is k omega^2.
+    k = variable / found["omega"].values ** 2
+    np.testing.assert_allclose(k, k[0], rtol=1e-9)
+
+
+@compiled
+def test_factors_on_tables() -> None:
+    found = run(
+        ["load_coefficient", "load_torque_nominal", "torque_mean"], set={"load_table": "fan.csv"},
+        axes={"speed": [1000.0, 1500.0]},
+    )  # fmt: skip
+    assert found["load_coefficient"].attrs["units"] == "1"
+    np.testing.assert_allclose(found["load_torque_nominal"], found["torque_mean"], rtol=1e-12)
+    np.testing.assert_allclose(
+        found["load_coefficient"], found["torque_mean"] / [60.0, 135.0], rtol=1e-12
+    )
+    found = run(
+        ["delta", "driver_factor", "torque_mean", "load_coefficient", "load_torque_nominal"],
+        set={**MOTORED, "driver_table": "engine.csv"}, axes={"speed": [1000.0, 1500.0]},
+    )  # fmt: skip
+    np.testing.assert_allclose(
+        found["driver_factor"], -found["torque_mean"] / [70.0, 50.0], rtol=1e-12
+    )
+    assert float(found["load_coefficient"]) == float(found["load_torque_nominal"]) == 0.0
+    assert (found["status"] == 0).all()
+
+
+@compiled
+def test_a_motor_by_its_slip_follows_the_speed() -> None:
+    keys = {**MOTORED, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 90.0}
+    slip = run(["delta", "driver_factor"], set={**keys, "motor_slip": 0.04},
+               axes={"speed": [800.0, 1200.0]})  # fmt: skip
+    fixed = run(["delta", "driver_factor"], set={**keys, "motor_synchronous_speed": 1250.0},
+                axes={"speed": [800.0, 1200.0]})  # fmt: skip
+    assert slip["status"].values.tolist() == [0, 0]
+    assert fixed["status"].values.tolist() == [2, 0]  # beyond the breakdown
+    np.testing.assert_allclose(slip["delta"][1], fixed["delta"][1], rtol=1e-12)
+
+
+@compiled
+def test_error_estimate_and_methods() -> None:
+    found = run(
+        ["delta", "delta_error"], set={**MOTORED, **MOTOR, "load_table": "own.csv"},
+        solver={"method": ["auto", "newton", "picard", "closed"],
+                "inertia_model": ["constant", "variable"]},
+    )  # fmt: skip
+    assert (found["status"].values[:3] == 0).all() and (found["status"].values[3] == 4).all()
+    assert (found["delta_error"].values[:3] < 1e-6).all()
+    for other in (1, 2):
+        np.testing.assert_allclose(found["delta"][other], found["delta"][0], rtol=1e-6)
+
+
+@compiled
+def test_inertia_in_parts() -> None:
+    parts = {"flywheel_inertia": 1.5, "auxiliary_inertia": 0.1, "load_inertia": 0.2,
+             "gear_ratio": 2.0}  # fmt: skip
+    found = run(["delta", "engine_inertia"], set=parts)
+    whole = float(found["engine_inertia"]) + 1.5 + 0.1 + 4.0 * 0.2
+    assert float(run(["delta"], set={"inertia": whole})["delta"]) == pytest.approx(
+        float(found["delta"]), rel=1e-12
+    )
+    axis = run(["delta"], axes={"flywheel_inertia": [1.0, 2.0]}, designs={"load_inertia": [0.1]})
+    assert axis["delta"].dims == ("flywheel_inertia", "design")
+
+
+@compiled
+def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
+    there = folder / "machines"
+    there.mkdir()
+    write("motor.csv", "speed_rpm", [1000.0, 1400.0, 1500.0], [40.0, 30.0, 0.0], there)
+    write("belt.csv", "load_angle_deg", DEGREES, 1.0 + np.cos(np.radians(DEGREES)), there)
+    text = (Path(sweeps.__file__).parent / "engines" / "compressor_79x83.toml").read_text("utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("motor_")]
+    place = lines.index("[values]")
+    lines[place:place] = ['driver_table = "motor.csv"', 'load_table = "belt.csv"', ""]
+    (there / "own.toml").write_text("\n".join(lines), encoding="utf-8")
+    ask: dict[str, Any] = {"output": {"quantities": ["delta", "driver_factor", "load_torque"]}}
+    scene: dict[str, Any] = {"engine": "machines/own.toml", "set": {"speed": 1450}, **ask}
+    found = sweeps.run(scene)
+    assert int(found["status"]) == 0 and 0.0 < float(found["driver_factor"]) < 2.0
+    assert float(found["load_torque"].mean()) == pytest.approx(1.0)
+    # The scene's replace the engine's: table by motor, motor by table.
+    scene["set"] |= {"motor_slip": 0.03, "motor_breakdown_slip": 0.2, "motor_breakdown_torque": 30}
+    replaced = sweeps.run(scene)
+    assert float(replaced["driver_factor"]) != float(found["driver_factor"])
+    table = {"driver_table": "machines/motor.csv", "speed": 1450}
+    back = sweeps.run({"engine": "compressor_79x83", "set": table, **ask})
+    assert int(back["status"]) == 0
+
+
+@compiled
+def test_blocks_and_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = {
+        "engine": "diesel_105x137",
+        "set": {"load_table": "own.csv", "load_exponent": 1.6},
+        "axes": {"gear_ratio": [0.5, 1.5], "load_phase": np.linspace(0.0, 90.0, 50).tolist(),
+                 "inertia": [1.0, 2.0, 3.0]},
+        "output": {"quantities": ["delta", "load_coefficient"]},
+    }  # fmt: skip
+    plan = make_plan(read_scene(scene))
+    told = forecast.describe(plan)
+    assert "120 or 240 (6 cylinders)" not in told  # both ratios share the same with six
+    assert "load over angle: repeats 2, 6 times a cycle" in told
+    whole = sweeps.run(scene)
+    assert bytes_beside(plan) > 0.0
+    monkeypatch.setattr("sweeps.blocks.LIMIT", 4000.0)
+    pieces = sweeps.run(scene)
+    np.testing.assert_array_equal(whole["delta"], pieces["delta"])
+    np.testing.assert_array_equal(whole["load_coefficient"], pieces["load_coefficient"])
+
+
+# --- bad input ----------------------------------------------------------------------------------
+
+
+def test_tables_that_do_not_cover_the_speed() -> None:
+    told = refused(set={"load_table": "fan.csv"}, axes={"speed": [1000, 2500]})
+    assert told == (
+        "scene: [axes] speed = 2500: must be from 600 to 2000 rpm, which load_table covers"
+    )
+    write("slow.csv", "speed_rpm", [100.0, 900.0], [1.0, 2.0])
+    told = refused(set={"driver_table": "slow.csv"})
+    assert told == (
+        "scene: speed of engine ntua = 1200: must be from 100 to 900 rpm, which driver_table covers"
+    )
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"set": {"load_table": "none.csv"}}, "[set] load_table none.csv: no such file"),
+        ({"set": {"load_table": 3}}, "[set] load_table = 3: must be a text"),
+        ({"set": {"driver_table": "own.csv"}}, "must be torque_Nm and one of speed_rpm"),
+        ({"axes": {"load_table": [1, 2]}}, "[axes] load_table: must stand in [set]"),
+        ({"set": {"load_table": "own.csv", "gear_ratio": 0.3}},
+         "gear_ratio = 0.3: must be a multiple of 0.25"),
+        ({"set": {"load_table": "own.csv"}, "axes": {"gear_ratio": [1, 0.3]}},
+         "[axes] gear_ratio = 0.3"),
+        ({"set": {"load_table": "own.csv"}, "solver": {"method": "thesis"}}, "method = 'thesis'"),
+        ({"set": {"load_table": "fan.csv", **MOTOR}}, "not allowed together with a driver"),
+        ({"set": {"driver_table": "engine.csv", **MOTOR}}, "give one driver"),
+        ({"set": {"inertia": 1.0, "load_inertia": 1.0}}, "inertia whole or in parts"),
+        ({"set": {"motor_slip": 0.1, **MOTOR}}, "say the same thing"),
+        ({"set": {"motor_breakdown_slip": 0.2}}, "needs motor_synchronous_speed"),
+        ({"set": {"motor_slip": 1.0}}, "motor_slip = 1: must be"),
+        ({"set": {"gear_ratio": 0.0}}, "gear_ratio = 0: must be"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_told_in_one_line(tables: dict[str, Any], words: str) -> None:
+    assert words in refused(**tables)
+
+
+@pytest.mark.parametrize(
+    ("column", "places", "torque", "words"),
+    [
+        ("load_angle_deg", range(0, 100, 10), [1.0] * 10, "covers 90 degrees"),
+        ("load_angle_deg", [*range(0, 350, 10), 5], [1.0] * 36, "line 38: angle = 5 degree after"),
+        ("speed_rpm", [500, 1500, 1400], [1, 2, 3], "line 5: speed = 1400 rpm after 1500"),
+        ("speed_rpm", [500, 1500], [1, -2], "line 4: torque = -2"),
+        ("speed_rpm", [1500], [1], "1 points: must be at least 2"),
+        ("angle", [1], [1], "columns angle, torque_Nm: must be torque_Nm and one of crank_angle"),
+    ],
+)
+def test_bad_tables_are_told_with_their_line(
+    column: str, places: Any, torque: Any, words: str
+) -> None:
+    write("bad.csv", column, places, torque)
+    told = refused(set={"load_table": "bad.csv"})
+    assert words in told and "bad.csv" in told
+
+
+def test_engine_files_with_both_are_refused(folder: Path) -> None:
+    text = (Path(sweeps.__file__).parent / "engines" / "compressor_79x83.toml").read_text("utf-8")
+    for more, words in (
+        ("inertia = 1.0", "has both inertia and flywheel_inertia"),
+        ("motor_synchronous_speed = 1600", "has both motor_slip and motor_synchronous_speed"),
+    ):
+        (folder / "mine.toml").write_text(text.replace("[values]", f"[values]\n{more}"), "utf-8")
+        assert words in refused(engine="mine.toml")

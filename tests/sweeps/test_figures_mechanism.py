@@ -1,0 +1,204 @@
+"""Figures of forces, orders and bearing loads, from datasets made here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.text import Text
+
+from sweeps.drawing.mechanism import polar_names
+from sweeps.drawing.sheet import STYLE
+from sweeps.drawing.views import View, study_of
+from sweeps.figures import _plates
+
+ANGLES = np.arange(-360.0, 360.0, 10.0)
+PHI = np.radians(ANGLES)
+
+
+def variable(dims: Any, values: Any, name: str, units: str, symbol: str = "") -> Any:
+    attributes = {"long_name": name, "units": units}
+    return (dims, values, attributes | ({"symbol": f"${symbol}$"} if symbol else {}))
+
+
+def mechanism(speeds: Any = (1000.0, 2000.0)) -> xr.Dataset:
+    """A study over speed: forces, orders, loads of two engines' journals."""
+    speed = np.asarray(speeds)
+    push = 1e4 * np.exp(-(PHI**2)) - speed[:, None] * np.cos(PHI)
+    journals = np.stack([push * np.sin(PHI), push * np.cos(PHI), np.full_like(push, np.nan)], 1)
+    order = np.arange(1, 13) / 2
+    size = 100.0 / order + 0.01 * speed[:, None]
+    curve = ("speed", "crank_angle")
+    journal = ("speed", "main_bearing", "crank_angle")
+    return xr.Dataset(
+        {
+            "gas_force": variable("crank_angle", push[0] + 50.0, "force of the gas, x", "N", "P_g"),
+            "piston_force": variable(curve, push, "force on the piston", "N", "P"),
+            "crank_pin_radial": variable(
+                curve, -push * np.cos(PHI), "load of the crank pin along the crank, out", "N",
+                "F_{C,r}",
+            ),
+            "crank_pin_tangential": variable(
+                curve, push * np.sin(PHI), "load of the crank pin across the crank, with", "N",
+                "F_{C,t}",
+            ),
+            "piston_pin_side": variable(
+                "crank_angle", 0.2 * push[0], "load of the piston pin across the cylinder", "N"
+            ),
+            "piston_pin_down": variable(
+                "crank_angle", push[0] * np.cos(PHI), "load of the piston pin along it", "N"
+            ),
+            "main_journal_x": variable(
+                journal, journals, "sideways load of the main journals, right", "N", "F_{H,x}"
+            ),
+            "main_journal_y": variable(
+                journal, -journals, "upward load of the main journals, up", "N", "F_{H,y}"
+            ),
+            "main_journal_load_max": variable(
+                ("speed", "main_bearing"), np.abs(journals).max(axis=2),
+                "largest load of the main journals", "N",
+            ),
+            "torque_order": variable(("speed", "order"), size, "amplitude of the orders", "N m"),
+            "phase_vector_sum": variable("order", (order % 3 == 0) * 6.0, "sum of phases", "1"),
+        },
+        coords={
+            "speed": variable("speed", speed, "nominal crank speed", "rpm", "n"),
+            "main_bearing": variable("main_bearing", [1, 2, 3], "main journal", "1", "j"),
+            "order": variable("order", order, "order", "1", r"\nu"),
+            "crank_angle": variable("crank_angle", ANGLES, "crank angle", "degree", r"\varphi"),
+        },
+    )  # fmt: skip
+
+
+def plates(data: xr.Dataset) -> dict[str, Any]:
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
+        found = {}
+        for stem, figure in _plates(study_of(data, {})):
+            figure.canvas.draw()
+            found[stem] = figure
+        return found
+
+
+def words(figure: Any) -> str:
+    found = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
+    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Any]:
+    return plates(mechanism())
+
+
+def test_what_is_drawn(found: dict[str, Any]) -> None:
+    assert set(found) == {
+        "piston_forces_speed", "crank_pin_polar_tangential_radial_speed",
+        "piston_pin_polar_side_down", "main_journal_polar_x_y_speed", "torque_order_speed",
+        "phase_vector_sum", "main_journal_load_max_main_bearing",
+    }  # fmt: skip
+
+
+def test_forces_of_one_group_share_their_panels(found: dict[str, Any]) -> None:
+    figure = found["piston_forces_speed"]
+    assert len(figure.axes) == 2  # one for each speed
+    assert "Force of the gas $P_g$" in words(figure)
+    assert "Force (N)" in words(figure)
+    lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 10]
+    assert len(lines) == 2
+    # closed: the first point again at the end
+    assert lines[1].get_ydata()[0] == lines[1].get_ydata()[-1]
+
+
+def test_a_force_alone_is_a_curve_like_any_other() -> None:
+    assert "piston_force_speed" in plates(mechanism()[["piston_force"]])
+
+
+def test_polar_diagrams_have_one_scale(found: dict[str, Any]) -> None:
+    for stem in ("crank_pin_polar_tangential_radial_speed", "piston_pin_polar_side_down"):
+        panel = found[stem].axes[0]
+        box = panel.get_window_extent()
+        across = np.ptp(panel.get_xlim()) / box.width
+        up = np.ptp(panel.get_ylim()) / box.height
+        assert across == pytest.approx(up, rel=1e-6)
+        # everything is inside, and so is the origin
+        for line in panel.lines:
+            if line.get_marker() == "o":
+                x, y = line.get_data()
+                assert (np.abs(x - np.mean(panel.get_xlim())) <= np.ptp(panel.get_xlim()) / 2).all()
+                assert (np.abs(y - np.mean(panel.get_ylim())) <= np.ptp(panel.get_ylim()) / 2).all()
+    said = words(found["crank_pin_polar_tangential_radial_speed"])
+    assert "Polar diagram of the load of the crank pin by speed" in said
+    assert "a mark every 30° of crank angle" in said
+
+
+def test_down_is_down(found: dict[str, Any]) -> None:
+    figure = found["piston_pin_polar_side_down"]
+    assert figure.axes[0].yaxis_inverted()
+    assert "0°" in words(figure)
+
+
+def test_the_abscissa_of_a_polar_diagram_is_the_tangential_part(found: dict[str, Any]) -> None:
+    data = mechanism()
+    panel = found["crank_pin_polar_tangential_radial_speed"].axes[0]
+    line = next(line for line in panel.lines if len(line.get_xdata()) == ANGLES.size + 1)
+    assert line.get_xdata()[:-1] == pytest.approx(data["crank_pin_tangential"].values[0])
+    assert line.get_ydata()[:-1] == pytest.approx(data["crank_pin_radial"].values[0])
+
+
+def test_each_journal_has_a_panel_and_none_is_missed(found: dict[str, Any]) -> None:
+    figure = found["main_journal_polar_x_y_speed"]
+    titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_visible()]
+    assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
+    assert len(figure.axes[2].lines) == 2  # only the axes of coordinates
+    assert "no value" not in words(found["main_journal_load_max_main_bearing"]).lower()
+
+
+def test_components_without_their_partner_are_curves() -> None:
+    data = mechanism()[["crank_pin_radial"]]
+    assert polar_names(View(data)) == []
+    assert "crank_pin_radial_speed" in plates(data)
+
+
+def test_orders_are_stems_side_by_side(found: dict[str, Any]) -> None:
+    figure = found["torque_order_speed"]
+    panel = figure.axes[0]
+    assert len(panel.collections) == 2  # stems of each speed
+    one, other = (line.get_xdata() for line in panel.lines[:2])
+    assert np.diff(one) == pytest.approx(0.5)
+    assert 0.0 < (other - one)[0] < 0.5
+    assert np.mean([one[0], other[0]]) == pytest.approx(0.5)
+    assert "Order" in words(figure)
+    single = found["phase_vector_sum"].axes[0]
+    assert single.lines[0].get_xdata() == pytest.approx(np.arange(1, 13) / 2)
+
+
+def test_nothing_is_written_outside_a_figure(found: dict[str, Any]) -> None:
+    for stem, figure in found.items():
+        renderer, page = figure.canvas.get_renderer(), figure.bbox
+        boxes = [
+            panel.get_tightbbox(renderer)
+            for panel in figure.axes
+            if panel.get_visible() and panel.axison
+        ]
+        boxes += [text.get_window_extent(renderer) for text in figure.texts]
+        for box in boxes:
+            assert box.x0 >= -1 and box.y0 >= -1, stem
+            assert box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, stem
+
+
+def test_more_axes_are_cut_or_faceted() -> None:
+    data = mechanism()
+    wider = xr.concat([data, data * 1.1], dim="load", data_vars="all", coords="minimal")
+    wider = wider.assign_coords(
+        load=variable("load", [50.0, 100.0], "load", "percent", "L"), speed=data["speed"]
+    )
+    for name in data.data_vars:
+        wider[name].attrs = data[name].attrs
+    found = plates(wider)
+    assert "torque_order_speed" in found and "torque_order_load" in found
+    assert len([p for p in found["torque_order_speed"].axes if p.get_visible()]) == 2
+    assert len(found["crank_pin_polar_tangential_radial_speed"].axes) >= 2

@@ -1,0 +1,324 @@
+"""Series, forces, orders and bearing loads as scenes ask for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn import harmonics, kinematic_series, slider_crank
+from sweeps.errors import SceneError
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
+
+
+def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:
+    output = {"quantities": quantities, **tables.pop("output", {})}
+    return sweeps.run({"engine": engine, "output": output, **tables})
+
+
+# Series -------------------------------------------------------------------------------------------
+
+
+def test_series_need_only_what_they_depend_on() -> None:
+    scene = {
+        "engine": "marine_80x345",
+        "axes": {"crank_ratio": [0.2, 0.5], "truncation": [2, 4], "speed": [60, 70]},
+        "output": {"quantities": ["acceleration_coefficient", "acceleration_truncation_error"]},
+    }
+    plan = make_plan(read_scene(scene))
+    assert [s.node.name for s in plan.stages] == scene["output"]["quantities"]
+    assert plan.unused == ("speed",)
+    found = sweeps.run(scene)
+    assert found["acceleration_coefficient"].dims == ("crank_ratio", "order")
+    assert found["order"].values.tolist() == list(range(1, 13))  # two-stroke
+    assert found["acceleration_truncation_error"].dims == ("crank_ratio", "truncation")
+
+
+def test_shortened_forms_are_a_choice_with_a_default() -> None:
+    names = ["acceleration_truncated", "velocity_truncated", "position_truncated"]
+    plain = run(names)
+    phi = np.radians(plain["crank_angle"].values)
+    wanted = kinematic_series.truncated_acceleration(phi, 9 / 35, 2)
+    assert plain["acceleration_truncated"].values == pytest.approx(wanted, abs=1e-12)
+    four = run(names, set={"truncation": 4})
+    exact = slider_crank.acceleration(phi, 9 / 35)
+    error = np.abs(four["acceleration_truncated"].values - exact).max()
+    assert 0.0 < error < np.abs(wanted - exact).max()
+
+
+@pytest.mark.parametrize("value", [3, 1, 2.5])
+def test_truncation_is_an_even_number(value: float) -> None:
+    with pytest.raises(SceneError, match=r"truncation|highest order") as caught:
+        run(["acceleration_truncated"], set={"truncation": value})
+    assert "\n" not in str(caught.value)
+
+
+def test_series_of_an_offset_mechanism_are_refused() -> None:
+    for name in ("position_coefficient", "position_mean", "velocity_truncated",
+                 "position_truncation_error"):  # fmt: skip
+        with pytest.raises(SceneError, match=f"{name} is that of a centred mechanism"):
+            run([name], set={"pin_offset": 0.002})
+
+
+# Forces -------------------------------------------------------------------------------------------
+
+
+def test_forces_are_one_anothers_components() -> None:
+    found = run(
+        ["piston_force", "gas_force", "inertia_force", "wall_thrust", "rod_force",
+         "tangential_force", "radial_force", "gas_tangential_force", "inertia_tangential_force",
+         "gas_torque", "inertia_torque", "overturning_moment", "rod_angle", "reduced_torque",
+         "tangential_pressure", "piston_pressure"],
+        axes={"speed": [900, 1500], "load": [50, 90]},
+    )  # fmt: skip
+    force = found["gas_force"] + found["inertia_force"]
+    size = float(np.abs(force).max())
+    beta, theta = np.radians(found["rod_angle"]), np.radians(found["crank_angle"])
+    rod, area = found["rod_force"], 0.25 * np.pi * 0.14**2
+    torque = found["gas_torque"] + found["inertia_torque"]
+    for one, other in (
+        (found["piston_force"], force),
+        (found["wall_thrust"], force * np.tan(beta)),
+        (rod * np.cos(beta), force),
+        (found["tangential_force"], rod * np.sin(theta + beta)),
+        (found["radial_force"], rod * np.cos(theta + beta)),
+        # one cylinder: T r is the torque, and the frame bears the opposite
+        (found["tangential_force"] * 0.09, torque),
+        (found["gas_tangential_force"] * 0.09, found["gas_torque"]),
+        (found["inertia_tangential_force"] * 0.09, found["inertia_torque"]),
+        (found["overturning_moment"], -torque),
+        (found["piston_pressure"] * 1e5 * area, force),
+        (found["reduced_torque"] * 1e5 * area * 0.18, torque),
+    ):
+        assert float(np.abs(one - other).max()) < 1e-12 * size
+    # what the inertia needs is not computed on the load
+    assert found["inertia_force"].dims == ("speed", "crank_angle")
+
+
+@pytest.mark.parametrize(("engine", "turns"), [("ntua", 2), ("marine_80x345", 1)])
+def test_mean_tangential_pressure_is_that_of_the_notes(engine: str, turns: int) -> None:
+    found = run(
+        ["tangential_pressure_mean", "reduced_torque_mean", "imep", "tangential_pressure"],
+        engine, output={"angle_step": 0.25},
+    )  # fmt: skip
+    wanted = float(found["imep"]) / (np.pi * turns)
+    assert float(found["tangential_pressure_mean"]) == pytest.approx(wanted, rel=1e-9)
+    assert float(found["reduced_torque_mean"]) == pytest.approx(0.5 * wanted, rel=1e-9)
+    # and of the curve: inertia and crankcase pressure do no work over the cycle
+    curve = float(found["tangential_pressure"].mean())
+    assert curve == pytest.approx(wanted, rel=1e-5)
+
+
+def test_kakaitsas_masses_of_the_rod() -> None:
+    found = run(
+        ["two_mass_rod_inertia", "rod_inertia_excess", "rotating_force", "specific_mass",
+         "inertia_pressure_order", "inertia_force", "rod_torque_error"],
+        axes={"rod_inertia": [0.1, 6.33 * 0.094 * 0.256]}, set={"crankcase_pressure": 0},
+    )  # fmt: skip
+    two = 6.33 * 0.094 * (0.350 - 0.094)
+    assert float(found["two_mass_rod_inertia"]) == pytest.approx(two, rel=1e-12)
+    assert found["rod_inertia_excess"].values == pytest.approx([0.1 - two, 0.0], abs=1e-15)
+    assert found["rod_torque_error"].values[1] == pytest.approx(0.0, abs=1e-12)
+    omega = 1200 * np.pi / 30
+    turning = 1.00 + 6.33 * 0.256 / 0.350  # Kakaitsas 4.1 prints 1.00 - 4.63 = 5.63
+    assert float(found["rotating_force"]) == pytest.approx(turning * 0.09 * omega**2, rel=1e-12)
+    mass = 4.97 + 6.33 * 0.094 / 0.350
+    volume = 0.25 * np.pi * 0.14**2 * 0.18
+    assert float(found["specific_mass"]) == pytest.approx(mass / volume, rel=1e-12)
+    # amplitudes of the inertia force over the piston, by its transform
+    force = found["inertia_force"].values
+    found_orders = -2.0 * np.fft.rfft(force).real[1:25] / force.size * (-1.0) ** np.arange(1, 25)
+    area = 0.25 * np.pi * 0.14**2
+    wanted = found["inertia_pressure_order"].values * 1e5 * area
+    # the archive's cycle begins at -360 degrees: order nu/2 is turned by nu half turns
+    assert wanted[1::2] == pytest.approx(found_orders[1::2] * 1.0, abs=1e-6 * abs(wanted).max())
+
+
+def test_rod_inertia_is_asked_for_by_name() -> None:
+    with pytest.raises(SceneError, match=r"'rod_couple' needs rod_inertia .* which engine ntua"):
+        run(["rod_couple"])
+
+
+# Orders -------------------------------------------------------------------------------------------
+
+ORDERS = ["gas_torque", "inertia_torque", "torque", "gravity_torque"]
+
+
+@pytest.mark.parametrize(
+    ("engine", "settings"),
+    [
+        ("diesel_105x137", {}),
+        ("v6_96x81", {}),
+        ("marine_80x345", {}),
+        ("ntua", {"pin_offset": 0.004}),
+        ("si_four_87x101", {"pressure_factor": [0.0, 1.0, 1.0, 0.9],
+                            "mass_factor": [1.0, 1.0, 1.1, 1.0]}),
+    ],
+)  # fmt: skip
+def test_orders_make_the_curve(engine: str, settings: dict[str, Any]) -> None:
+    names = [f"{name}_{part}" for name in ORDERS for part in ("order", "phase")]
+    found = run(
+        [*names, "gas_torque", "inertia_torque", "gravity_torque", "friction_torque", "torque"],
+        engine, set=settings, output={"angle_step": 0.25, "highest_order": 360},
+    )  # fmt: skip
+    phi = np.radians(found["crank_angle"])
+    for name in ORDERS:
+        angle = found["order"] * phi + np.radians(found[f"{name}_phase"])
+        waves = (found[f"{name}_order"] * np.cos(angle)).sum("order")
+        curve = found[name]
+        size = float(np.abs(curve).max())
+        rest = np.abs(curve - curve.mean() - waves).max()
+        # a spline's third derivative jumps: what is above order 360 is some 1e-3 at most
+        assert float(rest) < (1e-3 if name in ("gas_torque", "torque") else 1e-9) * size + 1e-9
+
+
+def test_orders_do_not_depend_on_the_angle_step() -> None:
+    names = ["torque_order", "torque_phase", "crank_pin_load_max", "crank_pin_peak_angle",
+             "main_journal_load_mean"]  # fmt: skip
+    coarse = run(names, output={"angle_step": 30})
+    fine = run(names, output={"angle_step": 0.5})
+    for name in names:
+        assert np.array_equal(coarse[name], fine[name]), name
+
+
+def test_gas_orders_are_a_table_of_few_axes() -> None:
+    scene = {
+        "engine": "ntua",
+        "axes": {"crank_ratio": [0.2, 0.3], "load": [50, 90], "bore": [0.12, 0.14],
+                 "reciprocating_mass": [5, 6, 7], "speed": [900, 1200]},
+        "output": {"quantities": ["torque_order"]},
+    }  # fmt: skip
+    plan = make_plan(read_scene(scene))
+    dims = {stage.node.name: stage.dims for stage in plan.stages}
+    assert dims["gas_harmonics"] == ("crank_ratio", "load", "order")
+    assert dims["inertia_harmonics"] == ("crank_ratio", "order")
+    assert dims["gas_torque_harmonics"] == ("crank_ratio", "load", "bore", "order")
+    found = sweeps.run(scene)["torque_order"]
+    assert found.dims == ("crank_ratio", "load", "bore", "reciprocating_mass", "speed", "order")
+    alone = run(["torque_order"], set={"crank_ratio": 0.3, "load": 90, "bore": 0.12,
+                                       "reciprocating_mass": 7, "speed": 900})  # fmt: skip
+    here = found.sel(crank_ratio=0.3, load=90, bore=0.12, reciprocating_mass=7, speed=900)
+    assert here.values == pytest.approx(alone["torque_order"].values, rel=1e-12)
+
+
+def test_which_orders_cancel() -> None:
+    found = run(["phase_vector_sum", "torque_order", "cylinder_torque_order"], "diesel_105x137",
+                axes={"cylinders": [1, 4, 6]})  # fmt: skip
+    sums = found["phase_vector_sum"]
+    assert sums.sel(cylinders=6, order=[3.0, 6.0, 2.5, 1.0]).values.tolist() == pytest.approx(
+        [6.0, 6.0, 0.0, 0.0]
+    )
+    assert sums.sel(cylinders=4, order=[2.0, 3.0]).values.tolist() == pytest.approx([4.0, 0.0])
+    product = sums * found["cylinder_torque_order"]
+    assert np.allclose(found["torque_order"], product, rtol=1e-11)
+    assert found["cylinder_torque_order"].dims == ("order",)
+
+
+def test_throws_add_up_to_the_engine() -> None:
+    found = run(
+        ["throw_torque_order", "throw_torque_phase", "torque_order", "torque_phase"], "v6_96x81"
+    )
+
+    def complexes(name: str) -> Any:
+        return found[f"{name}_order"] * np.exp(1j * np.radians(found[f"{name}_phase"]))
+
+    whole = complexes("throw_torque").sum("cylinder", skipna=True)
+    limit = 1e-9 * float(found["throw_torque_order"].max())
+    assert np.allclose(whole, complexes("torque"), atol=limit)
+    assert int(np.isfinite(found["throw_torque_order"]).all("order").sum()) == 3  # bays of a V6
+
+
+# Bearings -----------------------------------------------------------------------------------------
+
+
+def test_journals_of_engines_of_different_length() -> None:
+    found = run(["main_journal_load_max", "main_journal_x"], "diesel_105x137",
+                axes={"cylinders": [1, 4, 6]})  # fmt: skip
+    assert found["main_bearing"].values.tolist() == [1, 2, 3, 4, 5, 6, 7]
+    known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
+    assert known.values.tolist() == [2, 5, 7]
+    assert np.isfinite(found["main_journal_x"].sel(cylinders=6)).all()
+
+
+def test_largest_load_is_that_of_the_curve() -> None:
+    found = run(
+        ["crank_pin_load", "crank_pin_load_max", "crank_pin_load_mean", "crank_pin_peak_angle",
+         "piston_pin_load", "piston_pin_load_max", "main_journal_load", "main_journal_load_max",
+         "main_journal_peak_angle", "crank_pin_x", "crank_pin_y", "crank_pin_radial",
+         "crank_pin_tangential", "main_journal_radial", "main_journal_tangential"],
+        "v6_96x81", output={"angle_step": 0.05},
+    )  # fmt: skip
+    for load in ("crank_pin", "piston_pin", "main_journal"):
+        largest = found[f"{load}_load"].max("crank_angle")
+        assert np.allclose(found[f"{load}_load_max"], largest, rtol=2e-5), load
+    pin = found["crank_pin_load"]
+    assert float(pin.mean()) == pytest.approx(float(found["crank_pin_load_mean"]), rel=1e-4)
+    assert abs(float(pin.idxmax()) - float(found["crank_pin_peak_angle"])) < 0.1
+    assert np.allclose(np.hypot(found["crank_pin_x"], found["crank_pin_y"]), pin, rtol=1e-12)
+    turned = np.hypot(found["crank_pin_radial"], found["crank_pin_tangential"])
+    assert np.allclose(turned, pin, rtol=1e-12)
+    turned = np.hypot(found["main_journal_radial"], found["main_journal_tangential"])
+    assert np.allclose(turned, found["main_journal_load"], rtol=1e-12)
+
+
+def test_loads_of_a_cylinder_do_not_depend_on_the_others() -> None:
+    scene = {"engine": "diesel_105x137", "axes": {"cylinders": [1, 4]},
+             "output": {"quantities": ["crank_pin_load_max", "piston_pin_side"]}}  # fmt: skip
+    plan = make_plan(read_scene(scene))
+    assert all("cylinders" not in stage.dims for stage in plan.stages)
+
+
+@pytest.mark.parametrize("name", ["main_journal_load_max", "main_journal_x", "throw_torque_order"])
+def test_unknown_throws_are_refused_by_name(name: str) -> None:
+    with pytest.raises(
+        SceneError, match=rf"cylinders = 13: no firing order is known, which '{name}'"
+    ):
+        run([name], axes={"cylinders": [4, 13]})
+
+
+@pytest.mark.compiled
+def test_many_designs_take_blocks() -> None:
+    names = ["crank_pin_load_max", "rod_torque_error", "torque_order", "tangential_force"]
+    axes = {"reciprocating_mass": np.linspace(4, 8, 60).tolist(),
+            "speed": np.linspace(800, 1600, 50).tolist(), "rod_inertia": [0.1, 0.12]}  # fmt: skip
+    whole = run(names[:3], axes=axes)
+    assert whole["crank_pin_load_max"].shape == (60, 50)
+    assert whole["rod_torque_error"].dims == ("reciprocating_mass", "rod_inertia")
+    some = whole.isel(reciprocating_mass=[7, 41], speed=[3, 44])
+    small = {**axes, "reciprocating_mass": some["reciprocating_mass"].values.tolist(),
+             "speed": some["speed"].values.tolist()}  # fmt: skip
+    again = run(names[:3], axes=small)
+    for name in names[:3]:
+        assert np.allclose(again[name], some[name], rtol=1e-13, atol=0.0), name
+
+
+# Built-in scenes ----------------------------------------------------------------------------------
+
+
+def test_scene_mosakowski_reproduces_the_readings_of_its_figure() -> None:
+    found = sweeps.run("mosakowski")
+    error = found["acceleration_truncation_error"]
+    printed = found["acceleration_truncation_error_published"]
+    compared = np.isfinite(printed)
+    assert int(compared.sum()) == 2
+    # three decimals are readable
+    assert float(np.abs(error - printed).where(compared).max()) < 5e-4
+    assert float(error.sel(crank_ratio=0.5, truncation=4)) < 0.2 * float(
+        error.sel(crank_ratio=0.5, truncation=2)
+    )
+
+
+def test_scene_rakopoulos_runs_and_agrees_with_itself() -> None:
+    found = sweeps.run("rakopoulos")
+    for name in found.data_vars:
+        assert np.isfinite(found[name].sel(cylinders=6) if "cylinders" in found[name].dims
+                           else found[name]).all(), name  # fmt: skip
+    mean = float(found["tangential_pressure_mean"])
+    assert mean == pytest.approx(float(found["imep"]) / (2.0 * np.pi), rel=1e-9)
+    series = harmonics.inertia_harmonics(found["order"].values, 0.0685 / 0.207)
+    moment = 2.521 * (0.0685 * 2000 * np.pi / 30) ** 2
+    one = found["inertia_torque_order"].sel(cylinders=1).values
+    assert one == pytest.approx(np.abs(series) * moment, rel=1e-12, abs=1e-12)

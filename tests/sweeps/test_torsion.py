@@ -1,0 +1,179 @@
+"""Orders as the excitation of a shaft, and the worked example on the measured diesel."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.torsion import QUANTITIES, excitation
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+example: Any = importlib.import_module("torsional_vibration")
+
+NODES = [2, 3, 4, 5, 6, 7]
+
+
+def archive(*more: str, **tables: Any) -> Any:
+    output = {"quantities": [*QUANTITIES, *more], "highest_order": 200, "angle_step": 1.0}
+    return sweeps.run({"engine": "diesel_105x137", "output": output, **tables})
+
+
+@pytest.fixture(scope="module")
+def found() -> Any:
+    return archive("torque_after_throw", "torque_mean")
+
+
+def test_orders_on_each_node_are_the_torque_of_its_throw(found: Any) -> None:
+    one = excitation(found, NODES)
+    phi = np.radians(found["crank_angle"].values)
+    omega = 2200 * np.pi / 30
+    waves = (one.complexes[:, None] * np.exp(1j * one.omega * (phi / omega)[:, None])).real
+    summed = waves.sum(axis=-1)
+    # torque after a throw less that after the next; its mean part has no order
+    after = found["torque_after_throw"].values
+    throw = after - np.vstack([after[1:], np.zeros_like(after[:1])])
+    throw = throw - throw.mean(axis=1, keepdims=True)
+    # the measured points scatter: orders above 200 are left out
+    assert np.abs(summed - throw).max() < 3e-3 * np.abs(throw).max()
+    assert float(found["order_frequency"].sel(order=3.0)) == pytest.approx(3.0 * 2200 / 60)
+
+
+def test_designs_are_chosen(found: Any) -> None:
+    many = archive(axes={"speed": [1500, 2200], "reciprocating_mass": [2.0, 2.521]})
+    one = excitation(many, NODES, speed=2200, reciprocating_mass=2.5)
+    assert one.complexes == pytest.approx(excitation(found, NODES).complexes, rel=1e-12)
+    for arguments, message in (
+        ({"speed": 2200}, "more than one design along reciprocating_mass"),
+        ({"load": 100}, "has no axis 'load'; its axes are speed, reciprocating_mass"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            excitation(many, NODES, **arguments)
+    with pytest.raises(SceneError, match="nodes: 2 given for 6 throws"):
+        excitation(found, [1, 2])
+    with pytest.raises(SceneError, match="has no throw_torque_phase, order_frequency"):
+        excitation(found.drop_vars(["throw_torque_phase", "order_frequency"]), NODES)
+
+
+def test_openTorsion_is_called_as_it_wants(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The class of openTorsion 0.2, in what it does with add_sines.
+    class PeriodicExcitation:
+        def __init__(self, dofs: int, omegas: Any) -> None:
+            self.omegas = omegas
+            self.U = np.zeros([dofs, len(omegas)], dtype=complex)
+
+        def add_sines(self, node: int, omegas: Any, amplitudes: Any, phases: Any) -> None:
+            assert len(omegas) == len(amplitudes) == len(phases)
+            for i, (a, p) in enumerate(zip(amplitudes, phases, strict=True)):
+                self.U[node, i] += a * np.exp(1j * p)
+
+    fake = types.ModuleType("opentorsion")
+    fake.PeriodicExcitation = PeriodicExcitation  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "opentorsion", fake)
+    one = excitation(found, NODES)
+    made = one.for_opentorsion(9)
+    assert np.allclose(made.U, one.matrix(9), rtol=1e-14)
+    assert (made.U[[0, 1, 8]] == 0.0).all()
+    assert made.omegas[1] == pytest.approx(2200 * np.pi / 30)  # order 1
+    with pytest.raises(ValueError, match="node 5: must be from 0 to 4"):
+        one.for_opentorsion(5)
+    monkeypatch.setitem(sys.modules, "opentorsion", None)
+    with pytest.raises(ImportError, match=r"pip install 'engine-dyn\[torsion\]'"):
+        one.for_opentorsion(9)
+
+
+@pytest.mark.parametrize("speed", [1000.0, 2165.0])
+def test_real_openTorsion_agrees(found: Any, speed: float) -> None:
+    opentorsion = pytest.importorskip("opentorsion")
+    shafts = [
+        opentorsion.Shaft(i, i + 1, None, None, k=k, I=0) for i, k in enumerate(example.STIFFNESSES)
+    ]
+    discs = [
+        opentorsion.Disk(i, inertia, c=example.ABSOLUTE_DAMPING if i in NODES else 0.0)
+        for i, inertia in enumerate(example.INERTIAS)
+    ]
+    assembly = opentorsion.Assembly(shafts, disk_elements=discs)
+    one = excitation(archive(set={"speed": speed}), NODES)
+    theirs, _ = assembly.vibratory_torque(one.for_opentorsion(9))
+    line = example.Shaft(
+        np.array(example.INERTIAS), np.array(example.STIFFNESSES), example.diesel_shaft().damping
+    )
+    ours = line.torques(line.response(one.matrix(9), one.omega))
+    assert np.abs(theirs) == pytest.approx(np.abs(ours), rel=1e-6)
+
+
+# The example's own shaft --------------------------------------------------------------------------
+
+
+def test_shaft_against_transfer_matrices() -> None:
+    # From disc to disc: torque in the shaft from Newton's equation, angle from its stiffness.
+    shaft = example.diesel_shaft()
+    rng = np.random.default_rng(5)
+    torque = rng.normal(size=(9, 3)) + 1j * rng.normal(size=(9, 3))
+    omega = np.array([300.0, 1361.0, 2500.0])
+    angle = shaft.response(torque, omega)
+    inside = shaft.torques(angle)
+    for i, w in enumerate(omega):
+        carried = 0.0
+        for disc in range(9):
+            inertia = (1j * w * shaft.damping[disc] - w**2 * shaft.inertia[disc]) * angle[disc, i]
+            carried = carried + inertia - torque[disc, i]
+            if disc < 8:
+                assert carried == pytest.approx(inside[disc, i], rel=1e-9)
+        assert abs(carried) < 1e-9 * np.abs(inside[:, i]).max()
+
+
+def test_natural_frequencies_are_where_the_dynamic_stiffness_vanishes() -> None:
+    shaft = example.diesel_shaft()
+    found = shaft.natural_frequencies()
+    assert found.size == 8
+    for omega in found:
+        ends = []
+        for w in (0.999 * omega, 1.001 * omega):
+            angle, carried = 1.0, 0.0
+            for disc in range(9):  # Holzer's method
+                carried -= shaft.inertia[disc] * w**2 * angle
+                if disc < 8:
+                    angle += carried / shaft.stiffness[disc]
+            ends.append(carried)
+        assert ends[0] * ends[1] < 0.0
+
+
+def test_a_stiff_shaft_moves_as_one_body() -> None:
+    shaft = example.diesel_shaft()
+    stiff = example.Shaft(shaft.inertia, 1e9 * shaft.stiffness, 0.0 * shaft.damping)
+    torque = np.zeros((9, 1), dtype=complex)
+    torque[2:8, 0] = [1.0, 2.0j, -0.5, 0.3, 1.0, 0.0]
+    angle = stiff.response(torque, np.array([100.0]))
+    assert angle == pytest.approx(
+        np.full((9, 1), -torque.sum() / (100.0**2 * sum(example.INERTIAS))), rel=1e-6
+    )
+
+
+@pytest.mark.slow
+def test_the_document_is_current() -> None:
+    import re
+
+    number = re.compile(r"[-+]?\d+(?:\.\d+)?")
+    text, _ = example.document()
+    kept = example.DOCUMENT.read_text(encoding="utf-8")
+    assert number.sub("#", text) == number.sub("#", kept)
+    for new, old in zip(number.findall(text), number.findall(kept), strict=True):
+        assert float(new) == pytest.approx(float(old), rel=2e-3, abs=0.11)
+
+
+def test_the_documents_code_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    import re
+
+    text = example.DOCUMENT.read_text(encoding="utf-8")
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, {})
+    assert "[" in capsys.readouterr().out
