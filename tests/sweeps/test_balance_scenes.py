@@ -108,6 +108,19 @@ def test_an_arrangement_of_the_scene() -> None:
     assert made.arrangement is not None and len(made.arrangement.throws) == 2
 
 
+def test_arrangements_as_an_axis() -> None:
+    texts = ["in-line 4", "boxer 4", "V4 90"]
+    names = ["shaking_force_max", "shaking_moment_max", "balance_shaft_required"]
+    given = {"cylinders": 4, "cylinder_spacing": 0.1, "balance_shaft_radius": 0.05}
+    found = run(names, set=given, axes={"arrangement": texts, "speed": [900, 1200]})
+    assert found["shaking_force_max"].dims == ("arrangement", "speed")
+    assert found["balance_shaft_required"].dims == ("arrangement",)
+    for place, text in enumerate(texts):
+        alone = run(names, set={**given, "arrangement": text}, axes={"speed": [900, 1200]})
+        for name in names:
+            np.testing.assert_array_equal(found[name].values[place], alone[name].values)
+
+
 def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: dict[str, Any] = {
         "axes": {"cylinders": [1, 3, 6], "speed": {"start": 800, "stop": 1500, "num": 7}},
@@ -140,6 +153,7 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"set": {"wanted_delta": 0}}, "inertia_required", "wanted_delta = 0: must be"),
         ({"set": {"wanted_delta": "boat"}}, "inertia_required", "or one of 'pump'"),
         ({"set": {"wanted_delta": 0.1, "inertia": 2}}, "delta", "give one of them"),
+        ({"set": {"wanted_delta": 0.1, "flywheel_inertia": 2}}, "delta", "give one of them"),
         ({}, "inertia_required", "needs wanted_delta"),
         ({"set": {"wanted_delta": 0.1, "flywheel_outer_diameter": 0.2,
                   "flywheel_inner_diameter": 0.3}}, "flywheel_mass",
@@ -208,6 +222,27 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     np.testing.assert_allclose(
         good["flywheel_mass"], flywheel.ring_mass(added.values, 0.6, 0.4), rtol=1e-12
     )
+
+
+def test_what_the_flywheel_adds_to_auxiliaries_and_load() -> None:
+    given = {"wanted_delta": "generator", "auxiliary_inertia": 0.5, "load_inertia": 3.0,
+             "gear_ratio": 2.0}  # fmt: skip
+    names = ["inertia_required", "flywheel_inertia_required", "engine_inertia", "delta"]
+    found = run(names, set=given)
+    alone = run(names, set={"wanted_delta": "generator"})
+    assert float(found["inertia_required"]) == float(alone["inertia_required"])
+    added = found["inertia_required"] - found["engine_inertia"] - 0.5 - 4.0 * 3.0
+    assert float(found["flywheel_inertia_required"]) == pytest.approx(float(added))
+    in_parts = run(["delta"], set={**{k: v for k, v in given.items() if k != "wanted_delta"},
+                                   "flywheel_inertia": float(added)})  # fmt: skip
+    assert float(in_parts["delta"]) == pytest.approx(1 / 300, rel=1e-6)
+
+
+def test_flywheel_of_a_driven_machine() -> None:
+    found = run(["inertia_required", "delta"], engine="compressor_79x83",
+                axes={"wanted_delta": [0.02, 0.1]})  # fmt: skip
+    assert (found["status"] == 0).all()
+    np.testing.assert_allclose(found["delta"], found["wanted_delta"], rtol=1e-6)
 
 
 def test_flywheel_for_the_lowest_stable_idle_speed() -> None:
