@@ -467,7 +467,7 @@ def _mean_gas(
 
 def _mean_gas_of_throws(
     crank_ratio: Any, row: Any, family: Family, cylinder_set: Any,
-    cylinders_by_count: CylindersByCount,
+    cylinders_by_count: CylindersByCount, sharing: tuple[int, int],
 ) -> Any:  # fmt: skip
     """Mean over cylinders on throws of unequal radius, over the engine's."""
     from engine_dyn.speed import sweep
@@ -477,7 +477,10 @@ def _mean_gas_of_throws(
     for count in np.unique(counts):
         members = cylinders_by_count[int(count)].members
         each = {
-            (f, r): r * sweep.mean_gas_torque(crank_ratio * r, row, family, pressure_factor=f)
+            (f, r): r
+            * sweep.mean_gas_torque(
+                crank_ratio * r, row, family, pressure_factor=f, tables=sharing[0]
+            )
             for f, r in {(m.pressure_factor, m.radius_factor) for m in members}
         }
         whole = sum(each[m.pressure_factor, m.radius_factor] for m in members) / len(members)
@@ -756,7 +759,7 @@ _STAGES = (
         "mean_gas", "", "Pa",
         "mean of pressure times piston velocity over the engine's crank radius and speed",
         public=False, when="unequal_throws",
-        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count"),
+        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count", "sharing"),
         make=_mean_gas_of_throws,
     ),
     Node(

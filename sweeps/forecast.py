@@ -9,7 +9,7 @@ import numpy as np
 import psutil
 
 from engine_dyn.driven_machine import repeats_of
-from engine_dyn.quantities import DIMENSIONS, QUANTITIES
+from engine_dyn.quantities import DIMENSIONS, NO_STROKE_FRICTION, QUANTITIES
 from sweeps.blocks import blocks, cut
 from sweeps.errors import counted, size_text
 from sweeps.plan import Plan, Stage
@@ -23,6 +23,7 @@ RATES = {
     "no iteration": 2.5e6,  # designs, load exponents in DIRECT
     "iteration": 1.5e6,  # designs, other exponents
     "variable": 1.5e6,  # designs with variable inertia
+    "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
@@ -34,7 +35,8 @@ RATES = {
 else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
 
 TABLE_INPUTS = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "cylinders",
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+    *NO_STROKE_FRICTION, "cylinder_set",
 )  # fmt: skip
 """What a table of work depends on; designs that agree in all of it share one."""
 
@@ -66,7 +68,7 @@ def text(plan: Plan) -> str:
     for stage in plan.stages:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
-    lines += ["", *_skipped(plan)]
+    lines += ["", *_no_cycles(plan), *_skipped(plan)]
     pieces = sum(1 for _ in blocks(plan, cut(plan)))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
@@ -76,6 +78,16 @@ def text(plan: Plan) -> str:
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
+
+
+def _no_cycles(plan: Plan) -> list[str]:
+    """How many combinations of the parameters of a modelled cycle are none."""
+    known = np.asarray(plan.leaves["cycle_known"].data)
+    lost = int(np.isnan(known).sum())
+    if not lost:
+        return []
+    keys = ", ".join(plan.scene.cycle_keys)
+    return [f"no cycle: {lost} of {known.size} combinations of {keys} (status 4)"]
 
 
 def seconds(plan: Plan) -> float:
@@ -118,6 +130,9 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
             slowest = RATES["variable"] if model == "variable" else math.inf
             if method in STEPPING:
                 yield each, RATES[method]
+                continue
+            if not scene.driven.plain:
+                yield each, RATES["driven"]
                 continue
             share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
             yield each * share, min(RATES["no iteration"], slowest)

@@ -260,7 +260,7 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
 def _throws(scene: Scene) -> int:
     """Throws of the engine with most of them; none where their order is unknown."""
     counts = np.unique(_given(scene)["cylinders"].data)
-    engines = (cylinders_of_count(scene, int(count)) for count in counts)
+    engines = scene.arrangements or [cylinders_of_count(scene, int(count)) for count in counts]
     return max(len(engine.along_shaft or ()) for engine in engines)
 
 

@@ -30,7 +30,15 @@ from engine_dyn.speed.cycles import (
 )
 from engine_dyn.speed.extremes import interpolate, refine, slope_between
 from engine_dyn.speed.levels import Levels, fill_levels, make_levels
-from engine_dyn.speed.load_law import FLOOR, POWER, TABLE, Law, load_terms, shape_at
+from engine_dyn.speed.load_law import (
+    FLOOR,
+    Power,
+    Shape,
+    half_of,
+    is_shape,
+    load_terms,
+    shape_at,
+)
 from engine_dyn.speed.newton import POWER_MEAN, closure_terms, newton
 from engine_dyn.speed.picard import repeat_cycles
 from engine_dyn.speed.product import (
@@ -112,7 +120,8 @@ from engine_dyn.status import (
 __all__ = [
     "Choice",
     "Curves",
-    "Driven",
+    "NoShape",
+    "OverSpeed",
     "Results",
     "Scratch",
     "extremes_of_torque",
@@ -170,17 +179,17 @@ class Choice(NamedTuple):
     iterated: float
 
 
-class Driven(NamedTuple):
-    """What beside a + k omega^alpha acts on the shafts of all designs of a part.
+class NoShape(NamedTuple):
+    """The load over speed is a + k omega^alpha; the number has no meaning (see `load_law`)."""
 
-    `form` is that of `load_law`, `sign` 1 for a load over speed and -1 for a driver, `over_speed`
-    the table of either and `over_angle` that of a load over angle: both empty where there is none.
-    """
+    none: int
 
-    form: int
+
+class OverSpeed(NamedTuple):
+    """A load (`sign` 1) or driver (-1) over speed: its table, empty for a motor."""
+
     sign: float
-    over_speed: Floats
-    over_angle: Floats
+    table: Floats
 
 
 class Curves(NamedTuple):
@@ -246,7 +255,7 @@ class Design(NamedTuple):
     gas: float
     eta: float
     kappa: float
-    law: Law
+    law: Power | Shape
     nominal: float
 
 
@@ -288,27 +297,39 @@ def range_of(curve: Floats) -> float:
 
 
 @inlined
-def law_of(values: Floats, at: Integers, choice: Choice, driven: Driven) -> tuple[Law, bool]:
-    """Load or driver over speed of a design, and whether it is known at the nominal speed."""
-    speed, exponent = values[at[SPEED]], values[at[EXPONENT]]
-    half = 0.5 * exponent if choice.kind != 0 else 0.0
+def law_of(
+    values: Floats, at: Integers, choice: Choice, over_speed: NoShape | OverSpeed
+) -> tuple[Power | Shape, float]:
+    """Load or driver over speed of a design, and the sign of the mean torque that it makes up for.
+
+    The sign is that of a number: 0 where there is no torque at the nominal speed, NaN where a table
+    does not cover it.
+    """
+    if len(over_speed) == 1:
+        return Power(0.5 * values[at[EXPONENT]] if choice.kind != 0 else 0.0), 1.0
+    speed, table = values[at[SPEED]], over_speed.table
     synchronous, slip = values[at[SYNCHRONOUS]], values[at[BREAKDOWN]]
-    law = Law(driven.form, half, speed, 1.0, synchronous, slip, driven.over_speed)
-    if driven.form == POWER:
-        return law, True
-    if driven.form == TABLE:
-        speeds = driven.over_speed[0]
-        if not (speeds[0] <= speed * SLACK and speed <= speeds[speeds.size - 1] * SLACK):
-            return law, False
-    shape, _, _ = shape_at(speed, law)
+    shape, _, _ = shape_at(speed, Shape(speed, 1.0, synchronous, slip, table))
     scale = 1.0 / shape if shape != 0.0 else 0.0
-    return Law(driven.form, half, speed, scale, synchronous, slip, driven.over_speed), True
+    sign = over_speed.sign * scale if covers(over_speed, speed, speed) else math.nan
+    return Shape(speed, scale, synchronous, slip, table), sign
+
+
+@inlined
+def covers(over_speed: NoShape | OverSpeed, high: float, low: float) -> bool:
+    """Whether a table over speed covers these speeds."""
+    if len(over_speed) > 1:
+        speeds = over_speed.table[0]
+        if speeds.size > 0:
+            return speeds[0] <= low * SLACK and high <= speeds[speeds.size - 1] * SLACK
+    return True
 
 
 @inlined
 def reduce(
-    values: Floats, at: Integers, choice: Choice, driven: Driven, table: Floats, ranges: Ranges
-) -> tuple[Design, int]:
+    values: Floats, at: Integers, choice: Choice, over_speed: NoShape | OverSpeed, table: Floats,
+    ranges: Ranges,
+) -> tuple[Design, int]:  # fmt: skip
     """Reduced parameters of the design whose inputs lie at `at`, and its outcome so far."""
     radius = 0.5 * values[at[STROKE]]
     lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
@@ -318,7 +339,7 @@ def reduce(
     energy = 0.5 * inertia * speed * speed
     surplus = values[at[MEAN_TORQUE]] - values[at[OFFSET]]
     code = CONVERGED
-    law, known = law_of(values, at, choice, driven)
+    law, sign = law_of(values, at, choice, over_speed)
     # Idle or loaded: the ranges of both parts bound the torque's, and decide nearly always.
     moment = throw * speed * speed
     swing = lever * ranges.gas + moment * ranges.shape
@@ -329,21 +350,18 @@ def reduce(
             high = max(high, torque)
             low = min(low, torque)
         swing = high - low
-    strength = surplus
-    if driven.form != POWER:  # has the sign of the factor on the load or the driver
-        strength *= driven.sign * law.scale
     if abs(surplus) <= IDLE * swing:
         surplus = 0.0
-    elif not (strength > 0.0):
+    elif not (surplus * sign > 0.0):
         code = NO_STEADY_STATE
-    if not known:
+    if sign == 0.0:
+        code = NO_STEADY_STATE
+    elif math.isnan(sign):
         code = INVALID_INPUT
-    elif law.scale == 0.0:
-        code = NO_STEADY_STATE
     if choice.variable and 1.0 + throw / inertia * ranges.least_square <= 0.0:
         code = INVALID_INPUT
     exponent = values[at[EXPONENT]]
-    closed = driven.form == POWER and (exponent == 0.0 or exponent == 2.0)
+    closed = not is_shape(law) and (exponent == 0.0 or exponent == 2.0)
     if choice.method == CLOSED and not closed:
         code = INVALID_INPUT
     return Design(lever / energy, throw / inertia, surplus / energy, law, speed), code
@@ -397,7 +415,7 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
     if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
         return False
     total = 0.0
-    half = design.law.half
+    half = half_of(design.law)
     for j in range(nodes):
         work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j] - least
         q = max(work / (1.0 + inertia * table[SQUARE, j]), FLOOR)
@@ -418,7 +436,7 @@ def solve_one(
         choice.method == CLOSED and choice.kind != 0 and choice.variable
     )
     sweeps = 0
-    possible = alone or choice.closure != POWER_MEAN or design.law.form != POWER
+    possible = alone or choice.closure != POWER_MEAN or is_shape(design.law)
     if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
         return STALLED, 1, 1.0
     if not alone:
@@ -449,13 +467,13 @@ def solve_one(
 
 
 @inlined
-def holds(design: Design, variable: bool, driven: Driven, table: Floats, records: Floats) -> bool:
+def holds(design: Design, variable: bool, table: Floats, records: Floats) -> bool:
     """Whether load or driver bring a speed that is a little off back within some cycles.
 
     A deviation of the energy changes in a period by the factor exp(-int kappa F'/tau). Power laws
     always do; a driver does where its torque falls with the speed.
     """
-    if driven.form == POWER or design.kappa == 0.0:
+    if not is_shape(design.law) or design.kappa == 0.0:
         return True
     nodes = table.shape[1]
     total = 0.0
@@ -468,19 +486,10 @@ def holds(design: Design, variable: bool, driven: Driven, table: Floats, records
 @inlined
 def pulls_back(design: Design) -> bool:
     """Whether load or driver oppose a deviation from the nominal speed."""
-    if design.law.form == POWER or design.kappa == 0.0:
+    if not is_shape(design.law) or design.kappa == 0.0:
         return True
     _, first, _ = load_terms(1.0, design.law)
     return design.kappa * first > 0.0
-
-
-@inlined
-def covers(driven: Driven, high: float, low: float) -> bool:
-    """Whether a table over speed covers these speeds."""
-    if driven.form != TABLE:
-        return True
-    speeds = driven.over_speed[0]
-    return speeds[0] <= low * SLACK and high <= speeds[speeds.size - 1] * SLACK
 
 
 @inlined
@@ -535,7 +544,7 @@ def extreme_of_speed(
 
 
 @inlined
-def unresolved(law: Law, closure: int, records: Floats) -> float:
+def unresolved(law: Power | Shape, closure: int, records: Floats) -> float:
     """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
@@ -595,7 +604,7 @@ def speeds_of(
         rounding = lanes.ROUNDING * (1.0 + lanes.CANCELLED * design.eta)
         error = (0.5 * (high_miss / high + low_miss / low) + rounding) / (high - low)
     error += unresolved(design.law, choice.closure, records)
-    strong = abs(design.kappa) * width > STRONG_LOAD or design.law.form != POWER
+    strong = abs(design.kappa) * width > STRONG_LOAD or is_shape(design.law)
     if strong and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span
     return design.nominal * high, design.nominal * low, design.nominal * mean, error
@@ -638,7 +647,8 @@ def march(
     grid: Grid,
     samples: Samples,
     choice: Choice,
-    driven: Driven,
+    over_speed: NoShape | OverSpeed,
+    over_angle: Floats,
     curves: Curves,
     results: Results,
     scratch: Scratch,
@@ -646,7 +656,8 @@ def march(
     """Solve the designs `chosen`, ascending: those of one table follow each other.
 
     `row_of` maps rows of the family to rows of the grid, `width` is the angle between nodes,
-    `segments` is SEGMENTS (see `segments.solve_linear`).
+    `segments` is SEGMENTS (see `segments.solve_linear`). `over_angle` is the table of a load over
+    angle (`driven_machine.TorqueOverAngle.table`), empty where there is none.
     """
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
     nodes = table.shape[1]
@@ -654,7 +665,7 @@ def march(
     period = width * tables.steps_of(grid)
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
-    loaded = driven.over_angle.shape[1] > 0
+    loaded = over_angle.shape[1] > 0
     current = -1
     for index in chosen:
         which = index // designs
@@ -681,11 +692,11 @@ def march(
             lever = 0.125 * math.pi * values[at[BORE]] ** 2 * values[at[STROKE]]
             join_load(
                 values[at[LOAD_SCALE]], values[at[GEAR_RATIO]], values[at[LOAD_PHASE]], lever,
-                width, driven.over_angle, scratch.plain, table,
+                width, over_angle, scratch.plain, table,
             )  # fmt: skip
             spread(table, scratch.records)
             ranges = Ranges(range_of(table[TORQUE]), ranges.shape, ranges.least_square)
-        design, code = reduce(values, at, choice, driven, table, ranges)
+        design, code = reduce(values, at, choice, over_speed, table, ranges)
         answerable = code == CONVERGED
         high = low = mean = math.nan
         mu = 1.0
@@ -697,9 +708,9 @@ def march(
                 high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
                 if not (low > 0.0):
                     code = STALLED
-                elif not covers(driven, high, low):
+                elif not covers(over_speed, high, low):
                     code = INVALID_INPUT
-                elif not holds(design, choice.variable, driven, table, scratch.records):
+                elif not holds(design, choice.variable, table, scratch.records):
                     code = NO_STEADY_STATE
                 elif not (low <= mean * SLACK and mean <= high * SLACK):
                     # A load so strong that the nodes do not see the curve at all.

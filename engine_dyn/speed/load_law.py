@@ -15,7 +15,15 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 
-__all__ = ["FLOOR", "MOTOR", "POWER", "TABLE", "Law", "load_terms", "power_law", "shape_at"]
+__all__ = [
+    "FLOOR",
+    "Power",
+    "Shape",
+    "half_of",
+    "is_shape",
+    "load_terms",
+    "shape_at",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,19 +31,24 @@ FLOOR = 1e-6
 """Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
 through where the solution can not be; a solution below it is a stall."""
 
-POWER, TABLE, MOTOR = range(3)
 
+class Power(NamedTuple):
+    """F = q^half, half = alpha/2.
 
-class Law(NamedTuple):
-    """One design's load or driver over speed.
-
-    `half` is alpha/2 of a power law. Else `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n);
-    `synchronous` [rad/s] and `slip` belong to a motor (`driven_machine.motor_torque`), `table`
-    (speed, torque, slope) to a table.
+    Laws are told apart by their length, which the compiler knows: it leaves out what a law is not,
+    and engines without a table or a motor pay nothing for these.
     """
 
-    form: int
     half: float
+
+
+class Shape(NamedTuple):
+    """F = T(omega_n sqrt q)/T(omega_n) of a table, or of a motor where the table is empty.
+
+    `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n); `synchronous` [rad/s] and `slip` are
+    those of `driven_machine.motor_torque`, `table` has speed, torque and slope.
+    """
+
     nominal: float
     scale: float
     synchronous: float
@@ -43,18 +56,27 @@ class Law(NamedTuple):
     table: Floats
 
 
-def power_law(half: float) -> Law:
-    """Return the law q^half."""
-    return Law(POWER, half, 1.0, 1.0, 1.0, 1.0, np.zeros((3, 0)))
+@inlined
+def is_shape(law: Power | Shape) -> bool:
+    """Whether a law is no power of the speed."""
+    return len(law) > 1
 
 
 @inlined
-def shape_at(omega: float, law: Law) -> tuple[float, float, float]:
+def half_of(law: Power | Shape) -> float:
+    """alpha/2; 1 for what is no power: that of q, which rises with the speed."""
+    if len(law) == 1:
+        return law.half
+    return 1.0
+
+
+@inlined
+def shape_at(omega: float, law: Shape) -> tuple[float, float, float]:
     """Torque of a table or a motor at a speed, and its first two derivatives.
 
     A table goes on straight beyond its ends, for iterates; a solution there is refused.
     """
-    if law.form == MOTOR:
+    if law.table.shape[1] == 0:
         s, b = 1.0 - omega / law.synchronous, law.slip
         below = 1.0 / (s * s + b * b)
         value = 2.0 * s * b * below
@@ -88,7 +110,7 @@ def shape_at(omega: float, law: Law) -> tuple[float, float, float]:
 
 
 @inlined
-def _terms_of_shape(q: float, law: Law) -> tuple[float, float, float]:
+def _terms_of_shape(q: float, law: Shape) -> tuple[float, float, float]:
     """F and its first two derivatives of a table or a motor."""
     base = max(q, FLOOR)
     omega = law.nominal * math.sqrt(base)
@@ -102,9 +124,9 @@ def _terms_of_shape(q: float, law: Law) -> tuple[float, float, float]:
 
 
 @inlined
-def load_terms(q: float, law: Law) -> tuple[float, float, float]:
+def load_terms(q: float, law: Power | Shape) -> tuple[float, float, float]:
     """F and its first two derivatives, continued by the tangent below `FLOOR`."""
-    if law.form != POWER:
+    if len(law) > 1:
         return _terms_of_shape(q, law)
     half = law.half
     if half == 0.0:

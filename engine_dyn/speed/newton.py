@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.load_law import FLOOR, POWER, Law, load_terms
+from engine_dyn.speed.load_law import FLOOR, Power, Shape, half_of, is_shape, load_terms
 
 __all__ = ["POWER_MEAN", "CYCLE_TIME", "closure_terms", "newton"]
 
@@ -38,7 +38,7 @@ TRIED = 15
 
 
 @inlined
-def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
+def closure_terms(q: float, law: Power | Shape, closure: int) -> tuple[float, float]:
     """Return the closure's residual density and its derivative: its mean must vanish.
 
     Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
@@ -48,7 +48,7 @@ def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
     if closure == CYCLE_TIME:
         value = 1.0 / math.sqrt(base) - 1.0
         slope = -0.5 * (value + 1.0) / base
-    elif law.form == POWER and law.half == 0.0:
+    elif half_of(law) == 0.0:
         value = math.log(base)
         slope = 1.0 / base
     else:
@@ -60,7 +60,7 @@ def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
 
 
 @inlined
-def _closed_level(law: Law, nodes: int, w: Floats, tau: Floats) -> float:
+def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
     """Return the constant s at which the power mean is one: the solution in the limit of no load.
 
     The mean rises with s, and is past one where q >= 1 everywhere.
@@ -74,7 +74,7 @@ def _closed_level(law: Law, nodes: int, w: Floats, tau: Floats) -> float:
         total = 0.0
         total_slope = 0.0
         for j in range(nodes):
-            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], law, POWER_MEAN)
+            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], Power(half), POWER_MEAN)
             total += value
             total_slope += slope / tau[j]
         if total > 0.0:
@@ -91,7 +91,7 @@ def _closed_level(law: Law, nodes: int, w: Floats, tau: Floats) -> float:
 
 @inlined
 def _settle(
-    kappa: float, law: Law, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
+    kappa: float, law: Power | Shape, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
 ) -> None:
     """Repeat cycles by implicit Euler from s[0], each step solved exactly, until they nearly close.
 
@@ -128,7 +128,7 @@ def _settle(
 @inlined
 def _steps(
     kappa: float,
-    law: Law,
+    law: Power | Shape,
     closure: int,
     width: float,
     nodes: int,
@@ -239,7 +239,7 @@ def _steps(
 @inlined
 def _from_no_load(
     kappa: float,
-    law: Law,
+    law: Power | Shape,
     width: float,
     nodes: int,
     w: Floats,
@@ -255,14 +255,10 @@ def _from_no_load(
 
     Newton's steps start from the solution without load, from where some cycles are repeated.
     """
-    start = law
-    if law.form != POWER:
-        # Its mean need not rise with the speed; that of q does.
-        start = Law(POWER, 1.0, 1.0, 1.0, 1.0, 1.0, law.table)
-    level = _closed_level(start, nodes, w, tau)
+    level = _closed_level(half_of(law), nodes, w, tau)
     for j in range(nodes):
         s[j] = level
-    if law.form == POWER and law.half > 0.0:
+    if half_of(law) > 0.0 and not is_shape(law):
         _settle(kappa, law, width, nodes, w, tau, s)
     return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
 
@@ -270,7 +266,7 @@ def _from_no_load(
 @inlined
 def newton(
     kappa: float,
-    law: Law,
+    law: Power | Shape,
     closure: int,
     width: float,
     nodes: int,
@@ -295,7 +291,7 @@ def newton(
     """
     if closure == POWER_MEAN:
         return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
-    if law.form != POWER:  # no power of the speed comes out of its mean
+    if len(law) > 1:  # no power of the speed comes out of its mean
         taken, _, change, smallest = _from_no_load(
             kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most
         )

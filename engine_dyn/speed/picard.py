@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.load_law import FLOOR, Law, load_terms
+from engine_dyn.speed.load_law import FLOOR, Power, Shape, load_terms
 
 __all__ = ["MOST_CYCLES", "repeat_cycles"]
 
@@ -26,7 +26,7 @@ MOST_CORRECTIONS = 20
 @inlined
 def repeat_cycles(
     kappa: float,
-    law: Law,
+    law: Power | Shape,
     width: float,
     nodes: int,
     w: Floats,

@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.load_law import FLOOR, Law, load_terms
+from engine_dyn.speed.load_law import FLOOR, Power, Shape, half_of, load_terms
 from engine_dyn.speed.newton import CYCLE_TIME
 from engine_dyn.speed.tables import GAS_TORQUE, GAS_WORK, SQUARE, SQUARE_SLOPE
 
@@ -189,7 +189,7 @@ def solve_linear(
 
 @inlined
 def powers_of(
-    kind: int, law: Law, segments: int, record: Floats, sums: bool, running: Floats
+    kind: int, law: Power | Shape, segments: int, record: Floats, sums: bool, running: Floats
 ) -> None:
     """F and dF/dq of one record, and its contribution to the sums of F - 1 and of dF/de.
 
@@ -199,7 +199,12 @@ def powers_of(
         for k in range(segments):
             record[POWERS + k] = 1.0
         return
-    if kind == 1:
+    if len(law) > 1:
+        for k in range(segments):
+            value, first, _ = load_terms(record[SAFE + k], law)
+            record[POWERS + k] = value
+            record[DERIVATIVE + k] = first
+    elif kind == 1:
         for k in range(segments):
             root = math.sqrt(record[SAFE + k])
             record[POWERS + k] = root
@@ -208,17 +213,12 @@ def powers_of(
         for k in range(segments):
             record[POWERS + k] = record[SAFE + k]
             record[DERIVATIVE + k] = 1.0
-    elif kind == 3:
-        half = law.half
+    else:
+        half = half_of(law)
         for k in range(segments):
             record[POWERS + k] = record[SAFE + k] ** half
         for k in range(segments):
             record[DERIVATIVE + k] = half * record[POWERS + k] / record[SAFE + k]
-    else:
-        for k in range(segments):
-            value, first, _ = load_terms(record[SAFE + k], law)
-            record[POWERS + k] = value
-            record[DERIVATIVE + k] = first
     if sums:
         for k in range(segments):
             running[FIRST + k] += record[POWERS + k] - 1.0
@@ -273,8 +273,8 @@ def right_side(
 
 @inlined
 def iterate(
-    width: float, gas: float, eta: float, kappa: float, law: Law, kind: int, variable: bool,
-    closure: int, tolerance: float, segments: int, records: Floats, running: Floats,
+    width: float, gas: float, eta: float, kappa: float, law: Power | Shape, kind: int,
+    variable: bool, closure: int, tolerance: float, segments: int, records: Floats, running: Floats,
 ) -> tuple[int, float]:  # fmt: skip
     """Any exponent, either inertia model, either closure: q and F at the nodes, by iteration.
 

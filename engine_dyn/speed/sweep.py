@@ -29,7 +29,6 @@ from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
-from engine_dyn.speed.load_law import MOTOR, POWER, TABLE
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
 from engine_dyn.speed.product import Product
@@ -299,7 +298,7 @@ def solve(
         acceleration=np.empty((size, angles.size) if curves["angular_acceleration"] else (1, 0)),
     )
     packed = Packed.of(inputs, shape)
-    acting = _acting(driven)
+    over_speed, over_angle = _acting(driven)
     for part in split(shape, keys):
         method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys[:7])
         choice = designs.Choice(
@@ -337,7 +336,8 @@ def solve(
 
         rest = partial(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, driven=acting, curves=at, results=results,
+            choice=choice, over_speed=over_speed, over_angle=over_angle, curves=at,
+            results=results,
         )  # fmt: skip
         scratch = partial(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
@@ -576,14 +576,15 @@ def _march(
 
 def _march_rest(
     chosen: Integers, memory: designs.Scratch, *, product: Product, row_of: Integers, width: float,
-    grid: Grid, samples: Samples, choice: designs.Choice, driven: designs.Driven,
-    curves: designs.Curves, results: designs.Results,
+    grid: Grid, samples: Samples, choice: designs.Choice,
+    over_speed: designs.NoShape | designs.OverSpeed, over_angle: Floats, curves: designs.Curves,
+    results: designs.Results,
 ) -> None:  # fmt: skip
     """Solve designs by the general methods."""
     if chosen.size:
         designs.march(
-            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, driven, curves,
-            results, memory,
+            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, over_speed,
+            over_angle, curves, results, memory,
         )  # fmt: skip
 
 
@@ -737,16 +738,17 @@ def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     return np.maximum(counts[below], counts[above])
 
 
-def _acting(driven: DrivenMachine) -> designs.Driven:
-    """What kernels take of a driven machine."""
-    table, angle = np.zeros((3, 0)), np.zeros((4, 0))
-    curve = driven.over_speed
-    if curve is not None:
-        table = np.stack([curve.speed, curve.torque, curve.slope])
+def _acting(driven: DrivenMachine) -> tuple[designs.NoShape | designs.OverSpeed, Floats]:
+    """What kernels take of a driven machine: load or driver over speed, load over angle."""
+    angle = np.zeros((4, 0))
     if driven.over_angle is not None:
         angle = np.ascontiguousarray(driven.over_angle.table)
-    form = MOTOR if driven.motor else POWER if curve is None else TABLE
-    return designs.Driven(form, -1.0 if driven.has_driver else 1.0, table, angle)
+    if driven.power_law:
+        return designs.NoShape(0), angle
+    curve, table = driven.over_speed, np.zeros((3, 0))
+    if curve is not None:
+        table = np.stack([curve.speed, curve.torque, curve.slope])
+    return designs.OverSpeed(-1.0 if driven.has_driver else 1.0, table), angle
 
 
 def _repeats(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:

@@ -23,7 +23,7 @@ from engine_dyn.driven_machine import (
 )
 from engine_dyn.speed import sweep
 from engine_dyn.speed.angle_load import work_at
-from engine_dyn.speed.load_law import MOTOR, TABLE, Law, load_terms
+from engine_dyn.speed.load_law import Power, Shape, load_terms
 from tests.oracle import solution
 from tests.oracle.designs import _mean as mean_of
 from tests.oracle.solution import Design, Problem
@@ -367,19 +367,19 @@ def test_curves_over_speed_are_scipys_monotone_ones() -> None:
     assert (np.diff(rising) >= 0.0).all()
 
 
-@pytest.mark.parametrize("form", [TABLE, MOTOR])
-def test_law_and_its_derivatives(form: int) -> None:
+@pytest.mark.parametrize("of_motor", [False, True])
+def test_law_and_its_derivatives(of_motor: bool) -> None:
     speeds = np.array([50.0, 90.0, 120.0, 180.0])
     curve = torque_over_speed(speeds, [1.0, 4.0, 9.0, 30.0])
     table = np.stack([curve.speed, curve.torque, curve.slope])
     nominal = 110.0
-    scale = 1.0 / float(motor_torque(nominal, 130.0, 0.2) if form == MOTOR else curve(nominal))
-    law = Law(form, 0.0, nominal, scale, 130.0, 0.2, table)
+    scale = 1.0 / float(motor_torque(nominal, 130.0, 0.2) if of_motor else curve(nominal))
+    law = Shape(nominal, scale, 130.0, 0.2, table[:, :0].copy() if of_motor else table)
     assert load_terms(1.0, law)[0] == pytest.approx(1.0, rel=1e-14)
     for q in (0.3, 0.8, 1.0, 1.3, 2.0, 4.0):
         value, first, second = load_terms(q, law)
         omega = nominal * np.sqrt(q)
-        if form == MOTOR:
+        if of_motor:
             assert value == pytest.approx(scale * motor_torque(omega, 130.0, 0.2), rel=1e-13)
         elif speeds[0] <= omega <= speeds[-1]:
             assert value == pytest.approx(scale * float(curve(omega)), rel=1e-13)
@@ -387,6 +387,13 @@ def test_law_and_its_derivatives(form: int) -> None:
         before, after = load_terms(q - h, law), load_terms(q + h, law)
         assert first == pytest.approx((after[0] - before[0]) / (2.0 * h), rel=1e-6)
         assert second == pytest.approx((after[1] - before[1]) / (2.0 * h), rel=1e-5, abs=1e-6)
+
+
+def test_law_of_a_power() -> None:
+    for half in (0.0, 0.25, 0.5, 1.0, 1.7):
+        found = load_terms(1.3, Power(half))
+        expected = 1.3**half, half * 1.3 ** (half - 1.0), half * (half - 1.0) * 1.3 ** (half - 2.0)
+        assert found == pytest.approx(expected, rel=1e-14)
 
 
 def test_kloss() -> None:

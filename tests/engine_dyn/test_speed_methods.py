@@ -11,7 +11,7 @@ import pytest
 
 from engine_dyn.speed import sweep
 from engine_dyn.speed.euler import march_cycles
-from engine_dyn.speed.load_law import power_law
+from engine_dyn.speed.load_law import Power
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN, newton
 from engine_dyn.speed.picard import repeat_cycles
 from engine_dyn.status import (
@@ -51,7 +51,7 @@ def by_newton(
     w, dw, tau, dtau = smooth(nodes, variable)
     s = np.zeros(nodes)
     steps, mu, _, _ = newton(
-        kappa, power_law(half), closure, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s,
+        kappa, Power(half), closure, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s,
         np.empty((6, nodes)), 1e-7, 60,
     )  # fmt: skip
     return steps, mu, (1.0 + w + s) / tau
@@ -110,7 +110,7 @@ def test_repeated_cycles_are_of_fourth_order_and_end_where_newton_does(kappa: fl
         w, dw, tau, dtau = smooth(nodes)
         s = np.zeros(nodes)
         cycles, closed, stalled = repeat_cycles(
-            kappa, power_law(0.75), 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s, 1.2, 0, 1, 0,
+            kappa, Power(0.75), 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s, 1.2, 0, 1, 0,
             1e-12,
         )  # fmt: skip
         assert closed and not stalled and cycles > 1

@@ -479,6 +479,16 @@ def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> Non
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "quantity", ["torque_order", "gravity_torque", "main_journal_load", "throw_torque_order"]
+)
+def test_what_does_not_know_of_unequal_throws_is_refused(quantity: str) -> None:
+    scene = {"engine": "ntua", "set": {"cylinders": 4, "radius_factor": [1, 0.9, 0.9, 1]}}
+    with pytest.raises(SceneError, match=f"'{quantity}' is not known for throws of unequal radius"):
+        read_scene({**scene, "output": {"quantities": [quantity]}})
+    read_scene({**scene, "output": {"quantities": ["cylinder_torque_order", "crank_pin_load"]}})
+
+
 def test_shares_of_designs_go_together() -> None:
     tables = {
         "designs": {"friction_skirt": [0.9, 0.1], "friction_mixed": [0.1, 0.9]},
@@ -524,3 +534,18 @@ def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> No
                 "output": {"quantities": ["delta"]},
             }
         )
+
+
+@pytest.mark.compiled
+def test_arrangements_with_other_numbers_of_throws() -> None:
+    """Past an arrangement's last throw and journal there is nothing."""
+    found = sweeps.run(
+        {"engine": "ntua", "axes": {"arrangement": ["V4 90", "in-line 4"]},
+         "set": {"cylinders": 4},
+         "output": {"quantities": ["main_journal_load_max", "torque_after_throw"],
+                    "angle_step": 30.0}}
+    )  # fmt: skip
+    known = np.isfinite(found["main_journal_load_max"]).sum("main_bearing")
+    assert known.values.tolist() == [3, 5]
+    throws = np.isfinite(found["torque_after_throw"]).all("crank_angle").sum("cylinder")
+    assert throws.values.tolist() == [2, 4]

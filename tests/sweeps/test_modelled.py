@@ -16,8 +16,10 @@ from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.indicator import Diagram
 from engine_dyn.slider_crank import crank_radius_of_ratio
+from sweeps import forecast
 from sweeps.engine_file import load_engine
 from sweeps.errors import SceneError
+from sweeps.plan import make_plan
 from sweeps.scene import MOST_DIAGRAMS, read_scene
 
 RPM = math.pi / 30.0
@@ -390,6 +392,13 @@ def test_combinations_that_are_no_cycle_get_a_status(tmp_path: Path) -> None:
     )  # fmt: skip
     assert (at_speeds["status"].sel(intake_pressure=0.05) == 4).all()
     assert (at_speeds["status"].sel(intake_pressure=0.9) == 0).all()
+
+
+def test_the_plan_counts_combinations_that_are_no_cycle(tmp_path: Path) -> None:
+    axes = {"heat": [150.0, 22.0, 199.0], "compression_ratio": [8.0, 10.0]}
+    scene = {"engine": written(tmp_path, FOUR), "axes": axes, "output": {"quantities": ["delta"]}}
+    told = forecast.text(make_plan(read_scene(scene)))
+    assert "no cycle: 4 of 6 combinations of compression_ratio, heat (status 4)" in told
 
 
 def test_a_single_combination_that_is_no_cycle_is_refused(tmp_path: Path) -> None:
