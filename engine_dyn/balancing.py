@@ -244,9 +244,9 @@ class RunningGear:
     speed : array_like
         Of the crank [rad/s].
     by_count : mapping of int to Cylinders
-        Cylinders of each number of them.
+        Cylinders of each set: of each number of them where no more differs between designs.
     cylinders : array_like of int, optional
-        How many; the one number in `by_count` unless given.
+        Which set; the only one unless given.
     offset : array_like
         Of the pin's line over the crank radius [1].
     turning_mass : array_like
@@ -288,7 +288,7 @@ class RunningGear:
     bank_offset: Any = 0.0
 
     def __post_init__(self) -> None:
-        """Take the one number of cylinders where none is given."""
+        """Take the only set of cylinders where none is given."""
         if self.cylinders is None:
             if len(self.by_count) != 1:
                 raise ValueError("cylinders: must be given where by_count has several")
@@ -404,7 +404,7 @@ class RunningGear:
         return value * np.square(np.asarray(self.speed, dtype=float))
 
     def _per_count(self, value: Callable[[Lines, Floats], Any], moment: bool) -> Any:
-        """Take a sum over the cylinders, for each number of them, weighted with their levers."""
+        """Take a sum over the cylinders, for each set of them, weighted with their levers."""
 
         def with_weights(weights: Callable[[Lines], Floats]) -> Any:
             counts = np.asarray(self.cylinders)

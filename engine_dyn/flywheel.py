@@ -280,6 +280,9 @@ class RequiredInertia:
         Range of the work of the torque less its mean [J].
     by_energy_swing, by_triangle : float
         Estimates [kg m2]; the triangle's is NaN without brake power.
+    status : int
+        Code of `engine_dyn.status`: 0, or 5 where delta misses the wanted one by more than the
+        tolerance, as rounding makes it for the smallest.
     """
 
     inertia: float
@@ -287,6 +290,7 @@ class RequiredInertia:
     energy_swing: float
     by_energy_swing: float
     by_triangle: float
+    status: int
 
     @property
     def energy_swing_error(self) -> float:
@@ -358,4 +362,4 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     if power > 0.0:
         of_power = triangular_torque(power, speed, wanted_delta, diagram.period)
         triangle = float(of_power.inertia)
-    return RequiredInertia(inertia, solved.delta, swing, estimate, triangle)
+    return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)

@@ -23,6 +23,7 @@ NOT_OF_AN_ENGINE: dict[str, Any] = {
         "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
         "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
         "rim_speed_limit": "cast iron", "rated_power": 20e3, "rated_speed": 1500,
+        "rod_inertia": 0.1,
     },
     "characteristic": {"kind": "diesel"},
 }  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from engine_dyn import balancing, masses
+from engine_dyn import balancing, kinematic_series, masses
 from engine_dyn.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.balancing import RunningGear, running_gear
 from engine_dyn.cylinders import Cylinders, Member, cylinders_of, even_cylinders
@@ -149,6 +149,12 @@ def test_harmonics_of_the_acceleration() -> None:
     # Rakopoulos notes, with the sixth power: lambda + lambda^3/4 + 15 lambda^5/128
     assert orders[2.0].real == pytest.approx(lam + lam**3 / 4 + 15 * lam**5 / 128, abs=3e-5)
     assert orders[4.0].real == pytest.approx(-(lam**3) / 4 - 3 * lam**5 / 16, abs=1e-4)
+    whole = np.arange(1.0, 41.0)
+    for ratio in (0.05, 0.3, 0.7, 0.9):  # the closed form of the series
+        np.testing.assert_allclose(
+            balancing.acceleration_harmonics(whole, ratio),
+            kinematic_series.acceleration_coefficients(whole, ratio), atol=1e-13,
+        )  # fmt: skip
     with pytest.raises(ValueError, match="order = 600: must be at most 512"):
         balancing.acceleration_harmonics(600.0, 0.3)
 

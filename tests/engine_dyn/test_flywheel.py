@@ -150,7 +150,9 @@ def test_one_engine(diagram: Diagram, model: str, exponent: float) -> None:
         assert found.by_energy_swing == pytest.approx(
             found.energy_swing / (wanted * ENGINE["speed"] ** 2)
         )
-    assert abs(flywheel.required_inertia(diagram, 1e-4, **given).energy_swing_error) < 1e-3
+    small = flywheel.required_inertia(diagram, 1e-4, **given)
+    assert abs(small.energy_swing_error) < 1e-3
+    assert small.status == CONVERGED
 
 
 def test_two_stroke_triangle_uses_its_cycle(diagram: Diagram) -> None:

@@ -51,7 +51,6 @@ def test_every_quantity_is_computed(closure: str) -> None:
         {
             "engine": "ntua",
             **NOT_OF_AN_ENGINE,
-            "set": {**NOT_OF_AN_ENGINE["set"], "rod_inertia": 0.1},
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
             "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},

@@ -187,8 +187,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
         elif key in CYCLE_KEYS:
             raw = scene(engine="si_four_87x101", set={key: 5.0})
         elif key in MOTOR_KEYS:  # one alone is no motor
-            both = {"motor_slip", "motor_synchronous_speed"} - {key}
-            raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k == key or k not in both})
+            other = "motor_synchronous_speed" if key == "motor_slip" else "motor_slip"
+            raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k != other})
         else:
             raw = scene(set={key: value})
         read_scene(raw)
