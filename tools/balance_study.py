@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import csv
 import math
+import shutil
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -176,6 +178,16 @@ def characteristic_table() -> str:
         )  # fmt: skip
     heads = ["curve", "A", "C", *(f"M at {s:g}" for s in speeds), "largest M", "at"]
     return table(heads, rows)
+
+
+def draw_shaft(path: Path) -> None:
+    """Draw the curve of the shaking force's vector for shafts of several masses."""
+    from sweeps.figures import draw
+
+    archive = asgari()[["reciprocating_force", "shaking_force"]]
+    with tempfile.TemporaryDirectory() as folder:
+        made = {file.stem: file for file in draw(archive, folder)}
+        shutil.copyfile(made["shaking_force_polar_balance_shaft_mass"], path)
 
 
 def values() -> dict[str, str]:

@@ -729,6 +729,7 @@ def main() -> None:
         draw_drift(FIGURES / "euler_drift.png")
         draw_differences(study, printed, FIGURES / "delta_differences.png")
         draw_thesis(FIGURES / "torque_and_speed.png")
+        balance_study.draw_shaft(FIGURES / "shaking_force.png")
         print(f"written: {FIGURES.relative_to(ROOT)}")
 
 
