@@ -38,6 +38,7 @@ __all__ = [
     "synchronous_speed",
     "torque_over_angle",
     "torque_over_speed",
+    "whole_ratio",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -47,11 +48,15 @@ FEWEST_POINTS = 8
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
 
+SLACK = 1e-6
+"""Share of an interval by which speeds may lie beside a table, which is rounding."""
+
 ALIKE = 1e-9
 """Share of its range within which a torque repeats."""
 
-WHOLE = 1e-9
-"""Relative difference up to which a number of repetitions is whole."""
+WHOLE = 1e-5
+"""Relative difference up to which a number of repetitions is whole: ratios are written in decimals.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +179,7 @@ class TorqueOverSpeed:
         value = y0 + t * (
             m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1))
         )
-        return np.asarray(np.where((t >= -1e-12) & (t <= 1.0 + 1e-12), value, np.nan))
+        return np.asarray(np.where((t >= -SLACK) & (t <= 1.0 + SLACK), value, np.nan))
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,6 +381,14 @@ def motor_torque(
 def synchronous_speed(speed: Any, motor_slip: Any) -> Any:
     """Synchronous speed of a motor [rad/s] whose slip at the nominal speed is given."""
     return speed / (1.0 - motor_slip)
+
+
+def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
+    """Gear ratios with which the load repeats exactly with the cycle: 0.333333 means a third."""
+    if not over_angle.own_angle:
+        return np.asarray(gear_ratio, dtype=float)
+    repeats = repeats_of(over_angle, gear_ratio, cycle)
+    return repeats * (over_angle.period / (cycle * over_angle.repeats))
 
 
 def repeats_of(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:

@@ -22,6 +22,7 @@ from engine_dyn.driven_machine import (
     DrivenMachine,
     TorqueOverAngle,
     repeats_of,
+    whole_ratio,
 )
 from engine_dyn.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
@@ -254,6 +255,8 @@ def solve(
     rank = len(shape)
     period = family.row(0).period
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
+    if driven.over_angle is not None:
+        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
     gear = aligned(np.asarray(inputs["gear_ratio"], dtype=float), rank)
     if not driven.plain and np.isin(named["method"], designs.THESIS).any():
         raise ValueError("method 'thesis' marches a + k omega^alpha alone: take another")

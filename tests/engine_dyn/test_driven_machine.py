@@ -20,6 +20,7 @@ from engine_dyn.driven_machine import (
     synchronous_speed,
     torque_over_angle,
     torque_over_speed,
+    whole_ratio,
 )
 from engine_dyn.speed import sweep
 from engine_dyn.speed.angle_load import work_at
@@ -337,6 +338,9 @@ def test_repetition_is_found() -> None:
     assert torque_over_angle(ANGLES, np.cos(2.0 * ANGLES) + 0.1 * np.cos(3.0 * ANGLES)).repeats == 1
     own = torque_over_angle(ANGLES, np.cos(4.0 * ANGLES), own_angle=True)
     assert repeats_of(own, [0.25, 0.5, 2.0], CYCLE).tolist() == [2, 4, 16]
+    third = torque_over_angle(ANGLES, np.cos(3.0 * ANGLES), own_angle=True)
+    assert repeats_of(third, 0.333333, CYCLE) == 2
+    assert whole_ratio(third, [0.333333, 1.5], CYCLE) == pytest.approx([1.0 / 3.0, 1.5], rel=1e-15)
     with pytest.raises(ValueError, match=r"gear_ratio = 0.3: must be a multiple of 0.125"):
         repeats_of(own, [0.5, 0.3], CYCLE)
     crank = torque_over_angle(np.append(ANGLES, ANGLES + 2.0 * np.pi), np.tile(lobes(1.0), 2) +

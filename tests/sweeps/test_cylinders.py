@@ -210,14 +210,17 @@ def test_factors_hold_at_their_own_number_of_cylinders() -> None:
 
 @pytest.mark.compiled
 def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
+    # The series of the motion are those of a centred mechanism.
+    series = ("position_", "velocity_", "acceleration_", "inertia_torque_coefficient")
+    names = tuple(name for name in QUANTITIES if not name.startswith(series))
     found = run(
-        quantities=tuple(QUANTITIES),
+        quantities=names,
         axes={"pin_offset": [-0.002, 0.0, 0.01]},
         set={"cylinders": 4, "pressure_factor": [1, 1, 0, 1], "mass_factor": [1, 1, 1.1, 1],
              **NOT_OF_AN_ENGINE["set"]},
         characteristic=NOT_OF_AN_ENGINE["characteristic"],
     )  # fmt: skip
-    for name in QUANTITIES:
+    for name in names:
         # Counterweights of four throws in line cancel: no fraction is better than another.
         expected = not name.startswith("best_fraction")
         assert np.isfinite(found[name]).all() == expected, name
