@@ -15,8 +15,8 @@ typed := $(wildcard engine_dyn sweeps tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels stress wheel \
-	clean distclean
+.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels stress \
+	reliability wheel clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -28,6 +28,7 @@ help:
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
+	@echo "make reliability docs/reliability.md: a sweep of 10^8 designs, a hundred killed runs (1 h)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 
@@ -68,6 +69,10 @@ bench-kernels: $(VENV)/.installed-bench
 # Settings: STRESS='--designs 100000 --sample 500 -o out/stress' (a minute or two), and others.
 stress: $(VENV)/.installed-test
 	$(python) -m benchmarks.stress $(STRESS)
+
+# Settings: RELIABILITY='--designs 1000000 --kills 5 -o out/reliability.md' (minutes), and others.
+reliability: $(VENV)/.installed-test
+	$(python) -m benchmarks.reliability $(RELIABILITY)
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed

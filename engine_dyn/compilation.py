@@ -17,15 +17,29 @@ from typing import Any
 import numba
 import numpy as np
 import numpy.typing as npt
-from numba.core import caching, cgutils, event, types
+from numba.core import caching, cgutils, codegen, event, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-__all__ = ["FAST_MATH", "formula", "inlined", "kernel", "on_compiling", "on_stack", "source_hash"]
+__all__ = [
+    "FAST_MATH",
+    "formula",
+    "inlined",
+    "kernel",
+    "on_compiling",
+    "on_stack",
+    "processor",
+    "source_hash",
+    "threading_layer",
+]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
+
+# Neither exports all that it has.
+_codegen: Any = codegen
+_numba: Any = numba
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
 
@@ -40,6 +54,49 @@ def source_hash() -> str:
         digest.update(path.read_bytes())
     digest.update(f"{numba.__version__} {sorted(FAST_MATH)}".encode())
     return digest.hexdigest()
+
+
+def processor() -> str:
+    """Kind of processor that kernels are compiled for: where it is the same, so are all bits."""
+    return str(_codegen.ll.get_host_cpu_name())
+
+
+def threading_layer() -> str:
+    """Numba's threading layer, where one is in use; kernels of this package need none."""
+    try:
+        return str(_numba.threading_layer())
+    except ValueError:  # none was started
+        return "none; kernels run on a pool of threads"
+
+
+def _link_privately() -> None:
+    """Give every kernel its own copy of what it calls, whoever else calls that.
+
+    Numba links the functions that a kernel calls as weak symbols, which the loader resolves to the
+    first copy in the process: with kernels just compiled, that is another one, optimised apart from
+    its caller, than with kernels from the cache, and the last digit of a result could tell them
+    apart. Only what belongs to kernels of this package is changed.
+    """
+    library: Any = codegen.CPUCodeLibrary
+    optimize = library._optimize_final_module
+    own = f"{len(_PACKAGE)}{_PACKAGE}"  # as mangled names have it
+
+    def optimize_alone(self: Any) -> None:
+        linkage = _codegen.ll.Linkage
+        defined = [f for f in self._final_module.functions if not f.is_declaration]
+        if any(f.linkage == linkage.external and own in f.name for f in defined):
+            for function in defined:
+                if function.linkage == linkage.linkonce_odr:
+                    function.linkage = linkage.internal
+        optimize(self)
+
+    library._optimize_final_module = optimize_alone
+
+
+_PACKAGE = __name__.partition(".")[0]
+
+if hasattr(codegen.CPUCodeLibrary, "_optimize_final_module"):
+    _link_privately()
 
 
 def _stamped(locator: Any) -> Any:

@@ -81,6 +81,13 @@ class TorqueOverAngle:
     period: float
     own_angle: bool = False
 
+    def __str__(self) -> str:
+        whose = "its own angle" if self.own_angle else "the crank angle"
+        return (
+            f"torque over {whose}, {math.degrees(self.period):g} degrees, {len(self.angle)} points,"
+            f" mean {self.mean:.4g} N m"
+        )
+
     def __call__(self, theta: npt.ArrayLike) -> Floats:
         """Torque [N m] at any angles [rad]."""
         t, step, before, after = self._pieces(theta)
@@ -156,6 +163,10 @@ class TorqueOverSpeed:
     speed: Floats
     torque: Floats
     slope: Floats
+
+    def __str__(self) -> str:
+        low, high = (speed * 30.0 / math.pi for speed in (self.low, self.high))
+        return f"torque over speed from {low:.6g} to {high:.6g} rpm, {len(self.speed)} points"
 
     @property
     def low(self) -> float:

@@ -545,6 +545,18 @@ def _rubbing(
     )  # fmt: skip
 
 
+def _power(base: Any, exponent: Any) -> Any:
+    """Power whose bits do not depend on how designs are cut into blocks.
+
+    Along a loop with one exponent, NumPy squares where that is 2, and else calls `pow`: the last
+    digit would depend on the shape of the arrays.
+    """
+    power = base**exponent
+    if np.ndim(exponent) == 0 or not np.any(exponent == 2.0):
+        return power
+    return np.where(exponent == 2.0, np.square(base), power)
+
+
 _NAMES_OF_LOAD = {
     "load_gear": "gear_ratio", "load_table_factor": "load_scale",
     "motor_synchronous_speed": "synchronous_speed", "motor_breakdown_slip": "breakdown_slip",
@@ -881,7 +893,7 @@ _LOAD = (
         needs=("torque_mean", "load_offset", "speed", "load_exponent"),
         when="power_law steady_load power_mean",
         make=lambda torque_mean, load_offset, speed, load_exponent: (torque_mean - load_offset)
-        / speed**load_exponent,
+        / _power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
@@ -889,13 +901,14 @@ _LOAD = (
         needs=("torque_mean", "load_offset", "speed", "load_exponent", "load_factor"),
         when="power_law steady_load cycle_time",
         make=lambda torque_mean, load_offset, speed, load_exponent, load_factor: load_factor
-        * (torque_mean - load_offset) / speed**load_exponent,
+        * (torque_mean - load_offset) / _power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the load torque over speed",
         "Kakaitsas eq. 3.5 with the mean of the load over angle",
         needs=("load_surplus", "speed", "load_exponent"), when="power_law angle_load",
-        make=lambda load_surplus, speed, load_exponent: load_surplus / speed**load_exponent,
+        make=lambda load_surplus, speed, load_exponent: load_surplus
+        / _power(speed, load_exponent),
     ),
     Node(
         "load_coefficient", "k", "1", "factor on the load's table over speed",
@@ -940,7 +953,7 @@ _LOAD = (
         "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4",
         needs=("load_coefficient", "speed", "load_exponent"), when="power_law",
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
-        * speed**load_exponent,
+        * _power(speed, load_exponent),
     ),
     Node(
         "load_torque_nominal", "k T(\\omega_n)", "N m",
@@ -958,14 +971,14 @@ _LOAD = (
         kind="curve", needs=("load_offset", "load_coefficient", "omega", "load_exponent"),
         when="power_law steady_load",
         make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * omega**load_exponent,
+        + load_coefficient * _power(omega, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
         kind="curve", needs=("load_over_angle", "load_coefficient", "omega", "load_exponent"),
         when="power_law angle_load",
         make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
-        + load_coefficient * omega**load_exponent,
+        + load_coefficient * _power(omega, load_exponent),
     ),
     Node(
         "load_torque", "M_L", "N m", "load torque at the solved speed",

@@ -16,10 +16,27 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sweeps.plan import Plan, Stage
 
-__all__ = ["LIMIT", "along", "blocks", "bytes_beside", "cut", "passing_bytes"]
+__all__ = [
+    "LIMIT",
+    "Block",
+    "along",
+    "block_count",
+    "blocks",
+    "bytes_beside",
+    "cut",
+    "cut_to",
+    "holds",
+    "passing_bytes",
+]
+
+Block = dict[str, slice]
+"""Range of positions along each axis that is cut."""
 
 LIMIT = 64e6
 """Bytes of the arrays that exist beside the outputs, about."""
+
+STEP = 64
+"""Long blocks have a multiple of so many positions, so that chunks of an archive divide them."""
 
 _TEMPORARIES = 3
 """Arrays while a formula is evaluated: its result and what it is added up from."""
@@ -27,25 +44,36 @@ _TEMPORARIES = 3
 
 def cut(plan: Plan) -> dict[str, int]:
     """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
+    return {} if _beside(plan, _whole(plan)) <= LIMIT else cut_to(plan, LIMIT)
+
+
+def cut_to(plan: Plan, limit: float) -> dict[str, int]:
+    """As `cut`, where all arrays of a block, its part of the outputs included, have this limit."""
     lengths = _whole(plan)
-    if _beside(plan, lengths) <= LIMIT:
-        return {}
     for dimension in _in_order(plan):
-        if passing_bytes(plan, lengths) <= LIMIT:
+        if passing_bytes(plan, lengths) <= limit:
             break
         low, high = 1, lengths[dimension]
         while low < high:  # the most positions that fit, one if none do
             middle = (low + high + 1) // 2
-            if passing_bytes(plan, {**lengths, dimension: middle}) <= LIMIT:
+            if passing_bytes(plan, {**lengths, dimension: middle}) <= limit:
                 low = middle
             else:
                 high = middle - 1
         # Blocks of like size: a last one of a few designs would cost as much as the others.
-        lengths[dimension] = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
+        length = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
+        if length > STEP:
+            length = min(math.ceil(length / STEP), low // STEP) * STEP
+        lengths[dimension] = length
     return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
 
 
-def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[dict[str, slice]]:
+def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:
+    """How many blocks there are."""
+    return math.prod(math.ceil(plan.sizes[d] / length) for d, length in lengths.items())
+
+
+def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[Block]:
     """Ranges of positions along the axes that are cut, block by block; one without if none are."""
     ranges = [
         [
@@ -60,6 +88,14 @@ def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[dict[str, slice]]
 def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...]:
     """Index of a block in an array with these dimensions."""
     return tuple(block.get(d, slice(None)) for d in dims)
+
+
+def holds(block: Block, dims: tuple[str, ...]) -> bool:
+    """Whether results with these dimensions belong to a block.
+
+    Along an axis that they do not have, all blocks would hold the same: the first one does.
+    """
+    return all(part.start == 0 for d, part in block.items() if d not in dims)
 
 
 def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
@@ -103,5 +139,8 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
 
 
 def _in_order(plan: Plan) -> list[str]:
-    """Axes of the scene, those of the tables first: cut along these, no table is made twice."""
-    return sorted(plan.scene.dimensions, key=lambda d: d not in plan.of_tables)
+    """Axes that stages have, those of the tables first: cut along these, none is made twice."""
+    used = {d for stage in plan.stages for d in stage.dims}
+    return sorted(used & set(plan.scene.dimensions), key=lambda d: (
+        d not in plan.of_tables, plan.scene.dimensions.index(d)
+    ))  # fmt: skip

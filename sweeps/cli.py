@@ -7,31 +7,45 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+import errno
 import functools
 import math
+import re
+import shlex
 import sys
 import tempfile
-import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
-from sweeps.errors import SceneError, one_line, size_text
+from sweeps.errors import SceneError, counted, one_line, size_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.scene import Scene
+    from sweeps.plan import Plan
+    from sweeps.streaming import Finished, Options
 
 __all__ = ["main"]
+
+Result = TypeVar("Result")
 
 BAD_INPUT, FAILURE, DESIGNS_FAILED = 2, 1, 3
 
 _COUNTED = 1_000_000
 """Outcomes that are counted at a time."""
+
+SMALLEST_MEMORY = 100e6
+
+LARGEST_TABLE = 200e6
+"""Bytes of the variables of an archive up to which published values are printed."""
+
+_CANNOT_WRITE = (
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+)  # fmt: skip
 
 LONGEST = 1000
 """Characters of one line that `info` prints of an attribute."""
@@ -63,7 +77,7 @@ def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def _end(message: str, exit_status: int) -> None:
+def _end(message: str, exit_status: int) -> NoReturn:
     click.echo(f"engine-dyn: {message}", err=True)
     sys.exit(exit_status)
 
@@ -84,59 +98,180 @@ def main() -> None:
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
 )
 @click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--resume", is_flag=True, help="Complete an interrupted run; start if there is none.")
+@click.option(
+    "--memory",
+    metavar="SIZE",
+    help="What arrays may take, such as 500MB or 2GB (decimal; at least 100MB).",
+)
+@click.option(
+    "--compression",
+    "level",
+    type=click.IntRange(0, 9),
+    default=0,
+    help="Compress the archive: 1 (quick) to 9.",
+)
+@click.option("--float32", "single", is_flag=True, help="Keep results in 32 bits instead of 64.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("--shard", metavar="I/N", help="Compute only the Ith of N parts; see merge.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
-def run(scene: str, output: Path, overwrite: bool, threads: int | None, quiet: bool) -> None:
-    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive."""
+def run(
+    scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
+    single: bool, threads: int | None, shard: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
+
+    Blocks are written as they are computed. A run that is interrupted leaves them in the folder
+    OUTPUT.partial; the same command with --resume completes it.
+    """
+    allowed = None if memory is None else _size(memory)
+    piece = None if shard is None else _shard(shard)
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
-    _check_output(output, overwrite, read.path)
+    _check_output(output, overwrite or resume, read.path)
 
-    from engine_dyn.compilation import on_compiling
-    from sweeps import archive
-    from sweeps.reference import text
+    from sweeps.plan import make_plan
+    from sweeps.streaming import Options
 
+    _tell_of_compiling(quiet)
+    planned = make_plan(read)
+    if piece is not None:
+        from sweeps.parts import shard as shard_of
+
+        planned = shard_of(planned, *piece)
+    again = ["engine-dyn", "run", scene, "-o", str(output), "--resume"]
+    again += [] if memory is None else ["--memory", memory]
+    again += ["--compression", str(level)] if level else []
+    again += ["--float32"] if single else []
+    again += [] if shard is None else ["--shard", shard]
+    again += ["--overwrite"] if overwrite and output.exists() else []
+    options = Options(
+        resume=resume,
+        overwrite=overwrite,
+        memory=allowed,
+        threads=threads,
+        progress=not quiet and sys.stderr.isatty(),
+        level=level,
+        single=single,
+        command=_command_line(),
+        again=shlex.join(again),
+    )
+    done = _streamed(lambda: _run(planned, output, options), output)
+    counts = done.outcomes
     if not quiet:
-        on_compiling(
-            lambda: click.echo(
-                "compiling kernels (once for this version; later runs start at once)", err=True
-            )
-        )
-    began = time.perf_counter()
-    dataset = _computed(read, progress=not quiet and sys.stderr.isatty(), threads=threads)
-    computed = time.perf_counter()
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        archive.write(dataset, output, overwrite=overwrite)
-    except FileExistsError:
-        raise SceneError(f"{output}: exists; use --overwrite to replace it") from None
-    except (PermissionError, NotADirectoryError, IsADirectoryError) as error:
-        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
-    written = time.perf_counter()
-
-    counts = _outcomes(dataset)
-    if not quiet:
-        published = text(dataset)
-        if published:
-            click.echo(published + "\n")
-        designs = math.prod(
-            len(read.axes[d]) if d in read.axes else len(next(iter(read.designs.values())))
-            for d in read.dimensions
-        )
-        click.echo(f"{read.title}: {designs} design{'' if designs == 1 else 's'}")
-        unused = dataset.attrs.get("axes_without_effect")
-        if unused:
-            click.echo(f"nothing that is asked for depends on: {unused}")
+        _print_published(planned, output)
+        click.echo(f"{read.title}: {counted(planned.designs, 'design')}")
+        if planned.unused:
+            click.echo(f"nothing that is asked for depends on: {', '.join(planned.unused)}")
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
-        click.echo(f"computing {computed - began:.2f} s, writing {written - computed:.2f} s")
+        if done.already:
+            click.echo("complete already; nothing to do")
+        else:
+            resumed = f" ({done.before} of {done.blocks} blocks were there)" if done.before else ""
+            click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
         click.echo(f"{output} ({size_text(output.stat().st_size)})")
     failed = {name: n for name, n in counts.items() if name in read.fail_on}
     if failed:
         listed = ", ".join(f"{name} {n}" for name, n in failed.items())
         _end(f"designs failed: {listed} ([output] fail_on); {output} is written", DESIGNS_FAILED)
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option("--axis", required=True, metavar="AXIS=VALUES", help="Such as speed=1600,1700.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def extend(archive: Path, axis: str, level: int | None, threads: int | None, quiet: bool) -> None:
+    """Add points to an axis of ARCHIVE, computing only these.
+
+    The archive is replaced when the new one is whole; what it held stays as it is.
+    """
+    name, values = _points(axis)
+    _check_archive(archive)
+    from sweeps import merge as joining
+    from sweeps.streaming import Options
+
+    _tell_of_compiling(quiet)
+    options = Options(
+        threads=threads, level=level, command=_command_line(),
+        progress=not quiet and sys.stderr.isatty(),
+    )  # fmt: skip
+    plan = _streamed(lambda: joining.extend(archive, name, values, options), archive)
+    if not quiet:
+        click.echo(
+            f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
+            f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
+        )
+
+
+@main.command()
+@click.argument("archives", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
+)
+@click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def merge(
+    archives: tuple[Path, ...], output: Path, overwrite: bool, level: int | None, quiet: bool
+) -> None:
+    """Join ARCHIVES of one scene: all its shards, or archives that differ in one axis.
+
+    What several of them hold must be the same in all.
+    """
+    for path in archives:
+        _check_archive(path)
+    _check_output(output, overwrite, None)
+    from sweeps import merge as joining
+    from sweeps.streaming import Options
+
+    options = Options(overwrite=overwrite, level=level, command=_command_line())
+    plan = _streamed(lambda: joining.merge(archives, output, options), output)
+    if not quiet:
+        size = size_text(output.stat().st_size)
+        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The archive to write."
+)
+@click.option("--overwrite", is_flag=True, help="Replace the archive if it exists.")
+@click.option("--resume", is_flag=True, help="Complete an interrupted run; start if there is none.")
+@click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
+@click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def rerun(
+    archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,
+    threads: int | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Make ARCHIVE again, from what it holds and nothing else."""
+    _check_archive(archive)
+    _check_output(output, overwrite or resume, archive)
+    from sweeps.rerun import rerun as run_again
+    from sweeps.streaming import Options
+
+    _tell_of_compiling(quiet)
+    again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
+    options = Options(
+        overwrite=overwrite, resume=resume, level=level, threads=threads,
+        command=_command_line(), progress=not quiet and sys.stderr.isatty(),
+        again=shlex.join(again),
+    )  # fmt: skip
+    plan, found = _streamed(lambda: run_again(archive, output, options), output)
+    if found:
+        click.echo(f"made otherwise than {archive}: {'; '.join(found)}", err=True)
+    if not quiet:
+        size = size_text(output.stat().st_size)
+        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
 
 
 @main.command()
@@ -196,11 +331,18 @@ def plot(archive: Path, output: Path | None, kind: str, slices: tuple[str, ...])
 @click.argument("what")
 @_guarded
 def info(what: str) -> None:
-    """Tell what is in an archive (netCDF), or about an engine (its name or its TOML file)."""
+    """Tell what is in an archive (netCDF), or about an engine (its name or its TOML file).
+
+    Of an interrupted run (the folder OUTPUT.partial), tell how far it has come.
+    """
     from sweeps.engine_file import catalogue, load_engine
 
     if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
         click.echo(_engine_text(load_engine(what, Path())))
+        return
+    folder = _interrupted(Path(what))
+    if folder is not None:
+        click.echo(_partial_text(folder))
         return
     with _opened(Path(what)) as dataset:
         click.echo(_archive_text(dataset, what))
@@ -247,10 +389,94 @@ def new(file: Path | None) -> None:
     click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
-def _computed(scene: Scene, *, progress: bool, threads: int | None) -> xr.Dataset:
-    from sweeps.runner import run as run_scene
+def _run(plan: Plan, output: Path, options: Options) -> Finished:
+    from sweeps import streaming
 
-    return run_scene(scene, progress=progress, threads=threads)
+    return streaming.run(plan, output, options)
+
+
+def _streamed(work: Callable[[], Result], output: Path) -> Result:
+    """Do what writes an archive, and word its failures."""
+    from sweeps import streaming
+
+    try:
+        return work()
+    except streaming.Stopped as error:
+        _end(one_line(error, 2000), FAILURE)
+    except OSError as error:
+        if error.errno not in _CANNOT_WRITE:
+            raise
+        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
+
+
+def _tell_of_compiling(quiet: bool) -> None:
+    from engine_dyn.compilation import on_compiling
+
+    if not quiet:
+        on_compiling(
+            lambda: click.echo(
+                "compiling kernels (once for this version; later runs start at once)", err=True
+            )
+        )
+
+
+def _print_published(plan: Plan, output: Path) -> None:
+    """Published against computed values, where the scene has some."""
+    if plan.scene.reference is None:
+        return
+    if plan.output_bytes > LARGEST_TABLE:
+        click.echo(f"published values are in the archive; {plan.designs} designs are no table")
+        return
+    from sweeps.archive import open_archive
+    from sweeps.reference import text
+
+    with open_archive(output) as dataset:
+        published = text(dataset)
+    if published:
+        click.echo(published + "\n")
+
+
+def _command_line() -> str:
+    words = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    # A name of a file need not be text.
+    return words.encode("utf-8", "replace").decode("utf-8")
+
+
+def _shard(text: str) -> tuple[int, int]:
+    """Number and count of "2/8"."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
+    number, count = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= number <= count:
+        raise SceneError(
+            f"--shard {one_line(text, 60)}: must be I/N, such as 2/8: the second of eight parts"
+        )
+    return number, count
+
+
+def _points(text: str) -> tuple[str, list[float]]:
+    """Axis and values of "speed=1600,1700"."""
+    name, _, values = text.partition("=")
+    try:
+        found = [float(value) for value in values.split(",")]
+    except ValueError:
+        found = []
+    if not name.strip() or not found or not all(math.isfinite(value) for value in found):
+        raise SceneError(
+            f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
+        )
+    return name.strip(), found
+
+
+def _size(text: str) -> float:
+    """Bytes of "500MB" or "1.5 GB"."""
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
+    size = float(found[1]) * {"MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    if not SMALLEST_MEMORY <= size < math.inf:
+        raise SceneError(
+            f"--memory {one_line(text, 60)}: must be a number and MB or GB, such as 500MB or 2GB, "
+            "100MB or more"
+        )
+    return size
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -279,6 +505,17 @@ def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
         raise SceneError(f"{path}: cannot be written ({one_line(reason)})") from None
 
 
+def _check_archive(path: Path) -> None:
+    """Refuse what is no file."""
+    try:
+        exists, is_file = path.exists(), path.is_file()
+    except (OSError, ValueError):
+        exists = is_file = False
+    if not is_file:
+        problem = "is not a file" if exists else "no such file"
+        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+
+
 def _opened(path: Path) -> xr.Dataset:
     """Open an archive for reading.
 
@@ -287,13 +524,7 @@ def _opened(path: Path) -> xr.Dataset:
     SceneError
         For anything that is no netCDF file.
     """
-    try:
-        exists, is_file = path.exists(), path.is_file()
-    except (OSError, ValueError):
-        exists = is_file = False
-    if not is_file:
-        problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+    _check_archive(path)
     from sweeps.archive import open_archive
 
     try:
@@ -339,6 +570,36 @@ def _outcomes(dataset: xr.Dataset) -> dict[str, int]:
     return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
 
 
+def _interrupted(path: Path) -> Path | None:
+    """Folder of an interrupted run that is named, or that is all there is of an archive."""
+    from sweeps.partial import Partial
+
+    try:
+        here = Partial(path) if path.exists() else Partial.of(path)
+        return here.path if here.path.is_dir() and here.header() is not None else None
+    except (OSError, ValueError):
+        return None
+
+
+def _partial_text(path: Path) -> str:
+    """What an interrupted run has finished, and how to go on."""
+    from sweeps.partial import Partial
+
+    here = Partial(path)
+    about = here.header() or {}
+    lines = [
+        f"{path}: an interrupted run of {about['output']}",
+        f"  title: {about['title']}",
+        f"  designs: {about['designs']}",
+        f"  finished: {len(here.finished())} of {counted(about['blocks'], 'block')}",
+        f"  started: {about['started']}",
+        f"  command line: {one_line(about['command_line'], LONGEST)}",
+        f"  to go on: engine-dyn run SCENE -o {shlex.quote(str(path.parent / about['output']))} "
+        "--resume",
+    ]
+    return "\n".join(lines)
+
+
 def _archive_text(dataset: xr.Dataset, name: str) -> str:
     """Axes, quantities, outcomes and provenance of an archive."""
     lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": "), "", "axes"]
@@ -378,7 +639,9 @@ def _attribute_lines(key: str, value: object) -> list[str]:
     if isinstance(value, str) and value.startswith("{"):
         try:
             members = json.loads(value)
-        except ValueError:
+            if key == "input_files":  # their texts are long
+                members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
+        except (ValueError, KeyError, TypeError, AttributeError):
             members = {}
         if members:
             texts = {
@@ -425,6 +688,9 @@ def _engine_text(engine: Any) -> str:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
         lines.append(f"  {engine.own_cylinders.solved}")
+    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
+        if table is not None:
+            lines.append(f"  {what}_table: {table}")
     lines += ["", "diagrams"]
     speeds = [f" at {s * 30.0 / math.pi:g} rpm" for s in getattr(family, "speeds", ())] or [""]
     points = [(load, speed) for speed in speeds for load in family.loads]

@@ -1,30 +1,32 @@
-"""Labels at the mouth of the river: arrays become a dataset with names, units and provenance."""
+"""Labels at the mouth of the river: arrays get names, units and provenance.
+
+`describe` knows all of them, without any array of results; a dataset (`label`) and an archive that
+is written block by block (`sweeps.archive`) are both made from what it says.
+"""
 
 from __future__ import annotations
 
 import json
 import math
-import platform
-import sys
 from collections.abc import Mapping
-from datetime import UTC, datetime
-from functools import cache
-from importlib import metadata
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import xarray as xr
 
 from engine_dyn import status
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.node import Dimension, Node
 from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
 from sweeps.plan import Plan
+from sweeps.provenance import provenance
 from sweeps.scene import DESIGN, Scene
 
-__all__ = ["PUBLISHED", "label"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["PUBLISHED", "Labels", "Variable", "describe", "label", "to_file_units"]
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference]."""
@@ -37,50 +39,147 @@ _WORD_NAMES = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One variable of an archive.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Its dimensions.
+    attributes : mapping
+        Texts, numbers, arrays of numbers.
+    data : ndarray, optional
+        Its values in the units of files, where they are known without computing.
+    kind : str
+        NumPy's word for its numbers.
+    si : float
+        SI value of one of its units.
+    """
+
+    dims: tuple[str, ...]
+    attributes: Mapping[str, Any]
+    data: npt.NDArray[Any] | None = None
+    kind: str = "f8"
+    si: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """All that an archive says beside its results: see `describe`."""
+
+    sizes: Mapping[str, int]
+    variables: Mapping[str, Variable]
+    coordinates: Mapping[str, Variable]
+    attributes: Mapping[str, Any]
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Lengths of a variable's dimensions."""
+        return tuple(self.sizes[d] for d in self.variables[name].dims)
+
+
+def describe(
+    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False
+) -> Labels:
+    """Names, dimensions, units and provenance of what a plan computes.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    seconds : float, optional
+        How long that took.
+    command : str
+        The command line that asked for it.
+    single : bool
+        Results are kept in 32 bits.
+    """
+    scene = plan.scene
+    variables: dict[str, Variable] = {}
+    for name in plan.outputs:
+        node = select(name, *scene.words)
+        dims = plan.dims(name)
+        if name == "status":
+            variables[name] = Variable(dims, _status_attributes(node), kind="i1")
+        else:
+            kind = "f4" if single else "f8"
+            variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
+    for name, column in (scene.reference.columns if scene.reference else {}).items():
+        node = select(name, *scene.words)
+        attributes = _attributes(plan, node)
+        attributes["long_name"] = f"{node.long_name}, published"
+        attributes["comment"] = f"from {scene.reference.file}" if scene.reference else ""
+        along = scene.reference.dimensions if scene.reference else ()
+        variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
+    used = {d for v in variables.values() for d in v.dims}
+    coordinates = {
+        name: Variable(along, attributes, np.asarray(values))
+        for name, (along, values, attributes) in _coordinates(plan, used).items()
+    }
+    dims = tuple(d for v in (*coordinates.values(), *variables.values()) for d in v.dims)
+    return Labels(
+        {d: plan.sizes[d] for d in dims},
+        variables,
+        coordinates,
+        {
+            **_about(plan),
+            **provenance(
+                plan,
+                seconds=seconds,
+                command=command,
+                numbers="float32" if single else "float64",
+            ),
+        },
+    )
+
+
+def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Results in the units of files, in place where they can be written to.
+
+    Here and nowhere else; a second array of this size is what may not fit beside the first.
+    """
+    if variable.si == 1.0:
+        return data
+    return np.divide(data, variable.si, out=data if data.flags.writeable else None)
+
+
 def label(
     plan: Plan, results: Mapping[str, npt.NDArray[Any]], *, seconds: float | None = None
 ) -> xr.Dataset:
     """Put names, units and provenance on the results of a plan, which become part of the dataset.
 
-    Values are converted from SI to the units of files here and nowhere else, in place.
+    Values are converted from SI to the units of files in place.
     """
-    scene = plan.scene
-    dims = {s.node.name: s.dims for s in plan.stages}
-    variables: dict[str, xr.Variable] = {}
-    for name in plan.outputs:
-        node = select(name, *scene.words)
-        here = dims.get(name, plan.leaves[name].dims if name in plan.leaves else ())
-        data = results[name]
-        if name == "status":
-            variables[name] = _variable(here, data, _status_attributes(node))
-            continue
-        if node.si != 1.0:
-            # A second array of this size is what may not fit beside the first.
-            data = np.divide(data, node.si, out=data if data.flags.writeable else None)
-        variables[name] = _variable(here, data, _attributes(plan, node))
-    for name, column in (scene.reference.columns if scene.reference else {}).items():
-        node = select(name, *scene.words)
-        attributes = _attributes(plan, node)
-        attributes["long_name"] = f"{node.long_name}, published"
-        attributes["comment"] = f"from {scene.reference.name}" if scene.reference else ""
-        along = scene.reference.dimensions if scene.reference else ()
-        variables[f"{name}{PUBLISHED}"] = _variable(along, column, attributes)
-    used = {str(d) for v in variables.values() for d in v.dims}
+    import xarray as xr
+
+    labels = describe(plan, seconds=seconds)
+    variables = {
+        name: _variable(
+            v.dims,
+            to_file_units(v, results[name]) if v.data is None else v.data,
+            v.attributes,
+        )
+        for name, v in labels.variables.items()
+    }
     coordinates = {
-        name: _variable(along, values, attributes, name)
-        for name, (along, values, attributes) in _coordinates(plan, used).items()
+        name: _variable(v.dims, v.data, v.attributes, name)
+        for name, v in labels.coordinates.items()
+        if v.data is not None
     }
     dataset = xr.Dataset(variables, coords=coordinates)
     for variable in dataset.variables:
         if variable in dataset.coords or dataset[variable].dtype.kind != "f":
             dataset[variable].encoding["_FillValue"] = None
-    dataset.attrs = _provenance(plan, seconds)
+    dataset.attrs = dict(labels.attributes)
     return dataset
 
 
 def _variable(
-    dims: tuple[str, ...], data: npt.NDArray[Any], attributes: Mapping[str, Any], name: str = ""
+    dims: tuple[str, ...], data: Any, attributes: Mapping[str, Any], name: str = ""
 ) -> xr.Variable:
+    import pandas as pd
+    import xarray as xr
+
     # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
     # and imports dask, where it is installed, to find out.
     if dims == (name,):
@@ -163,22 +262,17 @@ def _dimension_attributes(node: Node | Dimension) -> dict[str, str]:
     return attributes
 
 
-def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
+def _about(plan: Plan) -> dict[str, Any]:
+    """Attributes that say what was computed."""
     scene, engine = plan.scene, plan.scene.engine
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    version = _version("engine-dyn")
     given = {
         name: float(plan.leaves[name].data)
         for name in PARAMETERS
         if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
     }
-    plural = "" if plan.designs == 1 else "s"
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": scene.title,
-        "institution": "",
-        "source": f"engine-dyn {version}: periodic crank speed of piston engines",
-        "history": f"{now}: engine-dyn {version} computed {plan.designs} design{plural}",
         "references": "; ".join(engine.sources),
         "engine": engine.name,
         "engine_title": engine.title,
@@ -193,17 +287,8 @@ def _provenance(plan: Plan, seconds: float | None) -> dict[str, Any]:
                 "tolerance": scene.tolerance,
             }
         ),
-        "scene": json.dumps(scene.source, ensure_ascii=False),
-        "software": "; ".join(
-            [f"Python {sys.version.split()[0]}"]
-            + [f"{name} {_version(name)}" for name in _PACKAGES]
-        ),
-        "machine": f"{platform.machine()} {platform.system()}",
+        "axes_without_effect": ", ".join(plan.unused),
     }
-    if plan.unused:
-        attributes["axes_without_effect"] = ", ".join(plan.unused)
-    if seconds is not None:
-        attributes["seconds"] = round(seconds, 3)
     return {key: value for key, value in attributes.items() if value != ""}
 
 
@@ -240,11 +325,4 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
     }
 
 
-@cache
-def _version(package: str) -> str:
-    # A session does not change what is installed, and asking takes longer than solving a design.
-    return metadata.version(package)
-
-
-_PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
 _MARCHING = ("passes", "start_speed", "start_angle")

@@ -47,7 +47,7 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.load_tables import read_tables
 from sweeps.modelled import KINDS, Again, modelled, no_more, taken
-from sweeps.table import read_table, read_text, with_line
+from sweeps.table import keep, kept, kept_files, read_table, read_text, with_line
 
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
 
@@ -180,8 +180,13 @@ def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> 
     """
     known = catalogue()
     text = str(name_or_path)
+    own = Path(__file__).parent / "engines" / f"{text}.toml"
+    if kept(own):
+        return _read_engine(own, f"engine {text}")
     if text in known:
-        return _of_catalogue(known[text], known[text].stat().st_mtime_ns)
+        engine, files = _of_catalogue(known[text], known[text].stat().st_mtime_ns)
+        keep(files)
+        return engine
     if not (text.endswith(".toml") or "/" in text or "\\" in text):
         raise SceneError(
             f"{where} = {shown(text)}: unknown engine"
@@ -191,9 +196,10 @@ def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> 
 
 
 @lru_cache(maxsize=16)
-def _of_catalogue(path: Path, changed: int) -> Engine:
+def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
     # Sessions run many scenes on one engine; `changed`, the time of its file, is part of the key.
-    return _read_engine(path, f"engine {path.stem}")
+    with kept_files() as files:
+        return _read_engine(path, f"engine {path.stem}"), files
 
 
 def _read_engine(path: Path, name: str) -> Engine:

@@ -10,7 +10,7 @@ import psutil
 
 from engine_dyn.driven_machine import repeats_of
 from engine_dyn.quantities import DIMENSIONS, NO_STROKE_FRICTION, QUANTITIES
-from sweeps.blocks import blocks, cut
+from sweeps.blocks import block_count, cut
 from sweeps.errors import counted, size_text
 from sweeps.plan import Plan, Stage
 from sweeps.scene import DESIGN
@@ -62,19 +62,19 @@ def text(plan: Plan) -> str:
         f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
-        f"{'stage':<22}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        f"{'stage':<25}{'over':<34}{'times':>11}{'designs each':>14}  kept",
         *(_stage_line(plan, stage) for stage in plan.stages),
     ]
     for stage in plan.stages:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
     lines += ["", *_no_cycles(plan), *_skipped(plan)]
-    pieces = sum(1 for _ in blocks(plan, cut(plan)))
+    pieces = block_count(plan, cut(plan))
     block = f" in {pieces} blocks" if pieces > 1 else ""
     lines += [
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, "
-        f"memory about {size_text(plan.memory_bytes)}{block}, "
+        f"memory for all of it at once about {size_text(plan.memory_bytes)}{block}, "
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
@@ -156,7 +156,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     if len(over) > 33:
         over = f"{over[:30]}..."
     shared = plan.designs // times
-    return f"{node.name:<22}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+    return f"{node.name:<25}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:

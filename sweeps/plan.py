@@ -94,6 +94,10 @@ class Plan:
         Axes that nothing depends on.
     of_tables : frozenset of str
         Axes that the tables of the kernels depend on.
+    whole : Plan, optional
+        What this is a part of.
+    piece : str
+        Which part: JSON; see `sweeps.parts`.
     """
 
     scene: Scene
@@ -104,6 +108,8 @@ class Plan:
     outputs: tuple[str, ...]
     unused: tuple[str, ...]
     of_tables: frozenset[str]
+    whole: Plan | None = None
+    piece: str = ""
 
     @property
     def name(self) -> str:
@@ -141,6 +147,11 @@ class Plan:
                 f"{size_text(free)} are free; ask for fewer points or fewer quantities "
                 f"(largest: {max(self.stages, key=lambda s: s.size).node.name})"
             )
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Dimensions of a result or of something given."""
+        found = {s.node.name: s.dims for s in self.stages}
+        return found[name] if name in found else self.leaves[name].dims
 
     def has(self, name: str) -> bool:
         """Whether a stage of this name is computed."""

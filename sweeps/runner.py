@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities import DIMENSIONS
-from sweeps.blocks import along, blocks, cut
+from sweeps.blocks import Block, along, blocks, cut, holds
 from sweeps.errors import SceneError
 from sweeps.plan import Plan, Stage, Value, make_plan
 from sweeps.scene import Scene, read_scene
@@ -21,7 +21,7 @@ from sweeps.scene import Scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["compute", "run"]
+__all__ = ["compute", "computed", "run"]
 
 
 def run(
@@ -68,33 +68,69 @@ def compute(
 
     Nothing else of the size of an output exists at any time: see `sweeps.blocks`.
     """
+    results: dict[str, npt.NDArray[Any]] = {}
     lengths = cut(plan)
+    for block, parts in computed(
+        plan, lengths, blocks(plan, lengths), progress=progress, threads=threads
+    ):
+        for name, part in parts.items():
+            dims = plan.dims(name)
+            shape = tuple(plan.sizes[d] for d in dims)
+            if part.shape == shape:
+                results[name] = part
+                continue
+            if name not in results:
+                results[name] = np.empty(shape, dtype=part.dtype)
+            results[name][along(dims, block)] = part
+    return {name: results[name] for name in plan.outputs}
+
+
+def computed(
+    plan: Plan,
+    lengths: Mapping[str, int],
+    chosen: Iterable[Block],
+    *,
+    progress: bool = False,
+    threads: int | None = None,
+) -> Iterator[tuple[Block, dict[str, npt.NDArray[Any]]]]:
+    """Compute some blocks of a plan, one after the other.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    lengths : mapping
+        How the plan is cut: see `sweeps.blocks`. What depends on none of these axes is computed
+        once, whatever blocks are chosen.
+    chosen : iterable of blocks
+        Which of its blocks.
+    progress : bool
+        Show a progress bar.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+
+    Yields
+    ------
+    block, parts
+        The block, and what `blocks.holds` says that it holds of the plan's outputs, in SI units:
+        the same bits however the plan is cut.
+    """
     once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
     each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
-    shapes = {s.node.name: tuple(plan.sizes[d] for d in s.dims) for s in plan.stages}
+    dims = {name: plan.dims(name) for name in plan.outputs}
     with _Bars(progress) as bars:
         values = _computed(plan, once, plan.leaves, {}, bars, threads)
-        results = {
-            name: _filled(values[name].si, shapes.get(name))
-            for name in plan.outputs
-            if name in values
-        }
-        for block in blocks(plan, lengths) if each else ():
+        for block in chosen:
             here = _computed(plan, each, values, block, bars, threads)
-            for stage in each:
-                name = stage.node.name
-                if name not in plan.outputs:
-                    continue
-                part = here[name].data
-                if name not in results:
-                    results[name] = np.empty(shapes[name], dtype=part.dtype)
-                place = results[name][along(stage.dims, block)]
-                if part.shape != place.shape:
-                    # A block may lack the engines of most cylinders, and so the last throws.
-                    place[...] = np.nan
-                    place = place[tuple(slice(n) for n in part.shape)]
-                place[...] = part
-    return {name: results[name] for name in plan.outputs}
+            if not each:
+                values = {}
+            parts = {
+                name: _filled(here.pop(name).si, dims[name], block, plan)
+                for name in plan.outputs
+                if holds(block, dims[name])
+            }
+            here = {}  # only the outputs stay while they are taken over
+            yield block, parts
 
 
 def _computed(
@@ -142,12 +178,23 @@ def _computed(
     return values
 
 
-def _filled(data: npt.NDArray[Any], shape: tuple[int, ...] | None) -> npt.NDArray[Any]:
-    """Array of the whole shape; copied only where it was broadcast."""
+def _filled(
+    data: npt.NDArray[Any], dims: tuple[str, ...], block: Block, plan: Plan
+) -> npt.NDArray[Any]:
+    """Array of a block's whole shape; copied only where it was broadcast or is padded."""
     array = np.asarray(data)
-    return (
-        array if shape is None or array.shape == shape else np.array(np.broadcast_to(array, shape))
-    )
+    places = [block.get(d, slice(0, plan.sizes[d])) for d in dims]
+    shape = tuple(place.stop - place.start for place in places)
+    if array.shape == shape:
+        return array
+    short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
+    if any(short):
+        # A block may lack the engines of most cylinders, and so the last throws.
+        whole = np.full(shape, np.nan)
+        ends = zip(short, array.shape, strict=True)
+        whole[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
+        return whole
+    return np.array(np.broadcast_to(array, shape))
 
 
 def _uses(stages: tuple[Stage, ...]) -> dict[str, int]:

@@ -68,7 +68,7 @@ from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.load_tables import Tables, read_tables
-from sweeps.table import Table, read_table
+from sweeps.table import Table, kept_files, read_table
 
 __all__ = [
     "DESIGN",
@@ -81,6 +81,7 @@ __all__ = [
     "SceneError",
     "built_in_scenes",
     "read_scene",
+    "scene_of",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -178,15 +179,15 @@ class Reference:
 
     Attributes
     ----------
-    name : str
-        The file as messages call it.
+    file : str
+        The file as the scene names it.
     dimensions : tuple of str
         Dimensions of the scene that the rows tell apart, in scene order.
     columns : dict of ndarray
         Published values of each quantity over these dimensions, NaN where nothing is printed.
     """
 
-    name: str
+    file: str
     dimensions: tuple[str, ...]
     columns: dict[str, FloatArray]
 
@@ -245,6 +246,11 @@ class Scene:
         The scene as it was read, in JSON's types; of very long lists their length.
     path : Path, optional
         Its file.
+    folder : str
+        Where paths in the scene start from.
+    files : dict of bytes
+        The engine's file and all others that were read, but tables of designs: their columns are
+        coordinates.
     """
 
     title: str
@@ -273,6 +279,8 @@ class Scene:
     reference: Reference | None
     source: dict[str, Any]
     path: Path | None
+    folder: str
+    files: Mapping[str, bytes]
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -406,7 +414,17 @@ def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:
             f"scene = {shown(scene)}: must be a path, the name of a built-in scene, a dict or a "
             "Scene"
         )
-    return _scene(raw, name, base, path)
+    return scene_of(raw, name, base, path)
+
+
+def scene_of(
+    raw: dict[str, Any], name: str, base: Path, path: Path | None = None,
+    files: Mapping[str, bytes] | None = None,
+) -> Scene:  # fmt: skip
+    """Check a scene that was read; with `files`, what it names is among these and nowhere else."""
+    with kept_files(files) as read:
+        scene = _scene(raw, name, base, path)
+    return replace(scene, files=read)
 
 
 def _find(scene: str | Path) -> tuple[Path, str]:
@@ -504,13 +522,15 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         reference=None,
         source=shortened(raw),
         path=path,
+        folder=str(base),
+        files={},
     )
     _check_values(scene, name)
     if given.reference is None:
         return scene
     label = f"{name}: [reference] {given.reference.file}"
     rows = read_table(base / given.reference.file, label, "a table of published values (CSV)")
-    return replace(scene, reference=_reference(rows, scene))
+    return replace(scene, reference=_reference(rows, scene, given.reference.file))
 
 
 # --- values -------------------------------------------------------------------------------------
@@ -1229,7 +1249,7 @@ def _check_motored(scene: Scene, name: str) -> None:
 # --- published values ---------------------------------------------------------------------------
 
 
-def _reference(table: Table, scene: Scene) -> Reference:
+def _reference(table: Table, scene: Scene, file: str) -> Reference:
     """Place the rows of a table of published values among the scene's designs."""
     quantities = _reference_quantities(table, scene)
     by_axis = tuple(d for d in scene.dimensions if d in table.header)
@@ -1260,7 +1280,7 @@ def _reference(table: Table, scene: Scene) -> Reference:
         columns[quantity] = np.full(shape, np.nan)
         for place, value in zip(places, table.numbers(quantity, blanks=True), strict=True):
             columns[quantity][place] = value
-    return Reference(table.name, dimensions, columns)
+    return Reference(file, dimensions, columns)
 
 
 def _length(scene: Scene, dimension: str) -> int:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,19 @@ from sweeps.errors import SceneError, counted, one_line, shown
 __all__ = [
     "Table",
     "find_header",
+    "keep",
+    "kept",
+    "kept_files",
     "parse_rows",
     "read_table",
     "read_text",
     "reading",
     "with_line",
 ]
+
+_PACKAGE = Path(__file__).parent
+
+_FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 # As editors count lines; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
@@ -127,6 +135,61 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
         raise SceneError(f"{name}: cannot be read ({reason}); expected {what}") from None
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """Files that were read, and whether others may be."""
+
+    files: dict[str, bytes]
+    closed: bool
+
+
+@contextmanager
+def kept_files(given: Mapping[str, bytes] | None = None) -> Iterator[dict[str, bytes]]:
+    """Keep the texts that are read inside, by name.
+
+    With `given`, they come from there and from no disk: that is how an archive is read again.
+    """
+    held = _Kept(dict(given or {}), closed=given is not None)
+    token = _FILES.set(held)
+    try:
+        yield held.files
+    finally:
+        _FILES.reset(token)
+
+
+def kept(path: Path) -> bool | None:
+    """Whether a file is among those given; None where files are read from the disk."""
+    held = _FILES.get()
+    return None if held is None or not held.closed else _name(path) in held.files
+
+
+def keep(files: Mapping[str, bytes]) -> None:
+    """Add files that were read before."""
+    held = _FILES.get()
+    if held is not None:
+        held.files.update(files)
+
+
+def _name(path: Path) -> str:
+    """What a file is kept as; those of the package by the place that they have in it."""
+    if path.is_relative_to(_PACKAGE):
+        return path.relative_to(_PACKAGE.parent).as_posix()
+    return str(path)
+
+
+def _bytes(path: Path) -> bytes:
+    held = _FILES.get()
+    if held is None:
+        return path.read_bytes()
+    name = _name(path)
+    if held.closed:
+        if name not in held.files:
+            raise FileNotFoundError(name)
+        return held.files[name]
+    data = held.files[name] = path.read_bytes()
+    return data
+
+
 def read_text(path: Path, name: str, what: str) -> str:
     """Return the text of a UTF-8 file (a byte order mark at its start is dropped).
 
@@ -136,7 +199,7 @@ def read_text(path: Path, name: str, what: str) -> str:
         For a file that is missing, unreadable or not text; `what` says what it should be.
     """
     with reading(name, what):
-        data = path.read_bytes()
+        data = _bytes(path)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

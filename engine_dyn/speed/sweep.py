@@ -509,9 +509,8 @@ def mean_gas_torque(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
     )  # fmt: skip
-    ratios = np.ascontiguousarray(crank_ratio).reshape(-1)
-    offsets = np.ascontiguousarray(offset_ratio).reshape(-1)
-    places = np.ascontiguousarray(row).reshape(-1)
+    # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
+    ratios, offsets, places = (np.array(v).reshape(-1) for v in (crank_ratio, offset_ratio, row))
     result = np.empty(ratios.size)
     rows = _rows_needed(places)
     member = Member(0.0, pressure_factor, 1.0)

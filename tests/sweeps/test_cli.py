@@ -181,7 +181,7 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     def broken(*_: Any, **__: Any) -> None:
         raise RuntimeError("something\nwent wrong")
 
-    monkeypatch.setattr("sweeps.cli._computed", broken)
+    monkeypatch.setattr("sweeps.cli._streamed", broken)
     out = tmp_path / "out.nc"
     out.write_text("kept")
     result = invoke("run", "first", "-o", out, "--overwrite")
@@ -196,22 +196,22 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
 
 
 def test_a_disk_that_refuses_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sweeps.archive
+    import sweeps.streaming
 
     def refuse(*_: Any, **__: Any) -> None:
         raise PermissionError(13, "Permission denied")
 
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
-    monkeypatch.setattr(sweeps.archive, "write", refuse)
+    monkeypatch.setattr(sweeps.streaming.Partial, "locked", refuse)
     result = invoke("run", path, "-o", tmp_path / "out.nc", "-q")
     assert result.exit_code == 2
     assert "out.nc: cannot be written (Permission denied)" in result.stderr
 
 
-def test_a_scene_larger_than_memory_is_refused_with_its_size(tmp_path: Path) -> None:
+def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
-    axis = "{ start = 1, stop = 2, num = 100000 }"
+    axis = "{ start = 1, stop = 2, num = 10000000 }"
     path.write_text(
         f'engine = "ntua"\n[axes]\ninertia = {axis}\nreciprocating_mass = {axis}\n'
         '[output]\nquantities = ["delta"]\n'
@@ -220,7 +220,7 @@ def test_a_scene_larger_than_memory_is_refused_with_its_size(tmp_path: Path) -> 
     assert result.exit_code == 2, result.output
     assert re.search(r"\d (GB|TB)", result.stderr)
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-    assert "10000000000 designs" in succeeded("plan", path)
+    assert "100000000000000 designs" in succeeded("plan", path)
 
 
 # --- plan, plot, info, list, new ----------------------------------------------------------------

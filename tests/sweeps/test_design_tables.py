@@ -297,9 +297,12 @@ def test_rows_are_read_without_looking_at_each(
     }
     result = sweeps.run(scene)
     assert result["mean_piston_speed"].size == values.size
+    files = result.attrs.pop("input_files")  # the engine's own
+    assert "table.csv" not in files
     assert max(len(str(value)) for value in result.attrs.values()) < 2000
     scene["designs"] = {"inertia": values.tolist(), "speed": 1000.0 * values}
     listed = sweeps.run(scene)
+    listed.attrs.pop("input_files")
     np.testing.assert_array_equal(listed["mean_piston_speed"], result["mean_piston_speed"])
     assert max(len(str(value)) for value in listed.attrs.values()) < 2000
     assert json.loads(listed.attrs["scene"])["designs"]["inertia"].startswith("50000 values")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import click.testing
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +14,7 @@ import sweeps
 from engine_dyn.driven_machine import torque_over_angle
 from sweeps import forecast
 from sweeps.blocks import bytes_beside
+from sweeps.cli import main
 from sweeps.errors import SceneError
 from sweeps.plan import make_plan
 from sweeps.scene import read_scene
@@ -210,6 +212,9 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     table = {"driver_table": "machines/motor.csv", "speed": 1450}
     back = sweeps.run({"engine": "compressor_79x83", "set": table, **ask})
     assert int(back["status"]) == 0
+    told = click.testing.CliRunner().invoke(main, ["info", "machines/own.toml"]).output
+    assert "load_table: torque over its own angle, 360 degrees, 180 points, mean 1 N m" in told
+    assert "driver_table: torque over speed from 1000 to 1500 rpm, 3 points" in told
 
 
 @compiled

@@ -20,6 +20,9 @@ STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 DESIGNS = 8_000_000
 """64 MB for each output."""
 
+STREAMED = 100e6
+"""Bytes beyond the loaded libraries of a run with --memory 100MB."""
+
 ALLOWED = 56e6
 """Bytes beyond outputs: less than one array, more than blocks and buffers take."""
 
@@ -48,6 +51,15 @@ def run(scene):
     sweeps.cli._outcomes(dataset)
     return sum(variable.nbytes for variable in dataset.variables.values())
 
+def stream(scene):
+    from sweeps.plan import make_plan
+    from sweeps.scene import read_scene
+    from sweeps.streaming import Options, run
+    run(make_plan(read_scene(scene)), Path("out.nc"), Options(overwrite=True, memory=100e6))
+    return Path("out.nc").stat().st_size
+
+if sys.argv[2] == "streamed":
+    run = stream
 small, large = json.loads(sys.argv[1])
 run(small)
 Path("/proc/self/clear_refs").write_text("5")  # the mark starts again from what is held now
@@ -83,13 +95,37 @@ def scene(quantities: list[str], axes: dict[str, tuple[float, float]], designs: 
 def test_no_second_array_of_the_size_of_an_output(
     quantities: list[str], axes: dict[str, tuple[float, float]], tmp_path: Path
 ) -> None:
-    scenes = json.dumps([scene(quantities, axes, count) for count in (4, DESIGNS)])
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, scenes],
-        cwd=tmp_path, capture_output=True, text=True, env={"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    peak, outputs = json.loads(done.stdout)
+    peak, outputs = measured(quantities, axes, tmp_path, "whole")
     assert outputs > 8 * DESIGNS
     assert peak - outputs < ALLOWED
-    (tmp_path / "out.nc").unlink()
+
+
+@pytest.mark.skipif(not RESET.exists(), reason="needs Linux's /proc")
+@pytest.mark.parametrize(
+    ("quantities", "axes"),
+    [
+        (["fmep", "mean_piston_speed"], {"stroke": (0.1, 0.2), "speed": (900, 2000)}),
+        (["delta", "omega_max"], {"stroke": (0.1, 0.2), "speed": (900, 2000)}),
+    ],
+)
+def test_streaming_keeps_to_its_memory(
+    quantities: list[str], axes: dict[str, tuple[float, float]], tmp_path: Path
+) -> None:
+    peak, written = measured(quantities, axes, tmp_path, "streamed")
+    assert written > STREAMED
+    assert peak < STREAMED
+
+
+def measured(
+    quantities: list[str], axes: dict[str, tuple[float, float]], folder: Path, how: str
+) -> tuple[float, float]:
+    """Bytes at the highest beyond those of a small run, and bytes of what came out."""
+    scenes = json.dumps([scene(quantities, axes, count) for count in (4, DESIGNS)])
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, scenes, how],
+        cwd=folder, capture_output=True, text=True, env={"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (folder / "out.nc").unlink()
+    peak, size = json.loads(done.stdout)
+    return peak, size

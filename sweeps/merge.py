@@ -1,0 +1,416 @@
+"""Archives of one scene become one: shards, archives that differ in the values of one axis.
+
+Nothing is computed. What two archives both hold must be the same in both; that holds too for what
+does not depend on the axis in which they differ.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweeps import archive
+from sweeps.dataset import Labels, describe
+from sweeps.errors import SceneError, counted
+from sweeps.held import Held, held, opened, plan_of
+from sweeps.partial import Partial
+from sweeps.parts import part
+from sweeps.plan import Plan
+from sweeps.provenance import differences, identity
+from sweeps.scene import DESIGN
+from sweeps.streaming import Options, Stopped, archive_bytes, check_room, run, stopped
+
+__all__ = ["extend", "merge"]
+
+SLAB = 16e6
+"""Bytes of a variable that are copied at a time."""
+
+Places = npt.NDArray[np.int64]
+
+
+def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
+    """Join archives of one scene.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        All shards of a scene, or archives that differ in the values of one axis.
+    output : Path
+        The archive to write.
+    options : Options
+        `overwrite`, `level` and `command` count.
+
+    Returns
+    -------
+    Plan
+        Of what the new archive holds.
+
+    Raises
+    ------
+    SceneError
+        Where they are not of one scene, version or kind, where something is missing, or where two
+        of them say different things of one design.
+    Stopped
+        Where the archive cannot be written.
+    """
+    if len(paths) < 2:
+        raise SceneError("merge: needs two archives or more")
+    archives = [held(path) for path in paths]
+    first = archives[0]
+    shards = bool(first.piece)
+    for other in archives[1:]:
+        if bool(other.piece) != shards:
+            raise SceneError(
+                f"{other.path}: {'a shard' if other.piece else 'no shard'}, and {first.path} is "
+                f"{'one' if shards else 'none'}; merge shards first"
+            )
+    axis, plan, places = _of_shards(archives) if shards else _of_axis(archives)
+    _write(plan, axis, archives, places, output, options, exact=shards)
+    return plan
+
+
+def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
+    """Add points to an axis of an archive; only these are computed.
+
+    The archive is replaced when the new one is whole. What it held stays as it is.
+
+    Raises
+    ------
+    SceneError
+        Where it has no such axis, has the values already, or was made by another version.
+    Stopped
+        Where it was interrupted, or cannot be written.
+    """
+    here = Partial.of(path)
+    with here.locked(path):  # what is there now is what is extended
+        if here.header() is not None and here.finished():
+            raise SceneError(f"{here.path}: holds an interrupted run; complete it first")
+        here.clear()
+        try:
+            return _extended(path, axis, values, options, here)
+        except Stopped as error:
+            raise Stopped(f"{str(error).partition(';')[0]}; {path} is as it was") from None
+        finally:
+            here.remove()
+
+
+def _extended(
+    path: Path, axis: str, values: Sequence[float], options: Options, here: Partial
+) -> Plan:
+    old = held(path)
+    if old.piece:
+        raise SceneError(f"{path}: a shard; merge all shards first")
+    axes = list(old.source.get("axes", {}))
+    if axis not in axes:
+        raise SceneError(
+            f"{path}: --axis {axis}: not an axis; must be one of {', '.join(axes) or 'none'}"
+        )
+    before = np.asarray(old.values[axis])
+    for number, value in enumerate(values):
+        if value in before:
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} is on the axis already")
+        if value in values[:number]:
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} stands there twice; each once")
+    _check_version(old, plan_of(old))
+    falls = len(before) > 1 and bool((np.diff(before) < 0).all())
+    union = _ordered([before, np.sort(values)[:: -1 if falls else 1]])
+    whole = plan_of(old, axis=axis, values=union)
+    new = np.flatnonzero(~np.isin(union, before))
+    piece = json.dumps({"axis": axis, "values": len(new)})
+    more = replace(options, overwrite=True, resume=False, single=old.single)
+    run(part(whole, axis, new, piece), here.added, more)
+    both = [old, held(here.added)]
+    places = [_places_in(union, a.values[axis]) for a in both]
+    _put_together(whole, axis, both, places, path, here, more, exact=False)
+    return whole
+
+
+def _check_version(archive: Held, plan: Plan) -> None:
+    """Check that the numbers of an archive are those that would be computed now."""
+    numbers = str(archive.identity.get("numbers"))
+    found = differences(archive.identity, identity(plan, numbers=numbers))
+    if found:
+        raise SceneError(
+            f"{archive.path}: was made otherwise than it would be now: {'; '.join(found)}; "
+            "`engine-dyn rerun` makes it again"
+        )
+
+
+# --- what belongs where ---------------------------------------------------------------------------
+
+
+def _of_shards(archives: Sequence[Held]) -> tuple[str, Plan, list[Places]]:
+    """Axis along which shards are cut, the plan of the whole, and the places of each."""
+    first = archives[0]
+    axis, size = first.piece["axis"], int(first.piece["of"])
+    places = []
+    for other in archives:
+        _check_same(first, other, but_part=True)
+        if other.piece["axis"] != axis or other.piece["of"] != size:
+            raise SceneError(f"{other.path}: a shard of another division than {first.path}")
+        begin = int(other.piece["first"])
+        places.append(np.arange(begin, begin + len(other.values[axis])))
+    seen = np.zeros(size, dtype=bool)
+    for here in places:
+        seen[here] = True
+    if not seen.all():
+        parts = first.piece["shard"].partition("/")[2]
+        have = ", ".join(sorted({a.piece["shard"] for a in archives}))
+        raise SceneError(
+            f"shards are missing: {counted(int((~seen).sum()), 'point')} of {axis}; of {parts} "
+            f"shards there are {have}"
+        )
+    whole: dict[str, Any] = dict(first.values)
+    for name, values in first.values.items():
+        if first.along[name] == axis:
+            joined = np.empty(size, dtype=values.dtype)
+            for other, here in zip(archives, places, strict=True):
+                joined[here] = other.values[name]
+            whole[name] = joined
+    plan = plan_of(first, whole=whole)
+    _check_values(plan, axis, archives, places)
+    return axis, plan, places
+
+
+def _check_values(plan: Plan, axis: str, archives: Sequence[Held], places: list[Places]) -> None:
+    """Check that the coordinates of archives are those of the plan."""
+    labels = describe(plan)
+    for other, here in zip(archives, places, strict=True):
+        for name, values in other.values.items():
+            known = labels.coordinates.get(name)
+            if known is None or known.data is None:
+                continue
+            expected = known.data[here] if known.dims == (axis,) else known.data
+            if name == DESIGN == axis:  # a shard numbers its own designs
+                continue
+            if name == axis and known.data.dtype.kind == "i":  # and its own words
+                continue
+            if not np.array_equal(values, expected):
+                raise SceneError(f"{other.path}: other values of {name} than its scene has")
+
+
+def _of_axis(archives: Sequence[Held]) -> tuple[str, Plan, list[Places]]:
+    """Axis in which archives differ, the plan of all, and the places of each."""
+    first = archives[0]
+    axes = list(first.source.get("axes", {}))
+    differing = [
+        axis
+        for axis in axes
+        if any(
+            axis in other.values and not np.array_equal(other.values[axis], first.values[axis])
+            for other in archives
+        )
+    ]
+    if len(differing) > 1:
+        raise SceneError(
+            f"archives differ in more than one axis ({', '.join(differing)}); merge along one axis "
+            "after the other"
+        )
+    axis = differing[0] if differing else next(iter(axes), "")
+    for other in archives[1:]:
+        _check_same(first, other, axis=axis)
+    if not axis:
+        return "", plan_of(first), [np.zeros(0, dtype=np.int64) for _ in archives]
+    union = _ordered([np.asarray(other.values[axis]) for other in archives])
+    plan = plan_of(first, axis=axis, values=union) if differing else plan_of(first)
+    return axis, plan, [_places_in(union, other.values[axis]) for other in archives]
+
+
+def _check_same(first: Held, other: Held, *, axis: str = "", but_part: bool = False) -> None:
+    """Check that two archives are of one scene, version and kind."""
+    left = {"part"} if but_part else set()
+    one, two = (
+        {key: value for key, value in a.identity.items() if key not in left} for a in (first, other)
+    )
+    found = differences(one, two, but=axis)
+    if found:
+        raise SceneError(f"{other.path}: of another scene than {first.path}: {'; '.join(found)}")
+
+
+def _ordered(values: Sequence[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+    """All values once: sorted where each is, else in the order in which they come."""
+    together = np.concatenate(values)
+    if all((np.diff(v) > 0).all() for v in values):
+        return np.unique(together)
+    if all((np.diff(v) < 0).all() for v in values):
+        return np.unique(together)[::-1]
+    _, index = np.unique(together, return_index=True)
+    return np.asarray(together[np.sort(index)])
+
+
+def _places_in(union: npt.NDArray[np.float64], values: Any) -> Places:
+    order = np.argsort(union)
+    return np.asarray(order[np.searchsorted(union, values, sorter=order)], dtype=np.int64)
+
+
+# --- writing --------------------------------------------------------------------------------------
+
+
+def _write(
+    plan: Plan, axis: str, archives: Sequence[Held], places: list[Places], output: Path,
+    options: Options, *, exact: bool,
+) -> None:  # fmt: skip
+    output.parent.mkdir(parents=True, exist_ok=True)
+    here = Partial.of(output)
+    with here.locked(output):
+        if output.exists() and not options.overwrite:
+            raise SceneError(f"{output}: exists; use --overwrite to replace it")
+        if here.header() is not None and here.finished():
+            raise SceneError(f"{here.path}: holds an interrupted run; complete it first")
+        here.clear()
+        single = archives[0].single
+        try:
+            size = archive_bytes(plan, single=single)
+            check_room(plan, output, size, size)
+            more = replace(options, single=single)
+            _put_together(plan, axis, archives, places, output, here, more, exact=exact)
+        finally:
+            here.remove()
+
+
+def _put_together(
+    plan: Plan, axis: str, archives: Sequence[Held], places: list[Places], output: Path,
+    here: Partial, options: Options, *, exact: bool,
+) -> None:  # fmt: skip
+    """Copy what archives hold into one, which then gets the name of the output."""
+    labels = _labels(plan, archives, options)
+    tolerance = 0.0 if exact else plan.scene.tolerance
+    try:
+        with (
+            ExitStack() as stack,
+            archive.new(
+                here.archive,
+                labels,
+                {},
+                level=archives[0].level if options.level is None else options.level,
+            ) as new,
+        ):
+            sources = [
+                _Source(a, stack.enter_context(opened(a.path)), p)
+                for a, p in zip(archives, places, strict=True)
+            ]
+            for name in plan.outputs:
+                _copy(name, axis, labels, sources, new, tolerance)
+        archive.publish(here.archive, output)
+    except KeyboardInterrupt:
+        raise Stopped("interrupted; nothing written") from None
+    except (OSError, RuntimeError) as error:
+        raise stopped(error, output, "nothing written") from None
+
+
+def _labels(plan: Plan, archives: Sequence[Held], options: Options) -> Labels:
+    """Labels of the whole, with the history of its parts."""
+    seconds = sum(float(a.attributes.get("seconds", 0.0)) for a in archives)
+    labels = describe(plan, seconds=seconds, command=options.command, single=options.single)
+    made = str(labels.attributes["history"]).replace(" computed ", " joined ")
+    told = [str(a.attributes.get("history", "")) for a in archives]
+    history = "\n".join(dict.fromkeys([*"\n".join(told).splitlines(), made]))
+    return replace(labels, attributes={**labels.attributes, "history": history})
+
+
+@dataclass(frozen=True)
+class _Source:
+    """An archive that is open, and where its points lie along the axis."""
+
+    archive: Held
+    file: Any
+    places: Places
+
+    def read(
+        self, name: str, place: tuple[slice, ...], along: int
+    ) -> tuple[Places, npt.NDArray[Any]]:
+        """Return which points of a range it has along the axis, and its values there.
+
+        Of a variable without the axis (`along` is -1) it has the one that there is.
+        """
+        variable = self.file.variables[name]
+        if along < 0:
+            values = np.asarray(variable[place if place else ...])
+            return np.zeros(1, dtype=np.int64), values[np.newaxis]
+        begin, end = place[along].start, place[along].stop
+        own = np.flatnonzero((self.places >= begin) & (self.places < end))
+        if not own.size:
+            return own, np.empty(0)
+        first = int(own.min())
+        inside = [*place]
+        inside[along] = slice(first, int(own.max()) + 1)
+        read = np.asarray(variable[tuple(inside)])
+        return self.places[own] - begin, np.moveaxis(
+            np.take(read, own - first, axis=along), along, 0
+        )
+
+
+def _copy(
+    name: str, axis: str, labels: Labels, sources: Sequence[_Source], new: archive.Writer,
+    tolerance: float,
+) -> None:  # fmt: skip
+    """Copy one variable, piece by piece, checking what several archives hold."""
+    dims, shape = labels.variables[name].dims, labels.shape(name)
+    kind = np.dtype(labels.variables[name].kind)
+    for source in sources:
+        found = source.file.variables.get(name)
+        if found is None or found.dimensions != dims:
+            raise SceneError(f"{source.archive.path}: has no {name} over ({', '.join(dims)})")
+    along = dims.index(axis) if axis in dims else -1
+    for place in slabs(shape, archive.chunks_of(dims, shape, {}), kind.itemsize):
+        extent = [s.stop - s.start for s in place]
+        count = extent.pop(along) if along >= 0 else 1
+        values = np.empty((count, *extent), dtype=kind)  # the axis comes first
+        owner = np.full(count, -1)
+        for number, source in enumerate(sources):
+            here, theirs = source.read(name, place, along)
+            twice = owner[here] >= 0
+            if twice.any():
+                both = here[twice]
+                _check_agreement(
+                    name, source, sources[int(owner[both][0])],
+                    theirs[twice], values[both], tolerance,
+                )  # fmt: skip
+            values[here[~twice]] = theirs[~twice]
+            owner[here[~twice]] = number
+        new.put(name, place, values[0] if along < 0 else np.moveaxis(values, 0, along))
+
+
+def _check_agreement(
+    name: str, source: _Source, first: _Source, theirs: npt.NDArray[Any], ours: npt.NDArray[Any],
+    tolerance: float,
+) -> None:  # fmt: skip
+    """Check that two archives say the same of the same designs."""
+    if theirs.dtype.kind == "f":
+        bad = ~np.isclose(theirs, ours, rtol=tolerance, atol=0.0, equal_nan=True)
+    else:
+        bad = theirs != ours
+    if bad.any():
+        place = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise SceneError(
+            f"{source.archive.path}: {name} = {theirs[place]}, and {ours[place]} in "
+            f"{first.archive.path} for the same design ({counted(int(bad.sum()), 'conflict')} at "
+            "least)"
+        )
+
+
+def slabs(
+    shape: tuple[int, ...], chunks: tuple[int, ...], itemsize: int, limit: float = SLAB
+) -> Iterator[tuple[slice, ...]]:
+    """Ranges that make up an array, whole numbers of chunks, of `limit` bytes at most, about."""
+    if not shape:
+        yield ()
+        return
+    row = math.prod(shape[1:]) * itemsize
+    if row * chunks[0] <= limit or len(shape) == 1:
+        step = max(1, int(limit // max(row * chunks[0], 1))) * chunks[0]
+        for begin in range(0, shape[0], step):
+            yield (slice(begin, min(begin + step, shape[0])), *(slice(0, n) for n in shape[1:]))
+        return
+    for begin in range(0, shape[0], chunks[0]):
+        first = slice(begin, min(begin + chunks[0], shape[0]))
+        for rest in slabs(shape[1:], chunks[1:], itemsize * chunks[0], limit):
+            yield (first, *rest)

@@ -1,0 +1,271 @@
+"""An archive that is not finished: a folder of finished blocks beside its name, `OUT.nc.partial`.
+
+The folder holds `run.json` (what is computed, and how it is cut), a file for each finished block,
+and the archive while it is put together. Every file is written under another name, synced and
+renamed, so what has its name is whole. A block begins with the hash of all that follows; then
+comes one line of JSON (its number, the run that it belongs to, its arrays), then the arrays as
+they lie in memory, little-endian. A lock of the operating system, which ends with the process that
+has it, keeps a second run away.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import platform
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweeps.errors import SceneError, one_line
+
+__all__ = ["Damaged", "Partial", "sync_folder"]
+
+LONGEST_NAME = 255
+"""Bytes of a file's name that file systems take."""
+
+_HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
+_BLOCK = re.compile(r"block-(\d{6,})\.bin")
+_MAGIC = b"engine-dyn block 1 "
+_OWN = re.compile(
+    rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|{_ADDED}|block-\d{{6,}}\.bin)({re.escape(_ENDING)})?"
+)
+
+
+class Damaged(Exception):
+    """A block that is not what was written."""
+
+
+class Partial:
+    """The folder of one unfinished archive."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.key = ""
+
+    @classmethod
+    def of(cls, output: Path) -> Partial:
+        """Return the folder that belongs to an archive; a long name is cut, its hash put behind."""
+        name = f"{output.name}.partial"
+        if len(os.fsencode(name)) > LONGEST_NAME:
+            digest = hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16]
+            start = os.fsencode(output.name)[: LONGEST_NAME - 40].decode(errors="ignore")
+            name = f"{start}.{digest}.partial"
+        return cls(output.with_name(name))
+
+    @property
+    def archive(self) -> Path:
+        """Where the archive is put together."""
+        return self.path / _ARCHIVE
+
+    @property
+    def added(self) -> Path:
+        """Where what is added to an archive is computed."""
+        return self.path / _ADDED
+
+    # --- the run --------------------------------------------------------------------------------
+
+    @contextlib.contextmanager
+    def locked(self, output: Path) -> Iterator[None]:
+        """Hold the folder for one process; it is made where it is not there.
+
+        Raises
+        ------
+        SceneError
+            Where another process holds it, or the name belongs to something else.
+        OSError
+            Where it cannot be made.
+        """
+        if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
+            raise SceneError(f"{self.path}: is in the way; a run keeps its finished blocks there")
+        while True:
+            self.path.mkdir(exist_ok=True)
+            try:
+                stream = (self.path / _LOCK).open("a+", encoding="utf-8")
+            except FileNotFoundError:  # another run has just finished and removed it
+                continue
+            with stream:
+                if not _lock(stream):
+                    stream.seek(0)
+                    who = one_line(stream.read(200))
+                    raise SceneError(
+                        f"{output}: another run is writing it ({who or 'it holds the lock'}); wait "
+                        "for its end, or name another output"
+                    )
+                if not _is(stream, self.path / _LOCK):
+                    continue
+                stream.truncate(0)
+                stream.write(f"process {os.getpid()} on {platform.node()}")
+                stream.flush()
+                yield
+                return
+
+    def header(self) -> dict[str, Any] | None:
+        """What is computed here; None where nothing has begun."""
+        try:
+            found = json.loads((self.path / _HEADER).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        if not isinstance(found, dict) or not {"identity", "lengths", "key"} <= found.keys():
+            return None
+        self.key = str(found["key"])
+        return found
+
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Say what is computed here, before the first block."""
+        text = json.dumps(header, ensure_ascii=False, sort_keys=True)
+        self.key = hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
+        whole = json.dumps({**header, "key": self.key}, ensure_ascii=False, indent=1)
+        self._write(_HEADER, [whole.encode("utf-8", "surrogateescape")])
+
+    def clear(self) -> None:
+        """Remove what was computed; the folder and its lock stay."""
+        # The header goes last: without it, blocks are nobody's.
+        if not self.path.is_dir():
+            return
+        for path in sorted(self.path.iterdir(), key=lambda p: p.name == _HEADER):
+            if path.name == f"{_ADDED}.partial" and not path.is_symlink():
+                Partial(path).remove()
+            elif path.name != _LOCK and _OWN.fullmatch(path.name):
+                path.unlink()
+
+    def remove(self) -> None:
+        """Remove the folder, unless there are other people's files in it."""
+        self.clear()
+        with contextlib.suppress(OSError):
+            (self.path / _LOCK).unlink()
+            self.path.rmdir()
+
+    # --- blocks ---------------------------------------------------------------------------------
+
+    def finished(self) -> list[int]:
+        """Numbers of the blocks that are there, in order; whether they are whole is not checked."""
+        if not self.path.is_dir():
+            return []
+        found = (_BLOCK.fullmatch(path.name) for path in self.path.iterdir())
+        return sorted(int(match.group(1)) for match in found if match)
+
+    def write(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> int:
+        """Write a finished block; how many bytes."""
+        table, parts, place = [], [], 0
+        for name, array in arrays.items():
+            plain = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
+            table.append([name, plain.dtype.str, list(array.shape)])
+            parts.append(plain.reshape(-1).view(np.uint8).data)
+            place += plain.nbytes
+        about = {"run": self.key, "number": number, "arrays": table}
+        line = json.dumps(about).encode() + b"\n"
+        digest = hashlib.sha256(line)
+        for part in parts:
+            digest.update(part)
+        first = _MAGIC + digest.hexdigest().encode() + b"\n"
+        self._write(_name(number), [first, line, *parts])
+        return place
+
+    def read(self, number: int) -> dict[str, npt.NDArray[Any]]:
+        """Arrays of a finished block.
+
+        Raises
+        ------
+        Damaged
+            Where it is not there, or not what was written.
+        """
+        path = self.path / _name(number)
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise Damaged(f"{path}: cannot be read ({one_line(error.strerror)})") from None
+        first = data.find(b"\n") + 1
+        second = data.find(b"\n", first) + 1
+        body = memoryview(data)[first:]
+        right = _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n"
+        if not first or not second or data[:first] != right:
+            raise Damaged(f"{path}: damaged")
+        about = json.loads(bytes(body[: second - first]))
+        if about["run"] != self.key or about["number"] != number:
+            raise Damaged(f"{path}: of another run")
+        arrays: dict[str, npt.NDArray[Any]] = {}
+        for name, kind, shape in about["arrays"]:
+            dtype = np.dtype(kind)
+            count = int(np.prod(shape, dtype=np.int64))
+            arrays[name] = np.frombuffer(data, dtype, count, second).reshape(shape)
+            second += count * dtype.itemsize
+        return arrays
+
+    def discard(self, number: int) -> None:
+        """Remove a block."""
+        (self.path / _name(number)).unlink(missing_ok=True)
+
+    def _write(self, name: str, parts: list[Any]) -> None:
+        new = self.path / (name + _ENDING)
+        try:
+            with new.open("wb") as stream:
+                for part in parts:
+                    stream.write(part)
+                stream.flush()
+                os.fsync(stream.fileno())
+            new.replace(self.path / name)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                new.unlink(missing_ok=True)
+            raise
+        sync_folder(self.path)
+
+
+def _name(number: int) -> str:
+    return f"block-{number:06d}.bin"
+
+
+def _lock(stream: IO[str]) -> bool:
+    """Lock a file until its process ends; False where another one has it."""
+    try:
+        import fcntl
+    except ImportError:
+        return _lock_on_windows(stream)
+    try:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks: better to run than to refuse
+        return True
+    return True
+
+
+def _lock_on_windows(stream: IO[str]) -> bool:
+    import msvcrt
+
+    windows: Any = msvcrt
+    try:
+        # A byte far behind the text: what is locked cannot be read by others.
+        stream.seek(1 << 30)
+        windows.locking(stream.fileno(), windows.LK_NBLCK, 1)
+    except OSError:
+        return False
+    return True
+
+
+def _is(stream: IO[str], path: Path) -> bool:
+    """Whether an open file is still the one of that name."""
+    try:
+        return os.path.samestat(os.fstat(stream.fileno()), path.stat())
+    except OSError:
+        return False
+
+
+def sync_folder(path: Path) -> None:
+    """Make names in a folder survive a loss of power, where the system can."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        # Some network file systems know no such thing.
+        with contextlib.suppress(OSError):
+            os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,444 @@
+"""Shards, extended and merged archives, and archives made again: the bytes of one whole run."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import streaming
+from sweeps.archive import open_archive
+from sweeps.held import held
+from sweeps.merge import slabs
+from sweeps.partial import Partial
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
+from sweeps.streaming import Options
+from tests.sweeps.test_streaming import ENGINE, assert_same, interrupted, invoke, of_run
+
+pytestmark = pytest.mark.compiled
+
+SCENE = """\
+title = "To be joined"
+engine = "ntua"
+
+[axes]
+speed = [1000, 1200, 1500, 1600]
+inertia = { start = 1.5, stop = 9.0, num = 7 }
+
+[output]
+quantities = ["delta", "imep", "fmep", "torque_max", "load_torque"]
+angle_step = 10
+"""
+
+TABLE = {
+    "engine": "ntua",
+    "designs": {
+        "case": [f"design {i}" for i in range(12)],
+        "stroke": np.linspace(0.15, 0.2, 12).tolist(),
+        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3],
+    },
+    "axes": {"load": [0, 30, 60]},
+    "solver": {"method": ["auto", "newton"]},
+    "output": {"quantities": ["delta", "imep", "torque_after_throw"], "angle_step": 30},
+}
+
+LONG = {
+    "engine": "ntua",
+    "axes": {"inertia": np.geomspace(1.0, 12.0, 1500).tolist(), "load": [10, 50]},
+    "output": {"quantities": ["delta", "omega_max"]},
+}
+
+
+def run(scene: Any, path: Path, **options: Any) -> None:
+    streaming.run(make_plan(read_scene(scene)), path, Options(**options))
+
+
+def ok(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def refused(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+# --- shards -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["scene", "table", "long"])
+@pytest.mark.parametrize("count", [2, 5])
+def test_shards_make_up_the_whole(
+    name: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps.parts import shard
+
+    scene: Any = {"table": TABLE, "long": LONG}.get(name)
+    if scene is None:
+        scene = tmp_path / "scene.toml"
+        scene.write_text(SCENE)
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
+    whole = make_plan(read_scene(scene))
+    paths = [tmp_path / f"{number}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, start=1):
+        streaming.run(shard(whole, number, count), path, Options())
+    ok("merge", *reversed(paths), "-o", tmp_path / "whole.nc")
+    assert_same(tmp_path / "whole.nc", sweeps.run(scene))
+    with open_archive(tmp_path / "whole.nc") as opened:
+        assert len(opened.attrs["history"].splitlines()) >= 2
+    # A shard that is there twice does no harm, one that is missing does.
+    ok("merge", *paths, paths[0], "-o", tmp_path / "whole.nc", "--overwrite")
+    assert_same(tmp_path / "whole.nc", sweeps.run(scene))
+    text = refused("merge", *paths[1:], paths[-1], "-o", tmp_path / "no.nc")
+    assert "shards are missing" in text
+    assert not (tmp_path / "no.nc").exists()
+
+
+def test_shards_by_the_command(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    for i in (1, 2, 3):
+        ok("run", tmp_path / "scene.toml", "-o", tmp_path / f"{i}.nc", "--shard", f"{i}/3")
+    with open_archive(tmp_path / "2.nc") as opened:
+        assert opened["delta"].shape == (4, 2)
+        assert json.loads(opened.attrs["part"])["shard"] == "2/3"
+    # It is not the archive of the scene, nor of another shard.
+    for other in ([], ["--shard", "1/3"]):
+        text = refused("run", tmp_path / "scene.toml", "-o", tmp_path / "2.nc", "--resume", *other)
+        assert "part" in text
+    ok("run", tmp_path / "scene.toml", "-o", tmp_path / "2.nc", "--resume", "--shard", "2/3")
+    ok("merge", *(tmp_path / f"{i}.nc" for i in (1, 2, 3)), "-o", tmp_path / "whole.nc")
+    assert_same(tmp_path / "whole.nc", sweeps.run(tmp_path / "scene.toml"))
+    ok("rerun", tmp_path / "2.nc", "-o", tmp_path / "again.nc")
+    with open_archive(tmp_path / "2.nc") as opened:
+        assert_same(tmp_path / "again.nc", opened.load())
+
+
+@pytest.mark.parametrize("bad", ["0/3", "4/3", "1", "1/0", "a/b", "1/2/3", "-1/3", "1/8"])
+def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    text = refused("run", tmp_path / "scene.toml", "-o", tmp_path / "no.nc", f"--shard={bad}")
+    assert f"--shard {bad}" in text
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+# --- merge --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", ["speed", "inertia"])
+def test_archives_that_differ_in_one_axis(
+    axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sweeps.merge.SLAB", 500.0)
+    every = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
+    scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
+    ranges = ([0, 2], [1, 2, 3])  # 2 is in both
+    for number, places in enumerate(ranges):
+        axes = {**every, axis: [every[axis][i] for i in places]}
+        run({**scene, "axes": axes}, tmp_path / f"{number}.nc")
+    ok("merge", tmp_path / "1.nc", tmp_path / "0.nc", "-o", tmp_path / "both.nc")
+    assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
+
+
+def test_values_in_no_order_stay_as_they_come(tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "output": {"quantities": ["delta"]}}
+    run({**scene, "axes": {"speed": [1500, 1000]}}, tmp_path / "0.nc")
+    run({**scene, "axes": {"speed": [1200, 1000, 900]}}, tmp_path / "1.nc")
+    ok("merge", tmp_path / "0.nc", tmp_path / "1.nc", "-o", tmp_path / "both.nc")
+    with open_archive(tmp_path / "both.nc") as both:
+        assert both["speed"].values.tolist() == [1500, 1200, 1000, 900]  # both descend
+    run({**scene, "axes": {"speed": [1300, 1600, 1100]}}, tmp_path / "2.nc")
+    ok("merge", tmp_path / "0.nc", tmp_path / "2.nc", "-o", tmp_path / "more.nc")
+    with open_archive(tmp_path / "more.nc") as more:
+        assert more["speed"].values.tolist() == [1500, 1000, 1300, 1600, 1100]
+        expected = sweeps.run({**scene, "axes": {"speed": more["speed"].values}})
+        np.testing.assert_array_equal(more["delta"], expected["delta"])
+
+
+def changed(path: Path, target: Path, name: str, place: Any, value: float) -> Path:
+    shutil.copy(path, target)
+    with netCDF4.Dataset(target, "a") as file:
+        file[name][place] = value
+    return target
+
+
+def test_conflicts_are_errors(tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep"]}}
+    one, two = tmp_path / "one.nc", tmp_path / "two.nc"
+    run({**scene, "axes": {"speed": [1000, 1200]}}, one)
+    run({**scene, "axes": {"speed": [1200, 1500]}}, two)
+    out = tmp_path / "out.nc"
+    bad = changed(two, tmp_path / "bad.nc", "delta", 0, 0.5)
+    assert "bad.nc: delta = 0.5, and " in refused("merge", one, bad, "-o", out)
+    bad = changed(two, tmp_path / "bad.nc", "status", 0, 1)
+    assert "bad.nc: status = 1, and 0 in" in refused("merge", one, bad, "-o", out)
+    # What does not depend on the axis is one number in both.
+    bad = changed(two, tmp_path / "bad.nc", "imep", (), np.nan)
+    assert "bad.nc: imep = nan" in refused("merge", one, bad, "-o", out)
+    # NaN on both sides is no conflict.
+    also = changed(one, tmp_path / "also.nc", "imep", (), np.nan)
+    ok("merge", also, bad, "-o", out)
+    for other, said in (
+        ({**scene, "axes": {"speed": [1500]}, "set": {"load": 20}}, "[set]"),
+        ({**scene, "axes": {"speed": [1500]}, "engine": "b112"}, "engine"),
+        ({**scene, "axes": {"load": [50]}}, "[axes]"),
+        ({"engine": "ntua", "axes": {"speed": [1500]}, "output": {"quantities": ["delta"]}}, "qua"),
+    ):
+        run(other, tmp_path / "other.nc", overwrite=True)
+        text = refused("merge", one, tmp_path / "other.nc", "-o", tmp_path / "no.nc")
+        assert "of another scene" in text and said in text
+    run({**scene, "axes": {"speed": [1500]}}, tmp_path / "other.nc", overwrite=True, single=True)
+    assert "numbers" in refused("merge", one, tmp_path / "other.nc", "-o", tmp_path / "no.nc")
+    grid = {"speed": [1000, 1200], "inertia": [1, 2]}
+    run({**scene, "axes": grid}, tmp_path / "a.nc")
+    run({**scene, "axes": {"speed": [1500], "inertia": [3]}}, tmp_path / "b.nc")
+    text = refused("merge", tmp_path / "a.nc", tmp_path / "b.nc", "-o", tmp_path / "no.nc")
+    assert "more than one axis (speed, inertia)" in text
+    assert "two archives or more" in refused("merge", one, "-o", tmp_path / "no.nc")
+    assert "exists" in refused("merge", one, two, "-o", out)
+    assert "no such file" in refused("merge", one, tmp_path / "none.nc", "-o", tmp_path / "no.nc")
+    (tmp_path / "text.nc").write_text("no archive")
+    assert "not a netCDF" in refused("merge", one, tmp_path / "text.nc", "-o", tmp_path / "no.nc")
+    xr.Dataset({"x": 1.0}).to_netcdf(tmp_path / "plain.nc", engine="netcdf4")
+    text = refused("merge", one, tmp_path / "plain.nc", "-o", tmp_path / "no.nc")
+    assert "no attribute 'scene'" in text
+    assert not list(tmp_path.glob("no.nc*")) and not list(tmp_path.glob("*.partial"))
+
+
+@pytest.mark.parametrize("limit", [1, 100, 1000, 1e9])
+@pytest.mark.parametrize("shape", [(), (7,), (5, 6), (3, 4, 50)])
+def test_slabs_cover_everything_once(shape: tuple[int, ...], limit: float) -> None:
+    chunks = tuple(-(-n // 2) for n in shape)
+    seen = np.zeros(shape, dtype=int)
+    for place in slabs(shape, chunks, 8, limit):
+        seen[place] += 1
+        assert all(s.start % c == 0 for s, c in zip(place, chunks, strict=True))
+    assert (seen == 1).all()
+
+
+# --- extend -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"), [("speed", "1300,1100"), ("speed", "900"), ("inertia", "4.2,20,1")]
+)
+def test_extend_computes_only_what_is_new(
+    axis: str, values: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    path = tmp_path / "out.nc"
+    run(tmp_path / "scene.toml", path, level=1)
+    before = sweeps.run(tmp_path / "scene.toml")
+    computed: list[int] = []
+    original = streaming.computed
+
+    def watched(plan: Any, *arguments: Any, **more: Any) -> Any:
+        computed.append(plan.designs)
+        return original(plan, *arguments, **more)
+
+    monkeypatch.setattr(streaming, "computed", watched)
+    (tmp_path / "scene.toml").unlink()
+    assert f"of {axis}" in ok("extend", path, "--axis", f"{axis}={values}")
+    new = [float(v) for v in values.split(",")]
+    assert computed == [before["delta"].size // before.sizes[axis] * len(new)]
+    union = np.sort(np.concatenate([before[axis].values, new]))
+    axes = {
+        "speed": [1000, 1200, 1500, 1600],
+        "inertia": np.linspace(1.5, 9.0, 7).tolist(),
+        axis: union.tolist(),
+    }
+    expected = sweeps.run(
+        {
+            "title": "To be joined",
+            "engine": "ntua",
+            "axes": axes,
+            "output": {
+                "quantities": ["delta", "imep", "fmep", "torque_max", "load_torque"],
+                "angle_step": 10,
+            },
+        }
+    )
+    with open_archive(path) as found:
+        assert found[axis].values.tolist() == union.tolist()
+        for name in expected.variables:
+            np.testing.assert_array_equal(found[name], expected[name])
+        assert len(found.attrs["history"].splitlines()) == 3
+        # What is there now can be extended again, merged, made again.
+        assert json.loads(found.attrs["scene"])["axes"][axis] == union.tolist()
+    ok("rerun", path, "-o", tmp_path / "again.nc")
+    for each in (path, tmp_path / "again.nc"):
+        with netCDF4.Dataset(each) as file:
+            assert file["delta"].filters()["complevel"] == 1  # as it was
+    with open_archive(path) as first, open_archive(tmp_path / "again.nc") as second:
+        xr.testing.assert_equal(first.load(), second.load())
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "out.nc"]
+
+
+def test_extend_refuses(tmp_path: Path) -> None:
+    path = tmp_path / "out.nc"
+    (tmp_path / "scene.toml").write_text(SCENE)
+    run(tmp_path / "scene.toml", path)
+    before = path.read_bytes()
+    for axis, said in (
+        ("speed=1200", "on the axis already"),
+        ("speed=1300,1300", "twice"),
+        ("speed=-1", "must be a finite number above 0"),
+        ("load=50", "not an axis; must be one of speed, inertia"),
+        ("speed", "AXIS=VALUE"),
+        ("speed=", "AXIS=VALUE"),
+        ("speed=fast", "AXIS=VALUE"),
+        ("speed=nan", "AXIS=VALUE"),
+    ):
+        assert said in refused("extend", path, "--axis", axis), axis
+    with netCDF4.Dataset(path, "a") as file:
+        found = json.loads(file.identity)
+        found["versions"]["kernels"] = "other"
+        file.identity = json.dumps(found)
+    assert "version of kernels" in refused("extend", path, "--axis", "speed=1300")
+    path.write_bytes(before)
+    with Partial.of(path).locked(path):
+        assert "another run" in refused("extend", path, "--axis", "speed=1300")
+        Partial.of(path).remove()
+    assert path.read_bytes() == before
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+def test_an_interrupted_extension_leaves_the_archive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "out.nc"
+    (tmp_path / "scene.toml").write_text(SCENE)
+    run(tmp_path / "scene.toml", path)
+    before = path.read_bytes()
+
+    def stop(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sweeps.merge._copy", stop)
+        result = invoke("extend", path, "--axis", "speed=1300")
+    assert result.exit_code == 1
+    assert result.stderr.endswith(f"engine-dyn: interrupted; {path} is as it was\n")
+    assert path.read_bytes() == before
+    # As if killed: the folder stays, and is no obstacle.
+    left = Partial.of(path)
+    left.path.mkdir()
+    (left.path / "added.nc").write_text("half")
+    (left.path / "added.nc.partial").mkdir()
+    (left.path / "added.nc.partial" / "lock").write_text("")
+    ok("extend", path, "--axis", "speed=1300")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+# --- rerun --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["files", "table", "long", "thesis"])
+def test_rerun_needs_nothing_but_the_archive(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "study"
+    folder.mkdir()
+    scene: Any = {"table": TABLE, "long": LONG, "thesis": "thesis"}.get(name)
+    if scene is None:
+        pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+        (folder / "deep").mkdir()
+        (folder / "deep" / "pressure.csv").write_text(pressure)
+        (folder / "measured é.csv").write_text(pressure.replace(",1.0", ",1.01"))
+        engine = (ENGINE / "diesel_105x137.toml").read_text()
+        (folder / "deep" / "my.toml").write_text(
+            engine.replace("diesel_105x137_pressure.csv", "../deep/pressure.csv")
+        )
+        (folder / "table.csv").write_text("inertia,case\n" + "\n".join(
+            f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200)
+        ))  # fmt: skip
+        (folder / "published.csv").write_text("speed,delta,case\n1200,0.1,number 3\n")
+        scene = folder / "scene.toml"
+        scene.write_text(
+            'engine = "deep/my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
+            '[indicator]\nfile = "measured é.csv"\n[reference]\nfile = "published.csv"\n'
+            '[output]\nquantities = ["delta", "imep"]\n'
+        )
+    expected = sweeps.run(scene)
+    run(scene, tmp_path / "out.nc")
+    shutil.rmtree(folder)
+    monkeypatch.setattr(Path, "read_bytes", lambda self: pytest.fail(f"{self} is read"))
+    ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
+    monkeypatch.undo()
+    assert_same(tmp_path / "again.nc", expected)
+    about = held(tmp_path / "again.nc")
+    if name == "files":
+        names = {Path(n).name for n in about.files}
+        assert names == {"my.toml", "pressure.csv", "measured é.csv", "published.csv"}
+        assert about.files[str(folder / "deep" / "../deep/pressure.csv")].decode() == pressure
+    assert of_run(expected.attrs)["scene"] == about.attributes["scene"]
+
+
+def test_provenance_is_complete(tmp_path: Path) -> None:
+    text = ok("run", "thesis", "-o", tmp_path / "out.nc") + ok("info", tmp_path / "out.nc")
+    with netCDF4.Dataset(tmp_path / "out.nc") as file:
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+    for name in ("scene", "engine", "input_files", "indicator_diagrams", "software", "machine",
+                 "history", "command_line", "threading_layer", "seconds", "identity"):  # fmt: skip
+        assert attributes[name], name
+        assert name in text
+    files = json.loads(attributes["input_files"])["files"]
+    assert set(files) == {
+        "sweeps/engines/ntua.toml",
+        "sweeps/scenes/kakaitsas_tables_5_3_and_5_4.csv",
+    }
+    assert len(text.splitlines()) < 400 and max(map(len, text.splitlines())) < 1100
+    diagrams = json.loads(attributes["indicator_diagrams"])
+    assert len(diagrams) == 3 and all(len(d["sha256"]) == 64 for d in diagrams)
+
+
+def test_rerun_says_which_versions_were_others(tmp_path: Path) -> None:
+    run("first", tmp_path / "out.nc")
+    with netCDF4.Dataset(tmp_path / "out.nc", "a") as file:
+        found = json.loads(file.identity)
+        found["versions"]["numpy"] = "1.0"
+        file.identity = json.dumps(found)
+    result = invoke("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
+    assert result.exit_code == 0
+    assert "version of numpy (was 1.0" in result.stderr
+
+
+@pytest.mark.parametrize("damage", ["text", "json", "hash", "bomb"])
+def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
+    run("first", tmp_path / "out.nc")
+    with netCDF4.Dataset(tmp_path / "out.nc", "a") as file:
+        found = json.loads(file.input_files)
+        entry = found["files"]["sweeps/engines/ntua.toml"]
+        if damage == "text":
+            entry["text"] += " "
+        elif damage == "hash":
+            del entry["sha256"]
+        elif damage == "bomb":
+            import base64
+            import zlib
+
+            del entry["text"]
+            entry["zlib"] = base64.b64encode(zlib.compress(bytes(1 << 28))).decode()
+        file.input_files = "{" if damage == "json" else json.dumps(found)
+    text = refused("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
+    assert "damaged" in text
+
+
+def test_an_interrupted_rerun_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    run(tmp_path / "scene.toml", tmp_path / "out.nc")
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e4)
+    plan = make_plan(read_scene(tmp_path / "scene.toml"))
+    interrupted(plan, tmp_path / "again.nc", monkeypatch, 2)
+    ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc", "--resume")
+    assert_same(tmp_path / "again.nc", sweeps.run(tmp_path / "scene.toml"))

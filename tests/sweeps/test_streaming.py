@@ -1,0 +1,737 @@
+"""Archives that are written block by block: the same bytes, in bounded memory, whatever happens."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click.testing
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import archive, partial, streaming
+from sweeps.cli import main
+from sweeps.partial import Partial
+from sweeps.plan import Plan, make_plan
+from sweeps.scene import read_scene
+from sweeps.streaming import Options
+from tests.sweeps.test_blocks import SCENES
+
+ROOT = Path(__file__).resolve().parents[2]
+
+pytestmark = pytest.mark.compiled
+
+SMALL = 4e4
+"""Bytes of a block."""
+
+SCENE = """\
+title = "A map"
+engine = "ntua"
+
+[axes]
+crank_ratio = [0.2, 0.25, 0.3]
+inertia = { start = 1.5, stop = 9.0, num = 40 }
+speed = { start = 1000, stop = 1800, num = 50 }
+
+[output]
+quantities = ["delta", "omega_mean", "imep", "fmep"]
+"""
+
+
+LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
+"""120 000 designs in some twenty blocks."""
+
+
+PROGRAM = """
+import sys
+import sweeps.streaming
+sweeps.streaming.LARGEST_BLOCK = 4e5
+from sweeps.cli import main
+main()
+"""
+
+
+def of_run(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Attributes without those that no two runs share."""
+    left = {k: v for k, v in attributes.items() if k not in ("history", "seconds", "command_line")}
+    # Where the scene lies does not matter, what it names does.
+    return {**left, "input_files": json.loads(left["input_files"])["files"]}
+
+
+def assert_same(path: Path, expected: xr.Dataset) -> None:
+    """The same variables to the byte, the same labels."""
+    with archive.open_archive(path) as opened:
+        found = opened.load()
+    expected = expected.copy()
+    found.attrs, expected.attrs = of_run(found.attrs), of_run(expected.attrs)
+    xr.testing.assert_identical(found, expected)
+    for name, variable in expected.variables.items():
+        if variable.dtype.kind != "O":
+            assert found[name].dtype == variable.dtype, name
+            assert found[name].values.tobytes() == variable.values.tobytes(), name
+
+
+def plan_of(folder: Path, text: str = SCENE) -> Plan:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return make_plan(read_scene(path))
+
+
+def invoke(*arguments: str | Path) -> click.testing.Result:
+    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many blocks of few designs."""
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", SMALL)
+
+
+def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseException) -> None:
+    """Let so many blocks be written, then raise."""
+    write = Partial.write
+    count = [0]
+
+    def counted(self: Partial, *arguments: Any) -> int:
+        count[0] += 1
+        if count[0] > blocks:
+            raise error
+        return write(self, *arguments)
+
+    monkeypatch.setattr(Partial, "write", counted)
+
+
+def interrupted(plan: Plan, output: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> None:
+    """Leave an interrupted run."""
+    with monkeypatch.context() as patch:
+        stop_after(patch, blocks, KeyboardInterrupt())
+        with pytest.raises(streaming.Stopped, match=rf"{blocks} of \d+ blocks are finished"):
+            streaming.run(plan, output, Options())
+    assert not output.exists()
+    assert len(Partial.of(output).finished()) == blocks
+
+
+# --- what is written ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("limit", [1e3, SMALL, 64e6])
+def test_streamed_archive_is_that_of_the_dataset(
+    name: str, limit: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = {"engine": "ntua", **SCENES[name]}
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", limit)
+    done = streaming.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
+    if limit == 1e3 and name != "one design":
+        assert done.blocks > 1
+    expected = sweeps.run(scene)
+    assert_same(tmp_path / "out.nc", expected)
+    if "status" in expected:
+        assert sum(done.outcomes.values()) == expected["status"].size
+    assert [p.name for p in tmp_path.iterdir()] == ["out.nc"]
+
+
+def test_words_and_published_values_are_written_too(tmp_path: Path, small: None) -> None:
+    streaming.run(make_plan(read_scene("thesis")), tmp_path / "streamed.nc", Options())
+    expected = sweeps.run("thesis")
+    assert_same(tmp_path / "streamed.nc", expected)
+    archive.write(expected, tmp_path / "written.nc")
+    with (
+        netCDF4.Dataset(tmp_path / "streamed.nc") as streamed,
+        netCDF4.Dataset(tmp_path / "written.nc") as written,
+    ):
+        assert streamed.data_model == "NETCDF4"
+        assert set(streamed.variables) == set(written.variables)
+        for name, variable in written.variables.items():
+            other = streamed.variables[name]
+            assert other.dimensions == variable.dimensions
+            assert other.dtype == variable.dtype
+            assert set(other.ncattrs()) == set(variable.ncattrs()), name
+            # xarray lists auxiliary coordinates in an order of its own.
+            assert sorted(getattr(other, "coordinates", "").split()) == sorted(
+                getattr(variable, "coordinates", "").split()
+            )
+        # Texts of any number of bytes must stay readable for others.
+        assert {type(streamed.getncattr(a)) for a in streamed.ncattrs()} <= {str, np.float64}
+
+
+def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
+    plan = plan_of(tmp_path)
+    sizes = []
+    for number, options in enumerate(
+        (Options(), Options(level=4), Options(single=True), Options(level=9, single=True))
+    ):
+        path = tmp_path / f"{number}.nc"
+        streaming.run(plan, path, options)
+        sizes.append(path.stat().st_size)
+        expected = sweeps.run(tmp_path / "scene.toml")
+        with netCDF4.Dataset(path) as file:
+            delta = file["delta"]
+            assert delta.chunking() != "contiguous"
+            assert delta.filters()["complevel"] == (options.level or 0)
+            values = delta[...]
+        if options.single:
+            assert values.dtype == np.float32
+            np.testing.assert_array_equal(values, expected["delta"].values.astype("f4"))
+        else:
+            np.testing.assert_array_equal(values, expected["delta"].values)
+    assert sizes[1] < sizes[0] and sizes[2] < sizes[0] and sizes[3] < sizes[2]
+
+
+@pytest.mark.parametrize("scene", ["thesis", "first"])
+def test_a_checker_of_conventions_finds_nothing(scene: str, tmp_path: Path) -> None:
+    checker = Path(sys.executable).with_name("compliance-checker")
+    if not checker.exists():
+        pytest.skip("compliance-checker is not installed")
+    streaming.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
+    done = subprocess.run(
+        [str(checker), "--test=cf:1.11", "--criteria=normal", str(tmp_path / "out.nc")],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
+def test_units_are_read_by_a_unit_registry(tmp_path: Path, small: None) -> None:
+    """That of cf-xarray, which pint-xarray can be given; UDUNITS is asked in test_datasets."""
+    from cf_xarray.units import units
+
+    streaming.run(plan_of(tmp_path), tmp_path / "out.nc", Options())
+    with archive.open_archive(tmp_path / "out.nc") as opened:
+        for name, variable in opened.variables.items():
+            units.Unit(variable.attrs["units"])
+            assert variable.attrs["long_name"], name
+        speed = units.Quantity(opened["omega_mean"].values, opened["omega_mean"].units)
+        assert speed.check("1/[time]")
+
+
+@pytest.mark.parametrize(
+    ("dims", "shape", "lengths"),
+    [
+        ("abc", (20, 1000, 500), {"a": 3}),
+        ("abc", (1000, 500, 200), {"a": 1, "b": 384}),
+        ("a", (10_000_001,), {"a": 499_968}),
+        ("abc", (7, 1013, 1019), {}),
+        ("abc", (3, 720, 5000), {"c": 1024}),
+        ("ab", (10, 10), {"a": 3}),
+    ],
+)
+def test_blocks_are_whole_chunks_and_little_room_is_lost(
+    dims: str, shape: tuple[int, ...], lengths: dict[str, int]
+) -> None:
+    chunks = archive.chunks_of(tuple(dims), shape, lengths)
+    if chunks != shape:
+        assert all(lengths[d] % c == 0 for d, c in zip(dims, chunks, strict=True) if d in lengths)
+        assert 2000 < np.prod(chunks) <= archive.CHUNK
+    room = np.prod([-(-n // c) * c for n, c in zip(shape, chunks, strict=True)])
+    assert np.prod(shape) > 0.98 * room
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+
+BAD_SIZES = ["1", "99MB", "1e3MB", "-1GB", "infGB", "500 MiB", "GB", "", "nan"]
+
+
+@pytest.mark.parametrize("size", BAD_SIZES)
+def test_sizes_of_memory_that_are_none(size: str, tmp_path: Path) -> None:
+    result = invoke("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
+    assert result.exit_code == 2, result.output
+    assert "100MB or more" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("size", ["100MB", "0.1GB", "1 gb", "2.5GB"])
+def test_sizes_of_memory(size: str, tmp_path: Path) -> None:
+    result = invoke("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
+    assert result.exit_code == 0, result.output
+
+
+def test_columns_that_do_not_fit_the_memory_are_refused() -> None:
+    columns = {key: np.linspace(0.1, 0.2, 4_000_000) for key in ("stroke", "bore", "crank_ratio")}
+    scene = {"engine": "ntua", "designs": columns, "output": {"quantities": ["delta"]}}
+    plan = make_plan(read_scene(scene))
+    with pytest.raises(sweeps.SceneError, match=r"--memory 100 MB: 4000000 designs .* 112 MB"):
+        streaming.block_bytes(plan, 100e6)
+    assert streaming.block_bytes(plan, 200e6) == pytest.approx((200e6 - 96e6) / 4, rel=1e-3)
+    assert streaming.block_bytes(plan, None) == streaming.LARGEST_BLOCK
+
+
+def test_an_archive_larger_than_the_disk_is_refused_before_computing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    plan_of(tmp_path)
+    monkeypatch.setattr(streaming, "computed", None)
+    real = streaming.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=100_000))
+    result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
+    assert result.exit_code == 2
+    assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result.stderr)
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_disk_with_room_for_one_archive_is_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    """Not for the blocks beside it: they are given up as they are put together."""
+    plan = plan_of(tmp_path, LARGE)
+    size = streaming.archive_bytes(plan)
+    real = streaming.shutil.disk_usage(tmp_path)
+    room = 1.2 * size
+    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=room))
+    seen: list[int] = []
+    put = archive.Writer.put
+
+    def measured(self: archive.Writer, *arguments: Any) -> None:
+        put(self, *arguments)
+        files = (tmp_path / "out.nc.partial").iterdir()
+        seen.append(sum(path.stat().st_size for path in files))
+
+    monkeypatch.setattr(archive.Writer, "put", measured)
+    streaming.run(plan, tmp_path / "out.nc", Options())
+    assert 0.9 * size < max(seen) < room
+    monkeypatch.undo()
+    assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
+
+
+def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
+    plan = plan_of(tmp_path)
+    folder = tmp_path / "out.nc.partial"
+    folder.write_text("mine")
+    with pytest.raises(sweeps.SceneError, match="in the way"):
+        streaming.run(plan, tmp_path / "out.nc", Options(overwrite=True))
+    folder.unlink()
+    (tmp_path / "elsewhere").mkdir()
+    folder.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(sweeps.SceneError, match="in the way"):
+        streaming.run(plan, tmp_path / "out.nc", Options(overwrite=True))
+    folder.unlink()
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    streaming.run(plan, tmp_path / "out.nc", Options())
+    assert (folder / "notes.txt").read_text() == "mine"
+    assert invoke("info", folder).exit_code == 2
+
+
+# --- interrupted runs ---------------------------------------------------------------------------
+
+
+def test_resume_computes_nothing_but_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    plan, output = plan_of(tmp_path), tmp_path / "out.nc"
+    interrupted(plan, output, monkeypatch, 5)
+    told = invoke("info", tmp_path / "out.nc.partial")
+    assert told.exit_code == 0
+    assert re.search(r"A map\n.*6000\n.*5 of \d+ blocks\n", told.stdout)
+    refused = invoke("run", tmp_path / "scene.toml", "-o", output)
+    assert refused.exit_code == 2 and "--resume completes it" in refused.stderr
+    seen: list[Any] = []
+    original = streaming.computed
+
+    def watched(plan: Plan, lengths: Any, chosen: Any, **more: Any) -> Any:
+        seen.extend(chosen := list(chosen))
+        return original(plan, lengths, chosen, **more)
+
+    monkeypatch.setattr(streaming, "computed", watched)
+    header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
+    assert header["block_bytes"] == SMALL
+    (tmp_path / "out.nc.partial" / "run.json").write_text(
+        json.dumps({**header, "block_bytes": 30e6})
+    )
+    with pytest.raises(sweeps.SceneError, match="as much as the first time"):
+        streaming.run(plan, output, Options(resume=True, memory=100e6))
+    # Less memory would cut otherwise: what is there counts.
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
+    done = streaming.run(plan, output, Options(resume=True))
+    assert (done.before, len(seen)) == (5, done.blocks - 5)
+    assert_same(output, sweeps.run(tmp_path / "scene.toml"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+    # Finished and matching: at once, and nothing is computed.
+    seen.clear()
+    before = output.stat()
+    again = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
+    assert again.exit_code == 0 and "complete already" in again.stdout
+    assert f"converged {6000}" in again.stdout
+    assert not seen and output.stat().st_mtime_ns == before.st_mtime_ns
+
+
+def test_resume_without_anything_to_resume_starts(tmp_path: Path) -> None:
+    output = tmp_path / "out.nc"
+    assert invoke("run", "first", "-o", output, "--resume").exit_code == 0
+    assert_same(output, sweeps.run("first"))
+
+
+@pytest.mark.parametrize("damage", ["flip", "cut", "empty", "swap", "remove"])
+def test_a_damaged_block_is_computed_again(
+    damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    plan, output = plan_of(tmp_path), tmp_path / "out.nc"
+    interrupted(plan, output, monkeypatch, 6)
+    blocks = sorted((tmp_path / "out.nc.partial").glob("block-*"))
+    data = bytearray(blocks[2].read_bytes())
+    if damage == "flip":
+        data[random.Random(1).randrange(len(data))] ^= 4
+        blocks[2].write_bytes(data)
+    elif damage == "cut":
+        blocks[2].write_bytes(data[:-8])
+    elif damage == "empty":
+        blocks[2].write_bytes(b"")
+    elif damage == "swap":
+        blocks[2].write_bytes(blocks[3].read_bytes())
+    else:
+        blocks[2].unlink()
+    done = streaming.run(plan, output, Options(resume=True))
+    assert done.before == 5
+    assert_same(output, sweeps.run(tmp_path / "scene.toml"))
+
+
+def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
+    folder = Partial(tmp_path)
+    folder.begin({"identity": {}, "lengths": {}})
+    folder.write(0, {"delta": np.arange(3.0), "status": np.zeros(3, "i1")})
+    (path,) = tmp_path.glob("block-*")
+    whole = path.read_bytes()
+    assert folder.read(0)["delta"].tolist() == [0.0, 1.0, 2.0]
+    for place in range(len(whole)):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
+        with pytest.raises(partial.Damaged):
+            folder.read(0)
+
+
+ENGINE = Path(sweeps.__file__ or "").parent / "engines"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("scene", r"\[axes\] inertia stop \(was 9.0, is 8.0\)"),
+        ("quantity", r"\[output\] quantities"),
+        ("engine", r"file my.toml \(was [0-9a-f]{16}, is [0-9a-f]{16}\)"),
+        ("indicator", "file pressure.csv"),
+        ("kernels", r"version of kernels"),
+        ("version", r"version of engine-dyn \(was 0.0.9, is"),
+        ("numbers", r"numbers \(was float64, is float32\)"),
+    ],
+)
+def test_resume_refuses_what_does_not_match_and_says_what(
+    change: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    engine = (ENGINE / "diesel_105x137.toml").read_text()
+    (tmp_path / "my.toml").write_text(engine.replace("diesel_105x137_pressure.csv", "pressure.csv"))
+    pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+    (tmp_path / "pressure.csv").write_text(pressure)
+    text = SCENE.replace('"ntua"', '"my.toml"')
+    plan, output = plan_of(tmp_path, text), tmp_path / "out.nc"
+    interrupted(plan, output, monkeypatch)
+    single = change == "numbers"
+    if change == "scene":
+        text = text.replace("9.0", "8.0")
+    elif change == "quantity":
+        text = text.replace('"fmep"', '"bmep"')
+    elif change == "engine":
+        path = tmp_path / "my.toml"
+        path.write_text(path.read_text() + "\n# another\n")
+    elif change == "indicator":
+        (tmp_path / "pressure.csv").write_text(pressure + "\n")
+    elif change in ("kernels", "version"):
+        header = tmp_path / "out.nc.partial" / "run.json"
+        found = json.loads(header.read_text())
+        key, old = ("kernels", "0123") if change == "kernels" else ("engine-dyn", "0.0.9")
+        found["identity"]["versions"][key] = old
+        header.write_text(json.dumps(found))
+    plan = plan_of(tmp_path, text)
+    with pytest.raises(sweeps.SceneError, match=said):
+        streaming.run(plan, output, Options(resume=True, single=single))
+    assert len(Partial.of(output).finished()) == 3
+    # Beginning again is always possible; then the finished archive is compared instead.
+    streaming.run(plan, output, Options(overwrite=True, single=single))
+    assert_same(output, sweeps.run(tmp_path / "scene.toml")) if not single else None
+    other = plan_of(tmp_path, text.replace("1800", "1900"))
+    with pytest.raises(sweeps.SceneError, match=r"archive of something else: .*speed stop"):
+        streaming.run(other, output, Options(resume=True, single=single))
+
+
+def test_a_second_run_on_one_output_is_refused(tmp_path: Path) -> None:
+    plan, output = plan_of(tmp_path), tmp_path / "out.nc"
+    with Partial.of(output).locked(output):
+        for options in (Options(), Options(resume=True), Options(overwrite=True)):
+            with pytest.raises(sweeps.SceneError, match=rf"another run .*process {os.getpid()} on"):
+                streaming.run(plan, output, options)
+    streaming.run(plan, output, Options())
+    assert output.exists()
+
+
+def test_the_old_archive_stays_until_the_new_one_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    plan_of(tmp_path)
+    streaming.run(make_plan(read_scene("first")), output, Options())
+    before = output.read_bytes()
+    with monkeypatch.context() as patch:
+        stop_after(patch, 4, KeyboardInterrupt())
+        result = invoke("run", path, "-o", output, "--overwrite")
+    assert result.exit_code == 1
+    assert result.stderr.endswith(f"engine-dyn run {path} -o {output} --resume --overwrite\n")
+    assert output.read_bytes() == before
+    # Without --overwrite, the archive that is there counts, and is another one.
+    assert "archive of something else" in invoke("run", path, "-o", output, "--resume").stderr
+    assert len(Partial.of(output).finished()) == 4
+    again = invoke("run", path, "-o", output, "--resume", "--overwrite")
+    assert again.exit_code == 0 and "(4 of " in again.stdout
+    assert_same(output, sweeps.run(path))
+
+
+# --- the disk -----------------------------------------------------------------------------------
+
+
+def test_a_full_disk_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    plan = plan_of(tmp_path)
+    with monkeypatch.context() as patch:
+        stop_after(patch, 4, OSError(errno.ENOSPC, "No space left on device"))
+        result = invoke("run", path, "-o", output)
+    assert result.exit_code == 1
+    assert "No space left on device" in result.stderr
+    assert f"to go on: engine-dyn run {path} -o {output} --resume" in result.stderr
+    assert not output.exists() and len(Partial.of(output).finished()) == 4
+    # Full again while the blocks are put together.
+    with monkeypatch.context() as patch:
+        patch.setattr(archive.Writer, "put", lambda *_: (_ for _ in ()).throw(
+            RuntimeError("NetCDF: HDF error")
+        ))  # fmt: skip
+        result = invoke("run", path, "-o", output, "--resume")
+    assert result.exit_code == 1 and "--resume" in result.stderr
+    finished = Partial.of(output).finished()
+    assert sorted(p.name[:5] for p in (tmp_path / "out.nc.partial").iterdir()) == sorted(
+        ["lock", "run.j", *["block"] * len(finished)]
+    )
+    done = streaming.run(plan, output, Options(resume=True))
+    assert done.before == done.blocks == len(finished)
+    assert_same(output, sweeps.run(path))
+
+
+LIMITED = """
+import resource, sys
+import sweeps.streaming
+sweeps.streaming.LARGEST_BLOCK = 4e5
+from sweeps.cli import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the system")
+@pytest.mark.parametrize("limit", [20_000, 300_000])
+def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) -> None:
+    """The system itself refuses: first a block, then only the archive."""
+    path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    path.write_text(SCENE.replace("num = 40", "num = 200"))
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(limit), "run", str(path), "-o", str(output)],
+        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    assert "cannot be written" in done.stderr and "Traceback" not in done.stderr
+    assert not output.exists()
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e5)
+    finished = streaming.run(make_plan(read_scene(path)), output, Options(resume=True))
+    assert finished.before == (0 if limit < 100_000 else finished.blocks)
+    assert_same(output, sweeps.run(path))
+
+
+SMALL_DISK = """
+mount -t tmpfs -o size={size} none disk || exit 77
+{python} -c '{program}' run scene.toml -o disk/out.nc; echo "ended with $?"
+ls disk
+mount -o remount,size=100000000 disk || exit 77
+{python} -c '{program}' run scene.toml -o disk/out.nc --resume || exit 1
+cp disk/out.nc out.nc
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/ns/mnt").exists(), reason="needs Linux's namespaces")
+def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
+    """A file system in memory, just large enough for the blocks but not for the archive too."""
+    plan = plan_of(tmp_path, LARGE)
+    (tmp_path / "disk").mkdir()
+    script = SMALL_DISK.format(
+        size=2 * streaming.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
+    )
+    try:
+        done = subprocess.run(
+            ["unshare", "--map-root-user", "--mount", "sh", "-c", script],
+            cwd=tmp_path, capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+    except OSError:
+        pytest.skip("no unshare")
+    if done.returncode == 77 or "unshare" in done.stderr:
+        pytest.skip(f"no file system may be mounted: {done.stderr}")
+    assert done.returncode == 0, done.stderr
+    assert "ended with 1\nout.nc.partial\n" in done.stdout
+    assert re.search(r"out.nc: cannot be written .*free\); (\d+) of \1 blocks", done.stderr)
+    assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
+
+
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_is_refused_before_computing(tmp_path: Path) -> None:
+    folder = tmp_path / "fixed"
+    folder.mkdir(mode=0o555)
+    result = invoke("run", "first", "-o", folder / "out.nc")
+    assert result.exit_code == 2 and "cannot be written" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["with blank.nc", "größe λ ω.nc", "'quotes\" & $HOME.nc", "n" * 246 + ".nc", "ü" * 120 + ".nc"],
+    ids=["blank", "unicode", "quotes", "long", "long unicode"],
+)
+def test_names_of_every_kind(name: str, tmp_path: Path, monkeypatch: Any, small: None) -> None:
+    plan = plan_of(tmp_path)
+    output = tmp_path / "a folder ñ" / name
+    output.parent.mkdir()
+    interrupted(plan, output, monkeypatch)
+    streaming.run(plan, output, Options(resume=True))
+    assert [p.name for p in output.parent.iterdir()] == [name]
+    assert_same(output, sweeps.run(tmp_path / "scene.toml"))
+
+
+def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
+    deep = tmp_path.joinpath(*["d" * 200] * 8) / "out.nc"
+    result = invoke("run", "first", "-o", deep)
+    assert result.exit_code == 0, result.output
+    assert deep.exists()
+    for bad in (tmp_path / ("n" * 300), tmp_path.joinpath(*["d" * 250] * 20) / "out.nc"):
+        result = invoke("run", "first", "-o", bad)
+        assert result.exit_code == 2, result.output
+        assert result.stderr.count("\n") == 1
+
+
+# --- killing ------------------------------------------------------------------------------------
+
+
+def start(*arguments: str | Path, folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *map(str, arguments)],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+def wait_for(what: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    while process.poll() is None and not what():
+        time.sleep(0.002)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """The same in one go."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "scene.toml").write_text(LARGE)
+    return sweeps.run(folder / "scene.toml")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.parametrize("number", range(5))
+def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) -> None:
+    """Five points; `python -m benchmarks.reliability` has a hundred."""
+    (tmp_path / "scene.toml").write_text(LARGE)
+    chance = random.Random(number)
+    output, folder = tmp_path / "out.nc", tmp_path / "out.nc.partial"
+    process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    wait_for(lambda: (folder / "run.json").exists(), process)
+    time.sleep(chance.uniform(0.0, 0.4))
+    process.kill()
+    process.communicate()
+    if not output.exists():
+        told = invoke("info", folder)
+        assert told.exit_code == 0, told.output
+    finished = {p.name: p.stat().st_mtime_ns for p in folder.glob("block-*.bin")}
+    again = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=tmp_path)
+    text, errors = again.communicate()
+    assert again.returncode == 0, errors
+    if finished:
+        assert f"({len(finished)} of " in text or "complete already" in text
+    assert_same(output, whole)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+FRESH = """
+import hashlib, sys, sweeps
+from engine_dyn.compilation import on_compiling
+on_compiling(lambda: print("compiled", end=" "))
+found = sweeps.run(sys.argv[1])
+data = b"".join(found[name].values.tobytes() for name in sorted(found.data_vars))
+print(hashlib.sha256(data).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
+    """Else a run could be resumed to other bytes than it would have had in one go."""
+    (tmp_path / "scene.toml").write_text(LARGE)
+    environment = {
+        **os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }  # fmt: skip
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", FRESH, str(tmp_path / "scene.toml")],
+            capture_output=True, text=True, check=True, env=environment,
+        ).stdout
+        for _ in range(2)
+    ]  # fmt: skip
+    assert said[0] == f"compiled {said[1]}"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
+    (tmp_path / "scene.toml").write_text(LARGE)
+    folder = tmp_path / "out.nc.partial"
+    process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    wait_for(lambda: len(list(folder.glob("block-*.bin"))) > 1, process)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 1, errors
+    assert re.fullmatch(
+        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to go on: "
+        r"engine-dyn run scene.toml -o out.nc --resume\n",
+        errors.replace("compiling kernels (once for this version; later runs start at once)\n", ""),
+    )
+    again = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=tmp_path)
+    assert again.wait() == 0
+    again.communicate()
+    assert_same(tmp_path / "out.nc", whole)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGSTOP")
+def test_a_running_process_keeps_others_away_and_a_killed_one_does_not(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(LARGE)
+    folder = tmp_path / "out.nc.partial"
+    process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    wait_for(lambda: (folder / "run.json").exists(), process)
+    process.send_signal(signal.SIGSTOP)
+    try:
+        refused = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
+    finally:
+        process.kill()
+        process.communicate()
+    assert refused.exit_code == 2, refused.output
+    assert f"process {process.pid} on" in refused.stderr
+    done = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
+    assert done.exit_code == 0, done.output

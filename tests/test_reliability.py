@@ -1,0 +1,37 @@
+"""The script that measures large and killed runs, small; no time is judged here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks import reliability
+
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+
+
+@pytest.mark.parametrize("designs", [50_000, 10_000_000, 100_000_000])
+def test_scene_has_about_as_many_designs_as_asked(designs: int) -> None:
+    import tomllib
+
+    from sweeps.plan import make_plan
+    from sweeps.scene import read_scene
+
+    plan = make_plan(read_scene(tomllib.loads(reliability.scene_text(designs))))
+    assert 0.95 * designs < plan.designs < 1.05 * designs
+
+
+@pytest.mark.skipif(not hasattr(reliability.os, "wait4"), reason="needs a Unix")
+def test_it_measures_and_reports(tmp_path: Path) -> None:
+    sweep = reliability.measured_sweep(50_000, "100MB", tmp_path)
+    assert 33 * sweep.designs < sweep.archive < 40 * sweep.designs
+    assert 1e7 < sweep.resident < 1e9
+    found = reliability.kills(50_000, 2, 1, tmp_path)
+    assert not found.lost
+    assert sum(found.counts.values()) == 2
+    text = reliability.text(sweep, found, "here")
+    assert "Nothing was lost." in text
+    assert all(line.count("|") == 3 for line in text.splitlines() if line.startswith("|"))
+    found.lost.append("kill 1: other bytes in the variables")
+    assert "other bytes" in reliability.text(sweep, found, "here")
