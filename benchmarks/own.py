@@ -66,20 +66,22 @@ class Operations:
 # Divisions, roots and powers count as one each, so the fraction is a lower bound of the load.
 OPERATIONS: dict[str, Operations | None] = {
     "factorial, alpha 2, Z 1": Operations(
-        3400, "20 a coarse node (92), 30 a chunk of four, 950 for weights and two extremes"
+        2500, "30 a coarse node (48), 14 a chunk of four, 900 for weights and two extremes"
     ),
     "factorial, alpha 1, Z 1": Operations(
-        12000, "2.2 passes of 48 a coarse node, the rest as above"
+        9500, "2.2 passes of 42 a coarse node (92), the rest as above"
     ),
     "factorial, alpha 0, Z 1": Operations(
-        6600, "one pass of 50 a coarse node with the series of the logarithm"
+        4100, "one pass of 44 a coarse node (48) with two series, 20 for the mean"
     ),
-    "factorial, alpha 2, Z 8": Operations(1600, "24 coarse nodes"),
+    "factorial, alpha 2, Z 8": Operations(1300, "12 coarse nodes"),
     "factorial, alpha 1.6, Z 1": Operations(
-        45000, "2.2 passes of 106 a coarse node (184), with logarithm and exponential"
+        13000, "2.2 passes of 48 a coarse node (92), 22 for the mean"
     ),
-    "factorial, alpha 2, Z 1, variable": Operations(12000, "2.2 passes of 50 a coarse node"),
+    "factorial, alpha 2, Z 1, variable": Operations(
+        13000, "2.2 passes of 50 a coarse node (92), 22 for the mean"
+    ),
     "table": Operations(
-        42000, "20000 to interpolate a coarse table, 6400 for fine nodes, the rest the passes"
+        32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
     ),
 }

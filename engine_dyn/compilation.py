@@ -25,6 +25,7 @@ from numba.np import arrayobj
 __all__ = [
     "FAST_MATH",
     "formula",
+    "indices_on_stack",
     "inlined",
     "kernel",
     "on_compiling",
@@ -32,6 +33,7 @@ __all__ = [
     "processor",
     "source_hash",
     "threading_layer",
+    "wide_vectors",
 ]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
@@ -164,30 +166,59 @@ def on_compiling(tell: Callable[[], None]) -> None:
     event.register("numba:compile", Listener())
 
 
-def _on_stack(typing: Any, size: Any) -> Any:
-    if not isinstance(size, types.IntegerLiteral):
-        raise RequireLiteralValue(size)
-    array = types.Array(types.float64, 1, "C")
+def _stack_of(kind: Any) -> Callable[..., Any]:
+    array = types.Array(kind, 1, "C")
 
+    def on_stack(typing: Any, size: Any) -> Any:
+        if not isinstance(size, types.IntegerLiteral):
+            raise RequireLiteralValue(size)
+
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            made = arrayobj.make_array(array)(context, builder)
+            pointer = cgutils.alloca_once(
+                builder, context.get_value_type(kind), size=size.literal_value
+            )
+            width = context.get_constant(types.intp, 8)
+            arrayobj.populate_array(
+                made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width,
+                meminfo=None,
+            )  # fmt: skip
+            return made._getvalue()
+
+        return array(size), build
+
+    return on_stack
+
+
+def _wide(typing: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        made = arrayobj.make_array(array)(context, builder)
-        pointer = cgutils.alloca_once(
-            builder, context.get_value_type(types.float64), size=size.literal_value
-        )
-        width = context.get_constant(types.intp, 8)
-        arrayobj.populate_array(
-            made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width, meminfo=None
-        )
-        return made._getvalue()
+        # llvmlite's own set knows attributes without values only; it prints what it holds.
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
 
-    return array(size), build
+    return types.none(), build
 
 
 def _empty(size: int) -> npt.NDArray[np.float64]:
     return np.empty(size)
 
 
+def _empty_indices(size: int) -> npt.NDArray[np.int64]:
+    return np.empty(size, dtype=np.int64)
+
+
 _settings: Any = numba.config
-on_stack: Any = _empty if _settings.DISABLE_JIT else intrinsic(_on_stack)
+_compiled = not _settings.DISABLE_JIT
+on_stack: Any = intrinsic(_stack_of(types.float64)) if _compiled else _empty
 """Array of a constant number of floats, for kernels: a loop that writes to it and reads other
 arrays at places of its own can become vectors, because nothing else can point there."""
+
+indices_on_stack: Any = intrinsic(_stack_of(types.int64)) if _compiled else _empty_indices
+"""The same of whole numbers."""
+
+wide_vectors: Any = intrinsic(_wide) if _compiled else lambda: None
+"""Says inside a kernel that its vectors should be as wide as the processor has them.
+
+For some processors the compiler prefers half the width, which is meant for programs that use
+vectors now and then; here they are all there is. Only the kernel that calls it is affected.
+"""

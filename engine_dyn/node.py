@@ -69,6 +69,10 @@ class Node:
         belong to it; `whole` that only whole numbers do.
     public : bool
         Whether scenes may ask for it.
+    named : tuple of (str, float)
+        Names that scenes may write for values of a parameter, in file units.
+    throws : bool
+        The places of the engine's throws must be known.
     width : int
         Bytes of one value, with what `make` keeps beside it, for the size of blocks.
     """
@@ -92,6 +96,8 @@ class Node:
     high_included: bool = False
     whole: bool = False
     public: bool = True
+    named: tuple[tuple[str, float], ...] = ()
+    throws: bool = False
     width: int = 8
 
 

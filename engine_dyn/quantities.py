@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -18,8 +19,11 @@ import numpy as np
 
 from engine_dyn import (
     arrangement,
+    balance_quantities,
     bearing_quantities,
+    characteristic_quantities,
     driven_machine,
+    flywheel_quantities,
     forces,
     friction,
     masses,
@@ -28,6 +32,7 @@ from engine_dyn import (
     series_quantities,
     slider_crank,
 )
+from engine_dyn.characteristic import load_for_torque
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
@@ -67,6 +72,11 @@ _PARAMETERS = (
         make=lambda piston_mass, rod_mass, rod_centre_of_gravity, rod: masses.reciprocating_mass(
             piston_mass, rod_mass, rod_centre_of_gravity, rod
         ),
+    ),
+    _parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
+        make=lambda inertia_required: inertia_required,
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
@@ -162,7 +172,20 @@ _PARAMETERS = (
     ),
     _parameter(
         "load", "L", "percent", "engine load that names the indicator diagram",
-        source="Kakaitsas section 5.2.5", low=0.0, low_included=True,
+        source="Kakaitsas section 5.2.5", low=0.0, low_included=True, when="given_load",
+    ),
+    _parameter(
+        "load", "L", "percent", "engine load that names the indicator diagram",
+        source="Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
+        needs=(
+            "characteristic_torque", "characteristic_share", "words", "speed", "family", "cycle",
+            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "pressure_scale", "bore",
+            "throw", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
+            "stroke_share", "cycle_known",
+            "mean_piston_speed", "friction_constant", "friction_peak_pressure",
+            "friction_mean_piston_speed", "friction_mean_piston_speed_square", "auxiliary_torque",
+        ),
+        make=lambda **needs: _load_of_characteristic(**needs),
     ),
     _parameter(
         "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
@@ -303,6 +326,9 @@ _PARAMETERS = (
         si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
         source="Kakaitsas section 4.2",
     ),
+    *balance_quantities.PARAMETERS,
+    *flywheel_quantities.PARAMETERS,
+    *characteristic_quantities.PARAMETERS,
 )  # fmt: skip
 
 CYCLE_KEYS = (
@@ -316,7 +342,7 @@ NEUTRAL: Mapping[str, float] = MappingProxyType(
         "auxiliary_torque": 0.0, "auxiliary_inertia": 0.0, "flywheel_inertia": 0.0,
         "load_inertia": 0.0, "gear_ratio": 1.0, "load_phase": 0.0, "load_table_factor": 1.0,
         "friction_boundary": 0.0, "friction_mixed": 0.0, "friction_hydrodynamic": 0.0,
-        "friction_skirt": 0.0, "misfire": 0.0,
+        "friction_skirt": 0.0, "misfire": 0.0, **dict.fromkeys(balance_quantities.NEUTRAL, 0.0),
     }
 )  # fmt: skip
 """Parameters that have these values, in file units, unless given."""
@@ -362,6 +388,8 @@ _CONSTANTS = tuple(
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
         ("sharing", "tables of the sweep, and designs that share one"),
+        ("characteristic", "power and torque over speed"),
+        ("words", "what selects variants of nodes"),
     )
 )
 
@@ -377,6 +405,47 @@ def _place(load: Any, family: Family) -> Any:
 
 def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
     return family.place(load, speed)
+
+
+def _load_of_characteristic(
+    *, characteristic_torque: Any, characteristic_share: Any, words: tuple[str, ...], **needs: Any
+) -> Any:  # fmt: skip
+    """Load at which the mean torque, with all that it depends on, is the characteristic's share."""
+
+    def torque_of(load: Any) -> Any:
+        known = {**needs, "load": load}
+
+        def value(name: str) -> Any:
+            if name not in known:
+                node = select(name, *words)
+                assert node.make is not None
+                known[name] = node.make(**{need: value(need) for need in node.needs})
+            return known[name]
+
+        return value("torque_mean")
+
+    arrays = [np.asarray(v) for v in needs.values() if isinstance(v, np.ndarray | float | int)]
+    wanted = np.asarray(characteristic_torque) * characteristic_share
+    wanted = np.broadcast_to(
+        wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
+    )
+    loads = needs["family"].loads
+    found = load_for_torque(torque_of, loads, wanted)
+    known = np.isfinite(torque_of(np.full(wanted.shape, loads[0])))
+    # Where the parameters are no cycle there is no torque at any load: those designs fail later.
+    found = np.where(np.isnan(found) & ~known, loads[0], found)
+    lost = np.isnan(found)
+    if lost.any():
+        here = np.broadcast_to(np.asarray(needs["speed"]) / RPM, lost.shape)[lost].flat[0]
+        low, high = (
+            np.broadcast_to(torque_of(np.full(lost.shape, end)), lost.shape)[lost].flat[0]
+            for end in (loads[0], loads[-1])
+        )
+        raise ValueError(
+            f"characteristic: at speed = {here:g} rpm it asks for {wanted[lost].flat[0]:.4g} N m; "
+            f"must be from {low:.4g} to {high:.4g} N m, which the engine's diagrams give there"
+        )
+    return found
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -502,6 +571,19 @@ _NAMES_OF_LOAD = {
 def _speed_solution(**needs: Any) -> Any:
     from engine_dyn.speed import sweep
 
+    found = sweep.solve(**_solver_inputs(needs))
+    return {**found, "outcome": found["status"]}
+
+
+def _inertia_search(**needs: Any) -> Any:
+    from engine_dyn.speed.required import solve_for_inertia
+
+    found = solve_for_inertia(**_solver_inputs(needs))
+    return {"inertia_required": found.inertia, "search_status": found.status}
+
+
+def _solver_inputs(needs: dict[str, Any]) -> dict[str, Any]:
+    """Needs under the names that the solver's front has for them."""
     needs["mass"] = needs.pop("reciprocating_mass")
     needs["exponent"] = needs.pop("load_exponent", 1.0)
     # Of a load over angle, its mean is part of what the speed does not change.
@@ -514,7 +596,7 @@ def _speed_solution(**needs: Any) -> Any:
     needs["stroke"] = needs.pop("throw")
     needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
-    return sweep.solve(**needs)
+    return needs
 
 
 def _torque_solution(**needs: Any) -> Any:
@@ -579,6 +661,7 @@ def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> No
         gives=(
             "delta", "delta_midrange", "omega_max", "omega_min", "omega_mean", "load_factor",
             "delta_error", "iterations", "omega", "angular_acceleration", "status",
+            "outcome",
         ),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
@@ -786,6 +869,19 @@ _STAGES = (
 )  # fmt: skip
 
 
+def _search_for_inertia(solution: Node) -> Node:
+    """Stage that finds the inertia for a wanted delta, beside one that solves the speed."""
+    needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
+    return replace(
+        solution, name="inertia_search", long_name="inertia for the wanted delta",
+        gives=("inertia_required", "search_status"), make=_inertia_search,
+        needs=(*needs, "wanted_delta", "energy_swing"), source="this project",
+    )  # fmt: skip
+
+
+_SEARCHES = tuple(_search_for_inertia(n) for n in _STAGES if n.name == "speed_solution")
+
+
 def _speed_result(name: str, symbol: str, unit: str, long_name: str, source: str,
                   **more: Any) -> Node:  # fmt: skip
     return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
@@ -949,7 +1045,14 @@ _QUANTITIES: tuple[Node, ...] = (
         "iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"
     ),
     _speed_result(
-        "status", "", "1", "outcome of the design", "this project"
+        "status", "", "1", "outcome of the design", "this project", when="given_inertia"
+    ),
+    _speed_result(
+        "outcome", "", "1", "outcome of the periodic speed", "this project", public=False
+    ),
+    Node(
+        "status", "", "1", "outcome of the design", "this project", when="wanted_delta",
+        needs=("outcome", "search_status"), make=flywheel_quantities.both_statuses,
     ),
     _speed_result(
         "load_factor", "", "1", "load coefficient over its value at nominal speed",
@@ -1198,13 +1301,16 @@ _QUANTITIES: tuple[Node, ...] = (
     Node(
         "torque_after_throw", "T_i", "N m",
         "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
-        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",),
+        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
                *NO_STROKE_FRICTION),
         make=_torque_after_throw,
     ),
+    *balance_quantities.NODES,
+    *flywheel_quantities.NODES,
+    *characteristic_quantities.NODES,
     *series_quantities.NODES,
     *mechanism_quantities.NODES,
     *order_quantities.NODES,
@@ -1218,6 +1324,10 @@ _DIMENSIONS = (
         whole=True,
     ),
     Dimension("order", r"\nu", "1", "order, periods a revolution of the crank"),
+    Dimension(
+        "direction", r"\vartheta", "degree",
+        "direction across the shaft, 0 along cylinder 1, in the sense of rotation", si=DEGREE,
+    ),
     Dimension(
         "crank_angle", r"\varphi", "degree",
         "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
@@ -1240,7 +1350,7 @@ NODES: Mapping[str, tuple[Node, ...]]
 """Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
-for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_STAGES, *_QUANTITIES):
+for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_STAGES, *_SEARCHES, *_QUANTITIES):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 
@@ -1287,8 +1397,11 @@ def check_graph() -> None:
             if node.make is None:
                 continue
             arguments = inspect.signature(node.make).parameters.values()
-            named = {a.name for a in arguments if a.kind is a.POSITIONAL_OR_KEYWORD}
-            if named and named != set(node.needs):
+            named = {
+                a.name for a in arguments if a.kind in (a.POSITIONAL_OR_KEYWORD, a.KEYWORD_ONLY)
+            }
+            takes_all = any(a.kind is a.VAR_KEYWORD for a in arguments)
+            if not (named <= set(node.needs) if takes_all else named == set(node.needs)):
                 raise ValueError(f"{node.name} takes {sorted(named)}, needs {sorted(node.needs)}")
     done: set[str] = set()
 

@@ -193,10 +193,16 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
             value = math.inf
         if math.isfinite(value):
             return value
+    names = dict(node.named) if node is not None else {}
+    if isinstance(raw, str) and raw in names:
+        return names[raw]
     unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
     hint = ""
     if isinstance(raw, str):
         hint = " without quotes or unit"
+        if names:
+            listed = "', '".join(names)
+            hint += f", or one of '{listed}'"
     elif isinstance(raw, list | dict):
         hint = ", not a list or table"
     raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")

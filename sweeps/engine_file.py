@@ -254,10 +254,17 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         where = f"{name}: [values] {key}"
         if key in CYCLE_KEYS:
             raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
+        if key == "wanted_delta":
+            raise SceneError(f"{where}: not allowed; belongs to a scene, an engine has an inertia")
         node = known_key(key, f"{name}: [values]")
         assert node is not None
         values[key] = number(item, where, node)
         check_range(values[key], where, node)
+    if "counterweight_fraction" in values and "counterweight_mass" in values:
+        raise SceneError(
+            f"{name}: [values] has both counterweight_fraction and counterweight_mass: give one of "
+            "them"
+        )
     part = next((key for key in INERTIA_PARTS if key in values), None)
     if part is not None and "inertia" in values:
         raise SceneError(f"{name}: [values] has both inertia and {part}: give it whole or in parts")

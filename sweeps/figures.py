@@ -34,6 +34,7 @@ from pathlib import Path
 import xarray as xr
 
 from sweeps.drawing.arrangement import arrangements
+from sweeps.drawing.balance import VECTORS, shaking
 from sweeps.drawing.curves import (
     COMPONENTS,
     KINEMATICS,
@@ -69,6 +70,7 @@ def _plates(study: Study) -> Plates:
     yield from torque_components(study)
     yield from torque_and_speed(study)
     yield from cylinders(study)
+    yield from shaking(study)
     drawn: set[str] = {"status"}
     grouped, together = drawn_together(study)
     yield from together
@@ -76,7 +78,7 @@ def _plates(study: Study) -> Plates:
     drawn |= grouped | {name for _, *pair in polar_names(view) for name in pair}
     if any(over_angle(view, name) for name in COMPONENTS):
         drawn |= {name for name in (*COMPONENTS, "torque", "load_torque") if view.has(name)}
-    drawn |= {name for name in (*KINEMATICS, "pressure") if over_angle(view, name)}
+    drawn |= {name for name in (*KINEMATICS, "pressure", *VECTORS) if over_angle(view, name)}
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
     rest = [n for n in names if n not in drawn and not n.endswith(PUBLISHED)]
     curves = [name for name in rest if set(view.array(name).dims) & set(RUNNING)]

@@ -28,6 +28,7 @@ RATES = {
     "picard": 1e1,  # designs
     "torque": 1e6,  # designs, extremes of torque and work
     "curves": 2e7,  # points
+    "revolutions": 1e4,  # designs, largest shaking force and the like
     "bytes": 3e8,  # written
 }
 """Work a second and core (curves and bytes: a second), for the estimate of time and for nothing
@@ -44,6 +45,9 @@ DIRECT = {
     0.0: "from the moments of the table, one sweep, never iterates",
 }
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
+
+SEARCH_STEPS = 5
+"""Solutions on the way to the inertia for a wanted delta."""
 
 STEPPING = ("thesis", "picard")
 
@@ -93,10 +97,13 @@ def seconds(plan: Plan) -> float:
     total = RATES["start"] + plan.output_bytes / RATES["bytes"]
     for stage in plan.stages:
         if stage.node.kind == "stage":
-            total += table_count(plan, stage) / (RATES["tables"] * cores)
-            total += sum(n / (rate * cores) for n, rate in _solutions(plan, stage))
+            times = SEARCH_STEPS if stage.node.name == "inertia_search" else 1
+            total += times * table_count(plan, stage) / (RATES["tables"] * cores)
+            total += times * sum(n / (rate * cores) for n, rate in _solutions(plan, stage))
         elif "crank_angle" in stage.dims:
             total += stage.size / RATES["curves"]
+        elif stage.node.throws:
+            total += stage.size / RATES["revolutions"]
     return total
 
 

@@ -17,6 +17,7 @@ import numpy.typing as npt
 import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS
+from engine_dyn.balance_quantities import DIRECTIONS
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
@@ -214,7 +215,8 @@ def make_plan(scene: Scene) -> Plan:
         return ordered
 
     for name in scene.quantities:
-        if not ALONG_SHAFT.isdisjoint(visit(name)):
+        along = not ALONG_SHAFT.isdisjoint(visit(name))
+        if along or any(stage.node.throws for stage in stages.values()):
             _check_orders(scene, leaves, name)
     outputs = list(scene.quantities)
     if any(s.node.can_fail for s in stages.values()) and "status" not in outputs:
@@ -261,6 +263,7 @@ def _points(scene: Scene) -> dict[str, npt.NDArray[Any]]:
         "cylinder": np.arange(1, most + 1, dtype=np.int32),
         "main_bearing": np.arange(1, _throws(scene) + 2, dtype=np.int32),
         "order": lowest * np.arange(1, orders + 1),
+        "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(scene),
     }
 
@@ -297,6 +300,10 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "rod_length" in mine:
         # The engine's own crank ratio is what a given rod replaces.
         engine.pop("crank_ratio", None)
+    if scene.characteristic is not None:
+        engine.pop("load", None)  # it follows from the speed
+    if "wanted_delta" in mine:
+        engine.pop("inertia", None)  # it follows from the wanted delta
     if "inertia_in_parts" in scene.words:
         engine.pop("inertia", None)
     if "motor_of_slip" in scene.words:
@@ -345,6 +352,8 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "driven": scene.driven,
         "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
+        "characteristic": scene.characteristic,
+        "words": scene.words,
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:
@@ -372,7 +381,11 @@ def _with_cycles(
 
     keys = scene.cycle_keys
     if not keys:
-        return of_speeds(family), Value(np.zeros(())), Value(np.float64(1.0))
+        plain = of_speeds(family)
+        if scene.characteristic is not None and type(plain) is Family:
+            # The load may vary along several axes, which only a stack's rows may.
+            plain = FamilyStack.of([plain])
+        return plain, Value(np.zeros(())), Value(np.float64(1.0))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
     again = scene.engine.cycles or ()
     members: list[Family] = []

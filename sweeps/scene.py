@@ -20,6 +20,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from engine_dyn import arrangement, status
+from engine_dyn.characteristic import CHARACTERISTICS, Characteristic
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.driven_machine import (
     DrivenMachine,
@@ -145,6 +146,14 @@ class _Output(Strict):
     )
 
 
+class _Characteristic(Strict):
+    kind: str | None = Field(default=None, description=f"one of {', '.join(CHARACTERISTICS)}")
+    coefficients: list[float] | None = Field(
+        default=None, description="a list of two numbers: A and C of lecture 18", min_length=2,
+        max_length=2,
+    )  # fmt: skip
+
+
 class _SceneFile(Strict):
     title: str | None = Field(default=None, description="a text")
     engine: str = Field(
@@ -156,6 +165,9 @@ class _SceneFile(Strict):
         default=None, description="a table of equally long lists, or file = 'table.csv'"
     )
     indicator: _File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    characteristic: _Characteristic | None = Field(
+        default=None, description="a table with kind = 'diesel', or coefficients = [A, C]"
+    )
     solver: _Solver = Field(default=_Solver(), description="a table")
     output: _Output = Field(description="a table [output] with quantities = ['delta', ...]")
     reference: _File | None = Field(default=None, description="a table with file = 'table.csv'")
@@ -210,6 +222,8 @@ class Scene:
         Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
+    characteristic : Characteristic, optional
+        Torque over speed that the load follows.
     methods, inertia_models : tuple of str
         As asked for; one unless they are dimensions.
     tolerance : float
@@ -250,6 +264,7 @@ class Scene:
     arrangements: tuple[Cylinders, ...]
     tables: Tables
     indicator: Diagram | None
+    characteristic: Characteristic | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
     tolerance: float
@@ -287,7 +302,11 @@ class Scene:
             "auxiliaries" if self._has("auxiliary_torque") else "bare",
             "own_cycles" if self.cycle_keys else "given_cycles",
             *self._load_words,
-            "inertia_in_parts" if self._inertia_in_parts else "inertia_whole",
+            "characteristic" if self.characteristic is not None else "given_load",
+            *self._inertia_words,
+            "weights_given" if self.weights_given else "weights_by_fraction",
+            "shaft" if self._has("balance_shaft_mass") else "no_shaft",
+            "pair" if self._has("second_shaft_mass") else "no_pair",
         )
 
     @property
@@ -322,6 +341,12 @@ class Scene:
         )
 
     @property
+    def _inertia_words(self) -> tuple[str, ...]:
+        if self._gives(("wanted_delta",)):
+            return ("wanted_delta",)
+        return "given_inertia", "inertia_in_parts" if self._inertia_in_parts else "inertia_whole"
+
+    @property
     def _inertia_in_parts(self) -> bool:
         if self._gives(("inertia",)):
             return False
@@ -340,6 +365,13 @@ class Scene:
         """Parameters of the modelled cycle that the scene replaces."""
         places = (self.settings, self.axes, self.designs)
         return tuple(key for key in CYCLE_KEYS if any(key in place for place in places))
+
+    @property
+    def weights_given(self) -> bool:
+        """Whether the counterweights have a given mass; a fraction of the scene replaces it."""
+        if self._gives(("counterweight_fraction",)):
+            return False
+        return self._gives(("counterweight_mass",)) or self._engine_gives(("counterweight_mass",))
 
     def _has(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
@@ -461,6 +493,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
             f"{name}: [indicator] {given.indicator.file}",
             engine.period,
         )
+    characteristic = _characteristic(given, (settings, axes, designs), name)
     counts = _counts(settings, axes, designs, engine)
     scene = Scene(
         title=one_line(given.title or f"Scene on {engine.title}"),
@@ -474,6 +507,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         arrangements=_arrangements(axes, keys, counts, engine, name),
         tables=tables,
         indicator=indicator,
+        characteristic=characteristic,
         methods=methods,
         inertia_models=models,
         tolerance=given.solver.tolerance,
@@ -550,6 +584,34 @@ def _own_cylinders(
     fits = own is not None and len(own.members) == count
     base = own if own is not None and fits else even_cylinders(count, engine.period)
     return resolve(keys, base, count, where)
+
+
+def _characteristic(
+    given: _SceneFile, places: tuple[Mapping[str, Any], ...], name: str
+) -> Characteristic | None:
+    """[characteristic]: a known curve, or one of the lecture's form."""
+    table = given.characteristic
+    if table is None:
+        return None
+    where = f"{name}: [characteristic]"
+    if (table.kind is None) == (table.coefficients is None):
+        raise SceneError(f"{where}: must have one of kind and coefficients")
+    if given.indicator is not None:
+        raise SceneError(
+            f"{where}: not allowed together with [indicator], whose one diagram holds at every "
+            "speed"
+        )
+    if any("load" in place for place in places):
+        raise SceneError(f"{name}: load: not allowed beside [characteristic], which it follows")
+    if table.coefficients is not None:
+        constant, linear = table.coefficients
+        if not (math.isfinite(constant) and math.isfinite(linear)):
+            raise SceneError(f"{where} coefficients = {table.coefficients}: must be finite numbers")
+        return Characteristic(constant, linear, -1.0, "coefficients of the scene")
+    kind = str(table.kind)
+    if kind not in CHARACTERISTICS:
+        raise SceneError(f"{where} kind = {shown(kind)}: unknown{not_known(kind, CHARACTERISTICS)}")
+    return CHARACTERISTICS[kind]
 
 
 def _arrangement_axis(raw: Any, keys: CylinderKeys, name: str) -> tuple[str, ...]:
@@ -753,6 +815,18 @@ def _check_places(
             f"{name}: crank_ratio (in [{place['crank_ratio']}]) and rod_length (in "
             f"[{place['rod_length']}]) say the same thing; give one of them"
         )
+    whole = next((key for key in ("inertia", "flywheel_inertia") if key in place), None)
+    if "wanted_delta" in place and whole is not None:
+        raise SceneError(
+            f"{name}: wanted_delta (in [{place['wanted_delta']}]) and {whole} (in "
+            f"[{place[whole]}]): the inertia follows from the wanted delta; give one of them"
+        )
+    if "counterweight_fraction" in place and "counterweight_mass" in place:
+        raise SceneError(
+            f"{name}: counterweight_fraction (in [{place['counterweight_fraction']}]) and "
+            f"counterweight_mass (in [{place['counterweight_mass']}]) both size the "
+            "counterweights; give one of them"
+        )
     if "motor_slip" in place and "motor_synchronous_speed" in place:
         raise SceneError(
             f"{name}: motor_slip (in [{place['motor_slip']}]) and motor_synchronous_speed (in "
@@ -931,6 +1005,10 @@ def _check_needs(scene: Scene, name: str) -> None:
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
     if _places(scene, "rod_length") is not None:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
+    if "wanted_delta" in given:
+        given.discard("inertia")
+    if scene.characteristic is not None:
+        given.discard("load")
     # What `sweeps.plan` takes as known, as long as nothing is given.
     given |= {*NEUTRAL, *DEFAULTS}
     given |= {"offset_ratio"} if "centred" in scene.words else set()
@@ -947,6 +1025,11 @@ def _check_needs(scene: Scene, name: str) -> None:
         while waiting:
             need = waiting.pop()
             along_shaft |= need in ALONG_SHAFT
+            if need == "characteristic" and scene.characteristic is None:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
+                    "with a kind, such as 'diesel'"
+                )
             if need in seen:
                 continue
             seen.add(need)
@@ -957,6 +1040,7 @@ def _check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' is not known for throws of unequal "
                     "radius; radius_factor must be 1 for all cylinders"
                 ) from None
+            along_shaft |= node.throws
             if node.make is None and need in PARAMETERS:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "

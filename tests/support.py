@@ -17,6 +17,18 @@ from tests.oracle.solution import Design
 
 BAR = 1e5
 
+NOT_OF_AN_ENGINE: dict[str, Any] = {
+    "set": {
+        "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
+        "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
+        "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
+        "rim_speed_limit": "cast iron", "rated_power": 20e3, "rated_speed": 1500,
+        "rod_inertia": 0.1,
+    },
+    "characteristic": {"kind": "diesel"},
+}  # fmt: skip
+"""Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
+
 
 @cache
 def items() -> dict[str, HeldOut]:

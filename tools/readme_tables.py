@@ -61,7 +61,9 @@ def quantities() -> str:
         meaning = node.long_name
         if node.kind == "curve":
             meaning += "; over `crank_angle`"
-            meaning += " and `cylinder`" if "cylinder" in node.adds else ""
+            meaning += "".join(f" and `{d}`" for d in node.adds if d != "crank_angle")
+        elif "order" in node.needs:
+            meaning += "; over `order`"
         rows.append([f"`{name}`", "" if unit == "1" else unit, meaning, node.source])
     return table(["quantity", "unit", "meaning", "after"], rows)
 

@@ -21,6 +21,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import balance_study
 import calibrate_ntua
 import mechanism_study
 import numpy as np
@@ -624,6 +625,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "no_drift": f"{nominal_speed(load_exponent=0.0).omega_mean:.2f}",
         "drift_table": drift_table(drift),
         "agreement_table": agreement_table(agreement),
+        **balance_study.values(),
     }
     return filled(TEMPLATE.read_text(encoding="utf-8"), values)
 
@@ -727,6 +729,7 @@ def main() -> None:
         draw_drift(FIGURES / "euler_drift.png")
         draw_differences(study, printed, FIGURES / "delta_differences.png")
         draw_thesis(FIGURES / "torque_and_speed.png")
+        balance_study.draw_shaft(FIGURES / "shaking_force.png")
         print(f"written: {FIGURES.relative_to(ROOT)}")
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import inlined, kernel, wide_vectors
 from engine_dyn.speed import lanes, panels, tables, traces
 from engine_dyn.speed.angle_load import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.cycles import (
@@ -227,6 +227,7 @@ class Scratch(NamedTuple):
     at: Integers
     shared: Integers
     places: Integers
+    varying: Integers
     levels: Levels
 
 
@@ -245,6 +246,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),
         places=np.zeros(lanes.LANES, dtype=np.int64),
+        varying=np.zeros(INPUTS, dtype=np.int64),
         levels=make_levels(nodes, ratio),
     )
 
@@ -544,6 +546,35 @@ def extreme_of_speed(
 
 
 @inlined
+def highest_hill(
+    node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
+    table: Floats, records: Floats,
+) -> tuple[float, float]:  # fmt: skip
+    """Largest (upward = 1) or smallest (-1) q of the curve, and the middle's share in it.
+
+    `node` is the extreme one. Another hill can be higher between its nodes: a hill rises above its
+    own highest node by less than that node's slope makes of an interval.
+    """
+    best, miss = extreme_of_speed(node, upward, design, mu, width, variable, table, records)
+    nodes = table.shape[1]
+    rows = nodes // SEGMENTS
+    before = upward * records[place_of(nodes - 1, rows) + Q]
+    here = upward * records[place_of(0, rows) + Q]
+    for j in range(nodes):
+        after = upward * records[place_of(j + 1 if j + 1 < nodes else 0, rows) + Q]
+        if here >= before and here > after and j != node:
+            _, slope = slope_at(j, design, mu, variable, table, records)
+            if here + abs(slope) * width > upward * best:
+                value, its_miss = extreme_of_speed(
+                    j, upward, design, mu, width, variable, table, records
+                )
+                if upward * value > upward * best:
+                    best, miss = value, its_miss
+        before, here = here, after
+    return best, miss
+
+
+@inlined
 def unresolved(law: Power | Shape, closure: int, records: Floats) -> float:
     """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
     rows = records.size // RECORD - 1
@@ -591,10 +622,9 @@ def speeds_of(
     """
     table, records = scratch.table, scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
-    high, high_miss = extreme_of_speed(top, 1.0, design, mu, width, choice.variable, table, records)
-    low, low_miss = extreme_of_speed(
-        bottom, -1.0, design, mu, width, choice.variable, table, records
-    )
+    variable = choice.variable
+    high, high_miss = highest_hill(top, 1.0, design, mu, width, variable, table, records)
+    low, low_miss = highest_hill(bottom, -1.0, design, mu, width, variable, table, records)
     if not (low > FLOOR):
         return math.nan, math.nan, math.nan, math.nan
     span = high - low
@@ -747,15 +777,37 @@ def march(
 
 
 @inlined
+def take_common(product: Product, scratch: Scratch, s: Floats) -> int:
+    """Inputs that all designs of a table share into the lanes; the others' fields into `varying`.
+
+    Returns how many vary.
+    """
+    values, at, axes, varying = product.values, scratch.shared, product.other_axes, scratch.varying
+    count = 0
+    for field in range(BORE, MEAN_TORQUE + 1):
+        varies = False
+        for i in range(axes.size):
+            varies = varies or product.strides[axes[i], field] != 0
+        if varies:
+            varying[count] = field
+            count += 1
+        else:
+            row = (field - BORE) * lanes.LANES
+            s[row : row + lanes.LANES] = values[at[field]]
+    return count
+
+
+@inlined
 def take_designs(
-    index: int, count: int, designs: int, product: Product, scratch: Scratch, places: Integers,
-    s: Floats,
+    index: int, count: int, designs: int, fields: int, product: Product, scratch: Scratch,
+    places: Integers, s: Floats,
 ) -> None:  # fmt: skip
     """Inputs of `count` designs from `index` on into the lanes; the last one fills what is over.
 
-    Along the last axis an input is a stride apart or the same.
+    Only of the first `fields` of `scratch.varying`, and the places of results. Along the last axis
+    an input is a stride apart or the same.
     """
-    values, at = product.values, scratch.at
+    values, at, positions = product.values, scratch.at, product.positions
     axes = product.other_axes
     k = 0
     while k < lanes.LANES:
@@ -769,21 +821,22 @@ def take_designs(
                 digit = here % product.shape[axis]
                 first = product.position_start[axis] + digit
                 run = min(product.shape[axis] - digit, count - k)
-        for field in range(BORE, MEAN_TORQUE + 1):
+        along = positions[first : first + run]
+        for i in range(fields):
+            field = scratch.varying[i]
             row = (field - BORE) * lanes.LANES + k
+            here_of = s[row : row + run]
             stride = product.strides[axis, field] if k < count else 0
             if stride == 0:
-                value = values[at[field]]
-                for j in range(run):
-                    s[row + j] = value
+                here_of[:] = values[at[field]]
             else:
-                base = at[field] - stride * product.positions[first]
+                base = at[field] - stride * positions[first]
                 for j in range(run):
-                    s[row + j] = values[base + stride * product.positions[first + j]]
+                    here_of[j] = values[base + stride * along[j]]
         if k < count:
             stride = product.strides[axis, OUTPUT]
             for j in range(run):
-                moved = product.positions[first + j] - product.positions[first]
+                moved = positions[first + j] - positions[first]
                 places[k + j] = at[OUTPUT] + stride * moved
         k += run
 
@@ -816,10 +869,10 @@ def solve_block(
             levels.coarse, s, us, rs, tops, lows,
         )  # fmt: skip
     if len(form) > 1:
-        lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels.coarse, s, us)
-    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, tops, lows)
+        lanes.mean_speed(form, choice.kind, choice.variable, width_of_lanes, levels, s, us)
+    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
     lanes.extremes(
-        choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+        form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
     for k in range(count):
         code = int(s[lanes.CODE + k])
@@ -858,6 +911,7 @@ def march_lanes(
     number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
     designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
+    wide_vectors()
     table, shared = scratch.table, scratch.shared
     # Made here, so that the compiler knows that they do not overlap.
     s, us, rs, tops, lows, chosen = lanes.make_rows(table.shape[1] // ratio)
@@ -866,7 +920,7 @@ def march_lanes(
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
-    leaving = block = 0
+    leaving = block = fields = 0
     index = begin
     while index < end:
         which = index // designs
@@ -880,10 +934,11 @@ def march_lanes(
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
             ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+            fields = take_common(product, scratch, s)
+            for k in range(lanes.LANES):
+                s[lanes.SWING + k] = ranges.gas
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
-        take_designs(index, count, designs, product, scratch, places, s)
-        for k in range(lanes.LANES):
-            s[lanes.SWING + k] = ranges.gas
+        take_designs(index, count, designs, fields, product, scratch, places, s)
         solve_block(
             form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,

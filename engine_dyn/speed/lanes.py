@@ -30,7 +30,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import formula, inlined, on_stack
+from engine_dyn.compilation import formula, indices_on_stack, inlined, on_stack, wide_vectors
 from engine_dyn.speed.extremes import interpolate, refine
 from engine_dyn.speed.levels import (
     ALIAS_P,
@@ -98,7 +98,7 @@ LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
 """What solves a block, told by length: the compiler leaves the other two out, and compiles what a
 scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
 
-TWO_ROWS, FOUR_ROWS = 2 * LANES, 4 * LANES
+THREE_ROWS, FOUR_ROWS, SIX_ROWS, TEN_ROWS = 3 * LANES, 4 * LANES, 6 * LANES, 10 * LANES
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
@@ -106,7 +106,7 @@ PAD = 2
 # Numbers of a design, one row of lanes each.
 POINTS = 6
 SERIES_TERMS = 11
-ROWS = 62
+ROWS = 66
 FIELDS = ROWS + POINTS + SERIES_TERMS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
@@ -114,7 +114,8 @@ FIELDS = ROWS + POINTS + SERIES_TERMS
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
-    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM,
+    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM, SLACK, THIN,
+    TOP_HILLS, BOTTOM_HILLS,
 ) = (row * LANES for row in range(ROWS))  # fmt: skip
 
 POINT = ROWS * LANES
@@ -219,28 +220,50 @@ def log_of(u: float) -> float:
             1.0 / 19.0 + t * (1.0 / 21.0 + t / 23.0)))))))))))  # fmt: skip
 
 
+# Polynomials through Chebyshev's points of |u| <= SERIES_RANGE: fewer terms than Taylor's series.
+
+
 @formula
 def root_series(u: float) -> float:
     """sqrt(1 + u) - 1 - u/2 for |u| up to SERIES_RANGE, to 1e-11."""
-    return u * u * (-1.0 / 8.0 + u * (1.0 / 16.0 - u * (5.0 / 128.0 - u * (7.0 / 256.0 - u * (
-        21.0 / 1024.0 - u * (33.0 / 2048.0 - u * (429.0 / 32768.0 - u * (715.0 / 65536.0 - u * (
-            2431.0 / 262144.0 - u * (4199.0 / 524288.0 - u * (
-                29393.0 / 4194304.0)))))))))))  # fmt: skip
+    t = 0.011579102423250153
+    t = -0.013865951696836253 + u * t
+    t = 0.016096331598237784 + u * t
+    t = -0.020488212952328232 + u * t
+    t = 0.027343886310999165 + u * t
+    t = -0.039062657602342676 + u * t
+    t = 0.06249999982944566 + u * t
+    t = -0.1249999998028103 + u * t
+    return u * u * t
 
 
 @formula
 def log_series(u: float) -> float:
     """log(1 + u) for |u| up to SERIES_RANGE, to 1e-11."""
-    return u * (1.0 - u * (1.0 / 2.0 - u * (1.0 / 3.0 - u * (1.0 / 4.0 - u * (1.0 / 5.0 - u * (
-        1.0 / 6.0 - u * (1.0 / 7.0 - u * (1.0 / 8.0 - u * (1.0 / 9.0 - u * (1.0 / 10.0 - u * (
-            1.0 / 11.0 - u * (1.0 / 12.0 - u * (1.0 / 13.0 - u / 14.0)))))))))))))  # fmt: skip
+    t = -0.10882048826269246
+    t = 0.12072639935263471 + u * t
+    t = -0.12468572573351773 + u * t
+    t = 0.14251462711202606 + u * t
+    t = -0.16667119228934751 + u * t
+    t = 0.20000493183276008 + u * t
+    t = -0.2499999772906624 + u * t
+    t = 0.3333333085860667 + u * t
+    t = -0.5000000000181744 + u * t
+    t = 1.0000000000198115 + u * t
+    return u * t
 
 
 @formula
 def inverse_series(u: float) -> float:
     """1/(1 + u) for |u| up to SERIES_RANGE, to 1e-6."""
-    return 1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (1.0 - u * (
-        1.0 - u * (1.0 - u))))))))  # fmt: skip
+    t = 1.073660635382625
+    t = -1.0736606352092093 + u * t
+    t = 0.9985043907238668 + u * t
+    t = -0.9985043907347663 + u * t
+    t = 1.0000075156246155 + u * t
+    t = -1.000007515624449 + u * t
+    t = 0.9999999999999998 + u * t
+    return t
 
 
 @formula
@@ -332,6 +355,7 @@ def prepare(
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
     """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
+    wide_vectors()
     free = len(form) == 2
     for k in range(lanes):
         radius = 0.5 * s[STROKE + k]
@@ -415,6 +439,7 @@ def prepare(
 @inlined
 def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
     """End of the linear recurrence over one period from zero: only the work of X drives it."""
+    wide_vectors()
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         pw0, pw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
@@ -442,6 +467,7 @@ def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
 @inlined
 def wrap(nodes: int, lanes: int, rows: Floats) -> None:
     """Repeat the last rows before the first and the first behind the last."""
+    wide_vectors()
     for i in range(PAD):
         for k in range(lanes):
             rows[i * LANES + k] = rows[(nodes + i) * LANES + k]
@@ -451,6 +477,7 @@ def wrap(nodes: int, lanes: int, rows: Floats) -> None:
 @inlined
 def beyond_series(lanes: int, s: Floats) -> bool:
     """Mark the lanes in WIDE for which series do not hold; return whether there are any."""
+    wide_vectors()
     count = 0.0
     for k in range(lanes):
         wide = max(s[HIGH + k], -s[LOW + k]) > SERIES_RANGE
@@ -462,6 +489,7 @@ def beyond_series(lanes: int, s: Floats) -> bool:
 @inlined
 def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
     """MEAN of the lanes in WIDE: the sum of sqrt(q) - 1 over the coarse nodes by roots."""
+    wide_vectors()
     for k in range(lanes):
         s[MEAN + k] = 0.0 if s[WIDE + k] != 0.0 else s[MEAN + k]
     for n in range(coarse.shape[0]):
@@ -478,6 +506,7 @@ def solve_linear(
     lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
 ) -> None:
     """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
+    wide_vectors()
     nodes = coarse.shape[0]
     for k in range(lanes):
         s[RUNNING + k] = s[WORK_END + k] * s[CLOSED + k]
@@ -552,6 +581,7 @@ def solve_free(
     moments of the table. The mean of log q over the nodes is what these leave of the closure; its
     first two derivatives give the step that is still to be made, MOVED, to rounding.
     """
+    wide_vectors()
     nodes = coarse.shape[0]
     for k in range(lanes):
         s[HIGH + k] = -1e300
@@ -619,6 +649,7 @@ def march(
     lows: Floats,
 ) -> None:  # fmt: skip
     """One pass of the recurrence: u = (X - y)/tau at the coarse nodes from r there."""
+    wide_vectors()
     found = on_stack(FOUR_ROWS)
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
@@ -715,6 +746,7 @@ def rest_series(u: float, k: int, s: Floats) -> float:
 @inlined
 def fill_series(lanes: int, s: Floats) -> None:
     """Binomial coefficients of q^a from u^2 on, in SERIES."""
+    wide_vectors()
     for k in range(lanes):
         s[SERIES + k] = 0.5 * s[HALF + k] * (s[HALF + k] - 1.0)
     for i in range(1, SERIES_TERMS):
@@ -732,6 +764,7 @@ def rest_of(
 
     Four nodes are written out: an inner loop over them would keep the lanes from being vectors.
     """
+    wide_vectors()
     wide = beyond_series(lanes, s)
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
@@ -794,6 +827,7 @@ def iterate(
 
     `tolerance` is for u, relative to its range.
     """
+    wide_vectors()
     nodes = coarse.shape[0]
     if kind == 3:
         fill_series(lanes, s)
@@ -857,9 +891,12 @@ def iterate(
 
 @inlined
 def mean_speed(
-    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
-) -> None:
+    form: tuple[int, ...], kind: int, variable: bool, lanes: int, levels: Levels, s: Floats,
+    us: Floats,
+) -> None:  # fmt: skip
     """Mean of sqrt(q), once u is known at the coarse nodes; exponent 1 has it from its closure."""
+    wide_vectors()
+    coarse, constants = levels.coarse, levels.constants
     nodes = coarse.shape[0]
     for k in range(lanes):
         s[MEAN + k] = 1.0 if kind == 1 else 0.0
@@ -874,83 +911,121 @@ def mean_speed(
             moved = s[MOVED + k]
             u0, u1 = us[row + k], us[row + LANES + k]
             u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            if variable:
+            if variable and len(form) == 2:
                 eta = s[ETA + k]
                 u0 += moved / (1.0 + eta * own(coarse, vw0, n, V, k))
                 u1 += moved / (1.0 + eta * own(coarse, vw1, n + 1, V, k))
                 u2 += moved / (1.0 + eta * own(coarse, vw2, n + 2, V, k))
                 u3 += moved / (1.0 + eta * own(coarse, vw3, n + 3, V, k))
-            else:
+            elif not variable:
                 u0 += moved
                 u1 += moved
                 u2 += moved
                 u3 += moved
             s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
             s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
+    if variable and len(form) == 3:
+        # After an iteration the step is as small as its tolerance: the mean of 1/tau will do.
+        for k in range(lanes):
+            turns = 1.0 + s[ETA + k] * s[ETA + k] * constant(constants, VV, k)
+            s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
     if beyond_series(lanes, s):
         exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
+@formula
+def take_hills(
+    upward: float, group: int, extreme: int, lanes: int, s: Floats, us: Floats, bounds: Floats,
+    noted: Floats,
+) -> None:  # fmt: skip
+    """Note which nodes of a chunk have hills that may hold the extreme.
+
+    `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk and
+    how many there are: a row of lanes each. No hill rises above its node by more than the
+    chunk's bound above its highest node. One node a hill: the first of equals.
+    """
+    row, number = (CHUNK * group + PAD - 1) * LANES, float(CHUNK * group)
+    here = us[row : row + SIX_ROWS]
+    bounds = bounds[group * LANES : (group + 1) * LANES]
+    extremes = s[extreme : extreme + LANES]
+    for k in range(lanes):
+        best, bound = upward * extremes[k], upward * bounds[k]
+        u0, u1, u2 = upward * here[k], upward * here[LANES + k], upward * here[2 * LANES + k]
+        u3, u4 = upward * here[3 * LANES + k], upward * here[4 * LANES + k]
+        u5 = upward * here[5 * LANES + k]
+        least = best - (bound - max(max(u1, u2), max(u3, u4))) if bound >= best else 1e300
+        is1 = 1.0 if (u1 >= max(least, u2)) & (u1 > u0) else 0.0
+        is2 = 1.0 if (u2 >= max(least, u3)) & (u2 > u1) else 0.0
+        is3 = 1.0 if (u3 >= max(least, u4)) & (u3 > u2) else 0.0
+        is4 = 1.0 if (u4 >= max(least, u5)) & (u4 > u3) else 0.0
+        found = (is1 + is2) + (is3 + is4)
+        node = number + (is2 if is1 + is2 > 0.0 else 3.0 - is3)
+        noted[k] = node if (noted[k] < 0.0) & (found > 0.0) else noted[k]
+        noted[LANES + k] = float(group) if bound >= best else noted[LANES + k]
+        noted[2 * LANES + k] += found
+
+
 @inlined
 def candidates(
     variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
-    tops: Floats, lows: Floats,
+    us: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
-    """Where the extremes can be: the first and the last chunk of nodes that may hold each.
+    """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
 
     Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
     `tops` and `lows` become these bounds.
     """
+    wide_vectors()
     chunk, constants = levels.chunk, levels.constants
+    above, below = on_stack(THREE_ROWS), on_stack(THREE_ROWS)
     for k in range(lanes):
-        s[TOP + k] = -1.0
-        s[BOTTOM + k] = -1.0
-        s[TOP_LAST + k] = -1.0
-        s[BOTTOM_LAST + k] = -1.0
+        above[k] = below[k] = -1.0
+        above[LANES + k] = below[LANES + k] = -1.0
+        above[2 * LANES + k] = below[2 * LANES + k] = 0.0
+        g, eta = s[GAS + k], s[ETA + k]
+        steepest = g * constant(constants, HIGHEST_SLOPE, k)
+        steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
+        s[SLACK + k] = 0.125 * step * step * s[BETA + k] * steepest
+        s[THIN + k] = 1.0
+        if variable:
+            # q exceeds q* where e - q* tau does, which is linear in P and V.
+            s[THIN + k] = 1.0 / (1.0 + eta * least_square)
     for group in range(chunk.shape[0]):
         pa, pb = shared(chunk, group, P_ABOVE), shared(chunk, group, P_BELOW)
         va, vb = shared(chunk, group, V_ABOVE), shared(chunk, group, V_BELOW)
         row = group * LANES
-        number = float(group)
+        high = deep = 0.0
         for k in range(lanes):
             p_above, p_below = own(chunk, pa, group, P_ABOVE, k), own(chunk, pb, group, P_BELOW, k)
             v_above, v_below = own(chunk, va, group, V_ABOVE, k), own(chunk, vb, group, V_BELOW, k)
             g, eta = s[GAS + k], s[ETA + k]
-            slack = (
-                0.125
-                * step
-                * step
-                * s[BETA + k]
-                * (
-                    g * constant(constants, HIGHEST_SLOPE, k)
-                    + eta * constant(constants, HIGHEST_SLOPE_V, k)
-                )
-            )
-            thin = 1.0
             if variable:
-                # q exceeds q* where e - q* tau does, which is linear in P and V.
-                thin = 1.0 / (1.0 + eta * least_square)
                 eta *= 1.0 + s[HIGH + k]
-            top = tops[row + k] + thin * (g * p_above + eta * v_below + slack)
-            low = lows[row + k] - thin * (g * p_below + eta * v_above + slack)
+            top = tops[row + k] + s[THIN + k] * (g * p_above + eta * v_below + s[SLACK + k])
+            low = lows[row + k] - s[THIN + k] * (g * p_below + eta * v_above + s[SLACK + k])
             tops[row + k] = top
             lows[row + k] = low
-            high, deep = top >= s[HIGH + k], low <= s[LOW + k]
-            s[TOP + k] = number if high and s[TOP + k] < 0.0 else s[TOP + k]
-            s[TOP_LAST + k] = number if high else s[TOP_LAST + k]
-            s[BOTTOM + k] = number if deep and s[BOTTOM + k] < 0.0 else s[BOTTOM + k]
-            s[BOTTOM_LAST + k] = number if deep else s[BOTTOM_LAST + k]
+            high += 1.0 if top >= s[HIGH + k] else 0.0
+            deep += 1.0 if low <= s[LOW + k] else 0.0
+        if high > 0.0:
+            take_hills(1.0, group, HIGH, lanes, s, us, tops, above)
+        if deep > 0.0:
+            take_hills(-1.0, group, LOW, lanes, s, us, lows, below)
+    for k in range(lanes):
+        s[TOP + k], s[BOTTOM + k] = above[k], below[k]
+        s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
+        s[TOP_HILLS + k], s[BOTTOM_HILLS + k] = above[2 * LANES + k], below[2 * LANES + k]
 
 
-Node = tuple[float, float, float, float, float, float]
-"""P, V, their antiderivatives and their slopes at a fine node."""
+VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
+"""Pairs of fields of a fine node, one of P and the same of V."""
 
 
 @formula
 def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[float, float]:
-    """Two fields of a fine node, one of P and the same of V.
+    """One of the pairs of a fine node.
 
     A lane with a table of its own has them by interpolation in the crank ratio: the tables of the
     panel's ratios, weighted (`panels`).
@@ -970,62 +1045,28 @@ def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[flo
 
 
 @formula
-def node_at(place: int, k: int, fine: Floats, s: Floats) -> Node:
-    """What is known at a fine node."""
-    p, v = pair_at(place, 0, k, fine, s)
-    ip, iv = pair_at(place, 1, k, fine, s)
-    dp, dv = pair_at(place, 2, k, fine, s)
-    return p, v, ip, iv, dp, dv
-
-
-@formula
-def speed_at(node: int, tau: float, k: int, coarse: Floats, s: Floats, us: Floats) -> float:
-    """Return u at a coarse node, with all that its extremes need.
+def load_at(
+    node: int, r: float, turn: float, k: int, coarse: Floats, s: Floats, us: Floats
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return u, y and the slope of y at a coarse node, with all that its extremes need.
 
     The recurrence takes X for a line between two coarse nodes; what its first moments differ from
     that is too little to matter but here.
     """
     nodes = coarse.shape[0]
     here = node + nodes if node < 0 else (node - nodes if node >= nodes else node)
+    p, v = (
+        own(coarse, shared(coarse, here, P), here, P, k),
+        own(coarse, shared(coarse, here, V), here, V, k),
+    )
     moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
     turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
-    bent = s[GAS + k] * moment - s[ETA + k] * turning
-    moved = s[MOVED + k] - s[BETA + k] * s[BETA + k] * bent
-    return us[(node + PAD) * LANES + k] + moved / tau
-
-
-@formula
-def end_at(
-    at: Node, u: float, r: float, g: float, eta: float, turn: float, beta: float, a: float,
-    kappa: float,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Return w, its slope and (up to a positive factor) the slope of u at a coarse node."""
-    p, v, ip, iv, dp, dv = at
+    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+    moved = s[MOVED + k] - beta * beta * (g * moment - eta * turning)
     tau = 1.0 + turn * v
+    u = us[(node + PAD) * LANES + k] + moved / tau
     x = g * p - eta * v
-    dy = kappa * (r + a * u * tau)
-    slope = g * dp - eta * dv - dy - u * turn * dv
-    return x - u * tau - beta * (g * ip - eta * iv), dy - beta * x, slope
-
-
-@formula
-def curve_at(
-    at: Node, t: float, turns: float, g: float, eta: float, turn: float, beta: float, w: Node
-) -> tuple[float, float]:  # fmt: skip
-    """Return u and its slope at a fine node, t coarse intervals from the chosen coarse node.
-
-    There y = beta I + w: the antiderivative I of X carries all that is not smooth, and a
-    polynomial of fifth degree, `w`, the rest. `turns` is the number of coarse intervals in a
-    radian.
-    """
-    p, v, ip, iv, dp, dv = at
-    x = g * p - eta * v
-    y = beta * (g * ip - eta * iv)
-    y += w[0] + t * (w[1] + t * (w[2] + t * (w[3] + t * (w[4] + t * w[5]))))
-    dy = w[1] + t * (2.0 * w[2] + t * (3.0 * w[3] + t * (4.0 * w[4] + t * (5.0 * w[5]))))
-    inverse = 1.0 / (1.0 + turn * v)
-    u = (x - y) * inverse
-    return u, (g * dp - eta * dv - beta * x - dy * turns - u * turn * dv) * inverse
+    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau)
 
 
 @formula
@@ -1055,75 +1096,122 @@ def extreme_between(
 
 @inlined
 def peaks_near(
-    upward: float, variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, nodes: Integers,
+    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """PEAK and MISS of every lane get the extreme beside its node where it is more than they hold.
 
     Without a branch, so that lanes stay vectors although each looks at a place of its own.
     """
+    wide_vectors()
     fine, coarse = levels.fine, levels.coarse
-    share, turns = 1.0 / ratio, 1.0 / step
-    found = on_stack(TWO_ROWS)
+    nodes = coarse.shape[0]
+    share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
+    found = on_stack(TEN_ROWS)
+    starts, at = indices_on_stack(LANES), indices_on_stack(LANES)
     for k in range(lanes):
-        node = nodes[k]
+        node = chosen[k]
         g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
-        row = (node + PAD) * LANES + k
         turn = eta if variable else 0.0
-        r0, r1, r2 = rs[row - LANES], rs[row], rs[row + LANES]
-        # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
-        far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
-        rough = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * (r2 - r0) - s[EULER_FAR + k] * far)
-        before = node_at(ratio * node, k, fine, s)
-        here = node_at(ratio * (node + 1), k, fine, s)
-        after = node_at(ratio * (node + 2), k, fine, s)
-        u0 = speed_at(node - 1, 1.0 + turn * before[1], k, coarse, s, us)
-        u1 = speed_at(node, 1.0 + turn * here[1], k, coarse, s, us)
-        u2 = speed_at(node + 1, 1.0 + turn * after[1], k, coarse, s, us)
-        w0, d0, s0 = end_at(before, u0, r0, g, eta, turn, beta, a, kappa)
-        w1, d1, s1 = end_at(here, u1, r1, g, eta, turn, beta, a, kappa)
-        w2, d2, s2 = end_at(after, u2, r2, g, eta, turn, beta, a, kappa)
-        ahead = s1 * upward > 0.0
-        begins = (s1 if ahead else s0) * upward
-        ends = (s2 if ahead else s1) * upward
-        # The polynomial through w and its slope at three coarse nodes.
-        d0 *= step
-        d1 *= step
-        d2 *= step
-        even, odd = 0.5 * (w2 + w0) - w1, 0.5 * (w2 - w0) - d1
-        even_slope, odd_slope = 0.5 * (d2 - d0), 0.5 * (d2 + d0) - d1
-        fourth, fifth = 0.5 * even_slope - even, 0.5 * odd_slope - 1.5 * odd
-        w = (w1, d1, even - fourth, odd - fifth, fourth, fifth)
-        # Bisect the interval, of up to eight parts, down to two neighbouring fine nodes.
-        base = ratio * (node + 1)
-        at = 0 if ahead else -ratio
-        one = node_at(base + at + 4, k, fine, s)
-        _, slope = curve_at(one, (at + 4) * share, turns, g, eta, turn, beta, w)
-        at += 4 if (slope * upward > 0.0) & (ratio > 4) else 0
-        one = node_at(base + at + 2, k, fine, s)
-        _, slope = curve_at(one, (at + 2) * share, turns, g, eta, turn, beta, w)
-        at += 2 if slope * upward > 0.0 else 0
-        one = node_at(base + at + 1, k, fine, s)
-        _, slope = curve_at(one, (at + 1) * share, turns, g, eta, turn, beta, w)
-        at += 1 if slope * upward > 0.0 else 0
-        one, other = node_at(base + at, k, fine, s), node_at(base + at + 1, k, fine, s)
-        left, d_left = curve_at(one, at * share, turns, g, eta, turn, beta, w)
-        right, d_right = curve_at(other, (at + 1) * share, turns, g, eta, turn, beta, w)
-        mp, mv = pair_at(base + at, 3, k, fine, s)
+        row = (node + PAD) * LANES + k
+        r1 = rough = 0.0
+        if len(form) == 3:
+            r1 = rs[row]
+            # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
+            far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
+            near = rs[row + LANES] - rs[row - LANES]
+            rough = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
+        # No coarse node beside it is higher: by its slope, the extreme lies before it or behind.
+        dp, dv = pair_at(ratio * (node + 1), SLOPES, k, fine, s)
+        u1 = us[row] + s[MOVED + k]
+        tau = 1.0
+        if variable:
+            tau += turn * own(coarse, shared(coarse, node, V), node, V, k)
+        slope = g * dp - eta * dv - kappa * (r1 + a * u1 * tau) - u1 * turn * dv
+        first = node if slope * upward > 0.0 else node - 1
+        here = first + nodes if first < 0 else first
+        r0 = r2 = 0.0
+        if len(form) == 3:
+            row = (first + PAD) * LANES + k
+            r0, r2 = rs[row], rs[row + LANES]
+        x0, y0, dy0 = load_at(first, r0, turn, k, coarse, s, us)
+        x2, y2, dy2 = load_at(first + 1, r2, turn, k, coarse, s, us)
+        # Between the two, y = beta I + w: the antiderivative I of X carries all that is not
+        # smooth, and the cubic through both ends the rest.
+        base = ratio * (first + 1)
+        ip, iv = pair_at(base, INTEGRALS, k, fine, s)
+        of_p = own(coarse, shared(coarse, here, WORK), here, WORK, k)
+        of_v = own(coarse, shared(coarse, here, SQUARES), here, SQUARES, k)
+        before = g * ip - eta * iv
+        w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
+        w2, d2 = y2 - beta * (before + g * of_p - eta * of_v), (dy2 - beta * x2) * step
+        bend, turned = 3.0 * (w2 - w0) - 2.0 * d0 - d2, 2.0 * (w0 - w2) + d0 + d2
+        found[k], found[LANES + k] = dy0, (dy2 - dy0) * share
+        found[2 * LANES + k], found[3 * LANES + k] = x0 - y0, (x2 - y2 - x0 + y0) * share
+        found[4 * LANES + k], found[5 * LANES + k] = w0, d0
+        found[6 * LANES + k], found[7 * LANES + k] = bend, turned
+        found[8 * LANES + k] = rough
+        starts[k] = base
+        at[k] = 0
+    # Halve the interval down to two neighbouring fine nodes; for the sign of the slope, y' and u
+    # are lines.
+    part = ratio // 2
+    while part > 0:
+        for k in range(lanes):
+            dp, dv = pair_at(starts[k] + at[k] + part, SLOPES, k, fine, s)
+            t = float(at[k] + part)
+            slope = s[GAS + k] * dp - s[ETA + k] * dv - (found[k] + t * found[LANES + k])
+            if variable:
+                slope -= (found[2 * LANES + k] + t * found[3 * LANES + k]) * s[ETA + k] * dv
+            at[k] += part if slope * upward > 0.0 else 0
+        part //= 2
+    for k in range(lanes):
+        g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+        turn = eta if variable else 0.0
+        w0, d0 = found[4 * LANES + k], found[5 * LANES + k]
+        bend, turned = found[6 * LANES + k], found[7 * LANES + k]
+        rough = found[8 * LANES + k]
+        one = starts[k] + at[k]
+        t, after = at[k] * share, (at[k] + 1) * share
+        p1, v1 = pair_at(one, VALUES, k, fine, s)
+        p2, v2 = pair_at(one + 1, VALUES, k, fine, s)
+        dp1, dv1 = pair_at(one, SLOPES, k, fine, s)
+        dp2, dv2 = pair_at(one + 1, SLOPES, k, fine, s)
+        mp, mv = pair_at(one, MIDDLES, k, fine, s)
+        ip, iv = pair_at(one, INTEGRALS, k, fine, s)
+        x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
+        dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
+        work = g * ip - eta * iv
+        y1 = beta * work + w0 + t * (d0 + t * (bend + t * turned))
+        work += width * (
+            0.5 * (x1 + x2) + width / 12.0 * (dx1 - dx2) + 8.0 / 15.0 * (g * mp - eta * mv)
+        )
+        y2 = beta * work + w0 + after * (d0 + after * (bend + after * turned))
+        dy1 = beta * x1 + turns * (d0 + t * (2.0 * bend + t * 3.0 * turned))
+        dy2 = beta * x2 + turns * (d0 + after * (2.0 * bend + after * 3.0 * turned))
+        left, right = x1 - y1, x2 - y2
+        d_left, d_right = dx1 - dy1, dx2 - dy2
+        if variable:
+            tau1, tau2 = 1.0 / (1.0 + turn * v1), 1.0 / (1.0 + turn * v2)
+            left *= tau1
+            right *= tau2
+            d_left = (d_left - left * turn * dv1) * tau1
+            d_right = (d_right - right * turn * dv2) * tau2
         value, bump = extreme_between(
-            left, right, d_left, d_right, step * share, g, eta, turn, mp, mv, one[1], other[1],
-            one[5], other[5],
-        )  # fmt: skip
-        # Rounding can leave both slopes of one sign; then the higher node is the extreme.
+            left, right, d_left, d_right, width, g, eta, turn, mp, mv, v1, v2, dv1, dv2
+        )
+        # Beside the interval by a hair, where y' was not a line: the parabola at the nearer end.
+        beside = d_right * upward > 0.0
+        end, slope = (right if beside else left), (d_right if beside else d_left) * width
+        curvature = (d_right - d_left) * width
+        short = (curvature * upward < 0.0) & (abs(slope) < abs(curvature))
+        hair = -0.5 * slope * slope / (curvature if short else 1.0)
         between = (d_left * upward > 0.0) & (d_right * upward < 0.0)
-        value = value if between else upward * max(upward * left, upward * right)
-        bump = bump if between else 0.0
-        # The chosen node itself is the extreme where the slope changes its sign nowhere.
-        inside = (begins > 0.0) & (ends < 0.0)
-        value = value if inside else u1
-        bump = rough + (bump if inside else 0.0)
+        value = value if between else (
+            end + hair if short else upward * max(upward * left, upward * right)
+        )  # fmt: skip
         found[k] = value
-        found[LANES + k] = bump
+        found[LANES + k] = rough + (bump if between else 0.0)
     for k in range(lanes):
         value, bump = found[k], found[LANES + k]
         more = upward * value > upward * s[PEAK + k]
@@ -1166,51 +1254,54 @@ def next_hill(
 
 @inlined
 def peaks(
-    upward: float, variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats,
-    us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
+    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and what it may miss.
 
     Lanes with several hills take one after the other; the rest repeat what they have. `chosen` is
     scratch.
     """
+    wide_vectors()
     first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
-    for k in range(LANES):
+    extreme, many = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
+    firsts, hills = s[first : first + LANES], s[many : many + LANES]
+    most = 0.0
+    for k in range(lanes):
         s[PEAK + k] = -1e300 * upward
-        best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
-        node = -1
-        if s[CODE + k] == 0.0:
-            before = CHUNK * int(s[first + k]) - 1
-            node = next_hill(upward, before, int(s[last + k]), best, k, us, bounds)
-            s[CODE + k] = LEFT if node < 0 else 0.0
-        chosen[k] = max(node, 0)
-    several = True
-    while several:
-        peaks_near(upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
-        several = False
+        s[CODE + k] = LEFT if (s[CODE + k] == 0.0) & (firsts[k] < 0.0) else s[CODE + k]
+        hills[k] = hills[k] if s[CODE + k] == 0.0 else 0.0
+        chosen[k] = int(max(firsts[k], 0.0))
+    for k in range(lanes):
+        most = max(most, hills[k])
+    peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+    while most > 1.0:
         for k in range(LANES):
-            if s[CODE + k] == 0.0:
-                best = s[HIGH + k] if upward > 0.0 else -s[LOW + k]
+            if hills[k] > 1.0:
+                best = upward * s[extreme + k]
                 node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
-                if node >= 0:
-                    chosen[k] = node
-                    several = True
+                chosen[k] = max(node, 0)
+                hills[k] -= 1.0
+        peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+        most -= 1.0
 
 
 @inlined
 def extremes(
-    variable: bool, step: float, ratio: int, lanes: int, levels: Levels, s: Floats, us: Floats,
-    rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
+    form: tuple[int, ...], variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
+    s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
+    wide_vectors()
     for side in range(2):
         upward = 1.0 if side == 0 else -1.0
         bounds = tops if side == 0 else lows
         place = TOP if side == 0 else BOTTOM
-        peaks(upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
+        found = s[place : place + LANES]
+        peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
         for k in range(lanes):
-            s[place + k] = math.sqrt(1.0 + s[PEAK + k])
-            missed = 0.5 * s[MISS + k] / s[place + k]
+            found[k] = math.sqrt(1.0 + s[PEAK + k])
+            missed = 0.5 * s[MISS + k] / found[k]
             s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
         span = s[TOP + k] - s[BOTTOM + k]

@@ -25,7 +25,7 @@ from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.slider_crank import crank_radius_of_ratio
 from engine_dyn.speed import sweep
 
-__all__ = ["PeriodicSpeed", "periodic_speed"]
+__all__ = ["PeriodicSpeed", "energy_swing", "periodic_speed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,6 +312,52 @@ def periodic_speed(
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
     )
+
+
+def energy_swing(
+    diagram: Diagram,
+    *,
+    bore: float,
+    stroke: float,
+    crank_ratio: float,
+    reciprocating_mass: float,
+    speed: float,
+    cylinders: int = 1,
+    offset: float = 0.0,
+    firing_angles: Sequence[float] | None = None,
+    pressure_factor: Sequence[float] | None = None,
+    mass_factor: Sequence[float] | None = None,
+    radius_factor: Sequence[float] | None = None,
+    crankcase_pressure: float = 101325.0,
+    tolerance: float = 1e-6,
+) -> float:
+    """Range of the work of the torque at nominal speed, less its mean [J].
+
+    Parameters as `periodic_speed`; friction that does not change over the cycle has no part in it.
+    """
+    throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
+    engine = _cylinders(
+        cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
+    )
+    found = sweep.torque_extremes(
+        family=_family_of(diagram),
+        wanted=("energy_swing",),
+        cylinders=cylinders,
+        cylinders_by_count={cylinders: engine},
+        tolerance=tolerance,
+        threads=1,
+        crank_ratio=crank_ratio,
+        row=0.0,
+        scale=1.0,
+        crankcase_pressure=crankcase_pressure,
+        offset_ratio=offset / (0.5 * throw),
+        bore=bore,
+        stroke=throw,
+        mass=reciprocating_mass,
+        speed=speed,
+        friction_torque=0.0,
+    )
+    return float(found["energy_swing"])
 
 
 def _cylinders(

@@ -90,13 +90,12 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
-"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
-and beyond either: the load counts by its share of the period over one coarse interval, and by how
-steeply it grows."""
+FEW_CYLINDERS, SMALL_EXPONENT = 2, 2.0
 
-PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
-"""What the nodes of a period are a multiple of."""
+LARGEST_RATIO = 16
+
+PIECES = math.lcm(SEGMENTS, LARGEST_RATIO // 2 * CHUNK)
+"""What the nodes of a cycle's torque are a multiple of."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
@@ -316,14 +315,12 @@ def solve(
         # Torque and load repeat together as often as both do.
         times = math.gcd(engine.symmetry, repeats)
         members = engine.representatives_of(times)
-        fewest = max(fewest, of_load)
-        steps = steps_per_cycle(times, fewest, PIECES if in_lanes else SEGMENTS)
-        nodes, width = steps // times, period / steps
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
         apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
-        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
-        ratio = RATIOS[fine] if in_lanes else 1
+        ratio = _ratio(engine.count, kind, bool(variable), bool(steep), apart) if in_lanes else 1
+        pieces = math.lcm(SEGMENTS, ratio * CHUNK) if in_lanes else SEGMENTS
+        steps = steps_per_cycle(times, max(fewest, of_load), pieces)
+        nodes, width = steps // times, period / steps
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
         grid = make_grid(family, rows, steps, members)
@@ -415,6 +412,22 @@ def solve(
 
             _compare(found, known, refined, tolerance, masses_at)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+
+
+def _ratio(cylinders: int, kind: int, variable: bool, steep: bool, apart: bool) -> int:
+    """Nodes of a table for each coarse node of `lanes`.
+
+    The load counts by its share of the period over one coarse interval, and by how steeply it
+    grows; where it is linear or absent and inertia constant, nothing but the load's own smooth
+    term is left to the coarse nodes.
+    """
+    if kind == 0 and apart:
+        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
+        return LARGEST_RATIO // 4
+    few = cylinders <= FEW_CYLINDERS
+    if not variable and kind in (0, 2):
+        return LARGEST_RATIO if kind == 0 or few else LARGEST_RATIO // 2
+    return LARGEST_RATIO // 2 if few and not steep else LARGEST_RATIO // 4
 
 
 def _compare(

@@ -340,7 +340,7 @@ def fill_smooth(
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
 
-    They are those of `lanes.speed_at` and `lanes.end_at`.
+    They are those of `lanes.load_at`.
     """
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]

@@ -8,6 +8,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities import CYCLE_KEYS, DIMENSIONS, NODES, PARAMETERS, QUANTITIES, check_graph
+from tests.support import NOT_OF_AN_ENGINE
 
 pytestmark = pytest.mark.compiled
 
@@ -49,7 +50,7 @@ def test_every_quantity_is_computed(closure: str) -> None:
     result = sweeps.run(
         {
             "engine": "ntua",
-            "set": {"rod_inertia": 0.1},
+            **NOT_OF_AN_ENGINE,
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
             "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},

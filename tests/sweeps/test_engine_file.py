@@ -17,6 +17,7 @@ from engine_dyn.quantities import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
 from sweeps.engine_file import catalogue, load_engine, read_indicator
 from sweeps.errors import SceneError
 from sweeps.scene import read_scene
+from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 
 VALUES = """\
@@ -74,7 +75,8 @@ def test_every_engine_gives_a_value_for_everything(name: str) -> None:
     assert engine.sources
     assert engine.period in (FOUR_STROKE, TWO_STROKE)
     # What any quantity needs: a scene that names only the engine and everything there is.
-    read = read_scene({"engine": name, "output": {"quantities": list(QUANTITIES)}})
+    asked = {"engine": name, "output": {"quantities": list(QUANTITIES)}}
+    read = read_scene({**asked, **NOT_OF_AN_ENGINE})
     assert read.engine.name == name
     assert set(engine.values) <= set(PARAMETERS) - {"rod_length", *SOLVER_COLUMNS}
     for reason in engine.assumed.values():

@@ -14,14 +14,15 @@ from hypothesis import strategies as st
 
 from engine_dyn.quantities import (
     CYCLE_KEYS,
-    DEFAULTS,
     MOTOR_KEYS,
     PARAMETERS,
     QUANTITIES,
     SOLVER_COLUMNS,
+    STROKE_SHARES,
 )
 from sweeps.errors import SceneError
 from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
+from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 
 
@@ -179,7 +180,7 @@ def test_steps_that_divide_the_cycle(step: float) -> None:
 def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
     engine = read_scene(scene()).engine
     for key, node in PARAMETERS.items():
-        value = {**DEFAULTS, **engine.values}.get(key, 0.01 if key.endswith("_offset") else 1.0)
+        value = engine.values.get(key, 0.01 if key.endswith("_offset") else max(1.0, node.low))
         if key in SOLVER_COLUMNS:
             raw = scene(solver={"method": "thesis", key: value})
         elif key == "rod_length":
@@ -189,6 +190,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
         elif key in MOTOR_KEYS:  # one alone is no motor
             other = "motor_synchronous_speed" if key == "motor_slip" else "motor_slip"
             raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k != other})
+        elif key in STROKE_SHARES:
+            raw = scene(set={key: 0.5, "ring_pressure": 1.0})
         else:
             raw = scene(set={key: value})
         read_scene(raw)
@@ -196,7 +199,7 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             with pytest.raises(SceneError, match="whole"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
-        read_scene(scene(set={"rod_inertia": 0.1}, output={"quantities": [quantity]}))
+        read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
 
 
 def test_all_methods_and_outcomes_are_known() -> None:

@@ -1,0 +1,365 @@
+"""Sizing a flywheel: rules, the triangular torque, the energy swing, and the exact inertia.
+
+Sources: T. Asgari et al. (2019), section 3, methods 1 (eqs. 14 to 18) and 2 (eqs. 19 to 31);
+A. Kakaitsas (2015), sections 3.2.1 and 3.2.2: the flywheel adds what the inertia of engine and load
+lacks for the wanted delta.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.indicator import Diagram
+
+__all__ = [
+    "ADMISSIBLE",
+    "DENSITIES",
+    "RIM_SPEEDS",
+    "MethodOne",
+    "RequiredInertia",
+    "Triangle",
+    "energy_swing_inertia",
+    "largest_diameter",
+    "mean_diameter",
+    "method_one",
+    "required_inertia",
+    "rim_speed",
+    "ring_inertia",
+    "ring_mass",
+    "ring_thickness",
+    "triangular_torque",
+]
+
+RIM_SPEEDS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
+)
+"""Usual speed of the rim of a material [m/s]. Asgari, eq. 14."""
+
+DENSITIES: Mapping[str, float] = MappingProxyType({"cast iron": 7200.0, "steel": 7850.0})
+"""Usual density [kg/m3]: handbook values of grey cast iron and of steel."""
+
+DIAMETER_OVER_STROKE = 2.0, 3.0
+"""Mean diameter over stroke. Asgari, eq. 16."""
+
+SHARE_OF_INERTIA = 0.8, 0.9
+"""Flywheel's inertia over that of all rotating parts. Asgari, eq. 18: the paper says "without the
+flywheel", and computes 0.09/0.11 with it."""
+
+ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "pump": (1 / 30, 1 / 20),
+        "generator": (1 / 300, 1 / 150),
+        "ship": (1 / 10, 1 / 3),
+        "idling vehicle": (1 / 6, 1 / 6),
+        "road vehicle": (0.02, 0.03),
+    }
+)
+"""Admissible coefficient of speed fluctuation by application: its range. Kakaitsas, section 3.2.1;
+road vehicle: Power units, lecture 18."""
+
+
+# --- Asgari's method 1 ----------------------------------------------------------------------------
+
+
+def rim_speed(outer_diameter: Any, speed: Any) -> Any:
+    """Speed of the rim [m/s] at a crank speed [rad/s]: pi D n/60 with n in rpm. Asgari, eq. 15."""
+    return 0.5 * np.asarray(outer_diameter) * speed
+
+
+def largest_diameter(limit: Any, speed: Any) -> Any:
+    """Outer diameter [m] at which the rim has its largest speed [m/s]. Asgari, eqs. 14, 15."""
+    return 2.0 * np.asarray(limit) / speed
+
+
+def mean_diameter(outer_diameter: Any, inner_diameter: Any) -> Any:
+    """Mean diameter of a ring [m]. Asgari, eq. 17."""
+    return 0.5 * (np.asarray(outer_diameter) + inner_diameter)
+
+
+class MethodOne(NamedTuple):
+    """What Asgari's method 1 checks.
+
+    Attributes
+    ----------
+    rim_speed, mean_diameter, diameter_over_stroke, share_of_inertia : float
+        [m/s], [m], [1], [1].
+    speed_is_usual, diameter_is_usual, inertia_is_usual : bool
+        Whether they lie in the ranges of eqs. 14, 16 and 18.
+    """
+
+    rim_speed: float
+    mean_diameter: float
+    diameter_over_stroke: float
+    share_of_inertia: float
+    speed_is_usual: bool
+    diameter_is_usual: bool
+    inertia_is_usual: bool
+
+
+def method_one(
+    *, outer_diameter: float, inner_diameter: float, stroke: float, speed: float,
+    flywheel_inertia: float, inertia: float, material: str = "steel",
+) -> MethodOne:  # fmt: skip
+    """Check a flywheel by Asgari's method 1; lengths [m], crank speed [rad/s], inertia [kg m2].
+
+    `inertia` is that of all rotating parts, the flywheel among them.
+
+    Raises
+    ------
+    ValueError
+        For an unknown material, diameters that make no ring, values that are not above 0.
+    """
+    if material not in RIM_SPEEDS:
+        raise ValueError(f"material = {material!r}: must be one of {', '.join(RIM_SPEEDS)}")
+    _check_ring(outer_diameter, inner_diameter)
+    _check_positive(stroke=stroke, speed=speed, flywheel_inertia=flywheel_inertia, inertia=inertia)
+    rim = float(rim_speed(outer_diameter, speed))
+    mean = float(mean_diameter(outer_diameter, inner_diameter))
+    over, share = mean / stroke, flywheel_inertia / inertia
+    low, high = RIM_SPEEDS[material]
+    return MethodOne(
+        rim, mean, over, share, low <= rim <= high,
+        DIAMETER_OVER_STROKE[0] <= over <= DIAMETER_OVER_STROKE[1],
+        SHARE_OF_INERTIA[0] <= share <= SHARE_OF_INERTIA[1],
+    )  # fmt: skip
+
+
+# --- Asgari's method 2 ----------------------------------------------------------------------------
+
+
+class Triangle(NamedTuple):
+    """The triangular torque: one triangle over the expansion, nothing else.
+
+    Attributes
+    ----------
+    work : ndarray
+        Of a cycle [J]. Eqs. 20, 21.
+    expansion_work : ndarray
+        Of the expansion, three halves of it: the compression takes a third. Eq. 24.
+    torque_max : ndarray
+        Height of the triangle over half a turn [N m]. Eq. 25.
+    torque_mean : ndarray
+        Over the cycle [N m]. Eq. 26.
+    torque_excess : ndarray
+        What stands above the mean [N m]. Eq. 27.
+    base : ndarray
+        Angle over which it does [rad]. Eq. 28.
+    energy_swing : ndarray
+        Area of the triangle above the mean [J]. Eq. 29.
+    inertia : ndarray
+        That keeps the fluctuation [kg m2]. Eq. 30.
+    """
+
+    work: Any
+    expansion_work: Any
+    torque_max: Any
+    torque_mean: Any
+    torque_excess: Any
+    base: Any
+    energy_swing: Any
+    inertia: Any
+
+
+def triangular_torque(
+    power: Any, speed: Any, delta: Any, period: float = 4.0 * math.pi
+) -> Triangle:
+    """Estimate the inertia of one cylinder's flywheel from its power. Asgari, eqs. 19 to 30.
+
+    Parameters
+    ----------
+    power : array_like
+        [W].
+    speed : array_like
+        Of the crank [rad/s].
+    delta : array_like
+        Coefficient of speed fluctuation wanted.
+    period : float
+        Angle of the cycle [rad].
+
+    Raises
+    ------
+    ValueError
+        For a value that is not above 0.
+    """
+    _check_positive(power=power, speed=speed, delta=delta)
+    work = np.asarray(power) * period / speed
+    expansion = 1.5 * work
+    top, mean = 2.0 * expansion / math.pi, work / period
+    excess = top - mean
+    base = excess / top * math.pi
+    swing = 0.5 * excess * base
+    return Triangle(
+        work, expansion, top, mean, excess, base, swing, energy_swing_inertia(swing, delta, speed)
+    )
+
+
+def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
+    """Inertia [kg m2] from the swing of the work [J]: W/(delta omega^2). Asgari, eq. 30.
+
+    Exact in the limit of small delta, where the load torque has no time to follow the speed and
+    mean and nominal speed are one.
+    """
+    return np.asarray(energy_swing) / (np.asarray(delta) * np.square(np.asarray(speed, float)))
+
+
+# --- the ring -------------------------------------------------------------------------------------
+
+
+def ring_mass(inertia: Any, outer_diameter: Any, inner_diameter: Any) -> Any:
+    """Mass of a ring [kg] with that inertia [kg m2]: 2 I/(R_1^2 + R_2^2). Asgari, eq. 31.
+
+    Raises
+    ------
+    ValueError
+        For diameters that make no ring.
+    """
+    _check_ring(outer_diameter, inner_diameter)
+    square = np.square(np.asarray(outer_diameter, float)) + np.square(np.asarray(inner_diameter))
+    return 8.0 * np.asarray(inertia) / square
+
+
+def ring_inertia(mass: Any, outer_diameter: Any, inner_diameter: Any) -> Any:
+    """Inertia of a ring [kg m2] about its axis. Asgari, eq. 31."""
+    _check_ring(outer_diameter, inner_diameter)
+    square = np.square(np.asarray(outer_diameter, float)) + np.square(np.asarray(inner_diameter))
+    return np.asarray(mass) * square / 8.0
+
+
+def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density: Any) -> Any:
+    """Thickness [m] of a ring of that mass [kg] and density [kg/m3] along the shaft.
+
+    Raises
+    ------
+    ValueError
+        For diameters that make no ring, a density that is not above 0.
+    """
+    _check_ring(outer_diameter, inner_diameter)
+    _check_positive(density=density)
+    square = np.square(np.asarray(outer_diameter, float)) - np.square(np.asarray(inner_diameter))
+    return np.asarray(mass) / (np.asarray(density) * 0.25 * math.pi * square)
+
+
+def _check_ring(outer: Any, inner: Any) -> None:
+    wide, narrow = np.broadcast_arrays(np.asarray(outer, dtype=float), np.asarray(inner))
+    wrong = ~((narrow >= 0.0) & (wide > narrow) & np.isfinite(wide))
+    if wrong.any():
+        raise ValueError(
+            f"flywheel_outer_diameter = {wide[wrong].flat[0]:g} m with flywheel_inner_diameter = "
+            f"{narrow[wrong].flat[0]:g} m: the outer must be larger than the inner"
+        )
+
+
+def _check_positive(**values: Any) -> None:
+    for name, value in values.items():
+        array = np.asarray(value, dtype=float)
+        wrong = ~((array > 0.0) & np.isfinite(array))
+        if wrong.any():
+            raise ValueError(f"{name} = {array[wrong].flat[0]:g}: must be above 0")
+
+
+# --- exactly --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class RequiredInertia:
+    """The inertia that gives a wanted delta, and what the estimates say.
+
+    Attributes
+    ----------
+    inertia : float
+        Of the whole engine with its load [kg m2].
+    delta : float
+        Of the periodic speed with it.
+    energy_swing : float
+        Range of the work of the torque less its mean [J].
+    by_energy_swing, by_triangle : float
+        Estimates [kg m2]; the triangle's is NaN without brake power.
+    status : int
+        Code of `engine_dyn.status`: 0, or 5 where delta misses the wanted one by more than the
+        tolerance, as rounding makes it for the smallest.
+    """
+
+    inertia: float
+    delta: float
+    energy_swing: float
+    by_energy_swing: float
+    by_triangle: float
+    status: int
+
+    @property
+    def energy_swing_error(self) -> float:
+        """Relative error of the energy swing's estimate."""
+        return self.by_energy_swing / self.inertia - 1.0
+
+    @property
+    def triangle_error(self) -> float:
+        """Relative error of the triangle's estimate."""
+        return self.by_triangle / self.inertia - 1.0
+
+
+_OF_TORQUE = (
+    "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
+    "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
+    "tolerance",
+)  # fmt: skip
+
+
+def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> RequiredInertia:
+    """Find the inertia of one engine that gives a wanted coefficient of speed fluctuation.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Absolute cylinder pressure over the cycle.
+    wanted_delta : float
+        Coefficient of speed fluctuation.
+    **engine
+        As `engine_dyn.periodic_speed`, without `inertia`.
+
+    Raises
+    ------
+    ValueError
+        Where no inertia gives it, with what the lightest engine that runs has; for values outside
+        their range.
+    """
+    # The kernels come in only when asked for.
+    from engine_dyn.speed.required import search
+    from engine_dyn.speed.single import energy_swing, periodic_speed
+    from engine_dyn.status import MEANINGS, has_numbers
+
+    _check_positive(wanted_delta=wanted_delta)
+    if "inertia" in engine:
+        raise ValueError("inertia: not allowed together with wanted_delta, which it follows from")
+
+    def outcome(_: Any, inertia: Any) -> tuple[Any, Any]:
+        one = periodic_speed(diagram, inertia=float(inertia[0]), **engine)
+        return np.array([one.delta]), np.array([one.status], dtype=np.int8)
+
+    speed, tolerance = engine["speed"], engine.get("tolerance", 1e-6)
+    of_torque = {name: value for name, value in engine.items() if name in _OF_TORQUE}
+    swing = energy_swing(diagram, **of_torque)
+    estimate = float(energy_swing_inertia(swing, wanted_delta, speed))
+    found = search(outcome, np.array([estimate]), np.array([wanted_delta]), tolerance)
+    code = int(found.status[0])
+    if not has_numbers(code):
+        reason = f"the periodic speed has the outcome '{MEANINGS[code]}'"
+        if np.isfinite(found.lightest[0]):
+            reason = (
+                f"the lightest engine that runs has delta = {found.largest[0]:.4g}, with "
+                f"{found.lightest[0]:.4g} kg m2"
+            )
+        raise ValueError(f"wanted_delta = {wanted_delta:g}: no inertia gives it; {reason}")
+    inertia = float(found.inertia[0])
+    solved = periodic_speed(diagram, inertia=inertia, **engine)
+    power = solved.torque_mean * speed
+    triangle = math.nan
+    if power > 0.0:
+        of_power = triangular_torque(power, speed, wanted_delta, diagram.period)
+        triangle = float(of_power.inertia)
+    return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)

@@ -1,0 +1,218 @@
+"""The inertia that gives a wanted coefficient of speed fluctuation, for every design of a sweep.
+
+delta falls as the inertia grows: nearly as 1/Theta where the fluctuation is small, and from some
+largest value at the lightest engine that still runs. The root of log delta(Theta) - log delta_w is
+sought over log Theta by secants from the energy swing's estimate, in a bracket that is halved where
+a secant leaves it. Each step solves the periodic speed of all designs that are not done, through
+the same front as a sweep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.speed import sweep
+from engine_dyn.status import (
+    CONVERGED,
+    INVALID_INPUT,
+    MEANINGS,
+    NOT_CONVERGED,
+    STALLED,
+    TOLERANCE_NOT_MET,
+    has_numbers,
+)
+
+__all__ = ["Required", "search", "solve_for_inertia"]
+
+Floats = npt.NDArray[np.float64]
+Codes = npt.NDArray[np.int8]
+Places = npt.NDArray[np.intp]
+
+ENOUGH = 0.1
+"""Share of the tolerance up to which delta may miss what is wanted."""
+
+MOST_STEPS = 60
+LONGEST_STEP = np.log(16.0)
+SLOPES = -4.0, -0.25
+"""Of log delta over log Theta: secants outside are not believed."""
+
+FEW = 0.25
+"""Share of the designs: from that few left on, they are solved alone, without common tables."""
+
+TOO_LIGHT = STALLED, INVALID_INPUT
+"""Outcomes that more inertia may mend: the engine stops within the cycle, or with variable inertia
+the moving parts have more than all of it."""
+
+_WHOLE = (
+    "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress", "sharing",
+    "tolerance", "driven", "general", "finer", "iterated", "wanted",
+)  # fmt: skip
+"""Arguments of `sweep.solve` that no design has alone."""
+
+
+class Required(NamedTuple):
+    """What `solve_for_inertia` finds, in the shape that its arguments broadcast to.
+
+    Attributes
+    ----------
+    inertia : ndarray
+        Moment of inertia [kg m2]; NaN where `status` is 1 to 4.
+    status : ndarray
+        Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is more than the lightest
+        engine that runs has, 5 where delta misses it by more than the tolerance.
+    largest : ndarray
+        Largest delta below the wanted one that was met, and
+    lightest : ndarray
+        the inertia there: what remains of a design that fails [kg m2].
+    """
+
+    inertia: Floats
+    status: Codes
+    largest: Floats
+    lightest: Floats
+
+
+def solve_for_inertia(
+    *, wanted_delta: Any, energy_swing: Any, tolerance: float = 1e-6, **given: Any
+) -> Required:
+    """Find the inertia that gives a wanted delta, for every design of a product of axes.
+
+    Parameters
+    ----------
+    wanted_delta : array_like
+        Coefficient of speed fluctuation wanted, above 0.
+    energy_swing : array_like
+        Range of the work of the torque less its mean [J], from which the search starts.
+    tolerance : float
+        Relative error of delta aimed at.
+    **given
+        As `sweep.solve`, without `inertia` and `wanted`.
+
+    Returns
+    -------
+    Required
+    """
+    columns: dict[str, Any] = {k: np.asarray(v) for k, v in given.items() if k not in _WHOLE}
+    whole: dict[str, Any] = {
+        k: v for k, v in given.items() if k in _WHOLE and k not in ("wanted", "crank_angle")
+    }
+    progress = whole.pop("progress", None)
+    goal, swing = np.asarray(wanted_delta, dtype=float), np.asarray(energy_swing, dtype=float)
+    shape = np.broadcast_shapes(goal.shape, swing.shape, *(c.shape for c in columns.values()))
+    size = int(np.prod(shape, dtype=np.int64))
+
+    def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
+        if active.size > FEW * size:
+            found = sweep.solve(
+                wanted=("delta",), tolerance=tolerance, inertia=inertia.reshape(shape),
+                **whole, **columns,
+            )  # fmt: skip
+            return found["delta"].reshape(-1)[active], found["status"].reshape(-1)[active]
+        places = np.unravel_index(active, shape) if shape else ()
+        alone: dict[str, Any] = {
+            name: np.broadcast_to(column, shape)[places].reshape(-1) if column.ndim else column
+            for name, column in columns.items()
+        }
+        found = sweep.solve(
+            wanted=("delta",), tolerance=tolerance, inertia=inertia[active], **whole, **alone
+        )
+        return found["delta"].reshape(-1), found["status"].reshape(-1)
+
+    def flat(value: Any) -> Floats:
+        return np.array(np.broadcast_to(value, shape), dtype=float).reshape(-1)
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        start = flat(swing) / (flat(goal) * flat(columns["speed"]) ** 2)
+    found = search(outcome, start, flat(goal), tolerance, progress)
+    return Required(
+        found.inertia.reshape(shape), found.status.reshape(shape), found.largest.reshape(shape),
+        found.lightest.reshape(shape),
+    )  # fmt: skip
+
+
+def search(
+    outcome: Callable[[Places, Floats], tuple[Floats, Codes]],
+    start: Floats,
+    goal: Floats,
+    tolerance: float,
+    progress: Callable[[int], None] | None = None,
+) -> Required:
+    """Find the inertia for each of some designs, from a function that solves them.
+
+    Parameters
+    ----------
+    outcome : callable
+        Takes the numbers of the designs to solve and the inertias of all; returns delta and status
+        of those asked for.
+    start, goal : ndarray, shape (designs,)
+        Inertia to begin with [kg m2], wanted delta.
+    tolerance : float
+        Relative error of delta aimed at.
+    progress : callable, optional
+        Called with the number of designs done since the last call.
+    """
+    size = start.size
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, target = np.log(start), np.log(goal)
+    state = np.full(size, NOT_CONVERGED, dtype=np.int8)
+    # Ends of the bracket: too light (or delta too large), too heavy; with the miss there.
+    low, high = np.full(size, -np.inf), np.full(size, np.inf)
+    low_code = np.full(size, CONVERGED, dtype=np.int8)
+    high_miss = np.full(size, np.nan)
+    last_x, last_miss = np.full(size, np.nan), np.full(size, np.nan)
+    runs = np.array([has_numbers(code) for code in range(len(MEANINGS))])
+    active = np.flatnonzero(np.isfinite(x))
+    state[~np.isfinite(x)] = INVALID_INPUT
+    for _ in range(MOST_STEPS):
+        if not active.size:
+            break
+        delta, code = outcome(active, np.exp(x))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            miss = np.log(delta) - target[active]
+        number = runs[code] & np.isfinite(miss)
+        light = np.isin(code, TOO_LIGHT)
+        here = x[active]
+        # What is neither a number nor too light does not depend on the inertia.
+        lost = ~number & ~light
+        state[active[lost]] = np.where(runs[code[lost]], INVALID_INPUT, code[lost])
+        above = light | (number & (miss > 0.0))
+        low[active[above]] = np.maximum(low[active[above]], here[above])
+        low_code[active[above]] = np.where(light, code, CONVERGED).astype(np.int8)[above]
+        below = number & (miss <= 0.0)
+        high[active[below]], high_miss[active[below]] = here[below], miss[below]
+        done = number & (np.abs(miss) <= ENOUGH * tolerance)
+        state[active[done]] = code[done]
+        # The bracket is as narrow as numbers are: delta jumps there by more than the tolerance,
+        # or the engine stops before delta is what is wanted.
+        narrow = (high - low)[active] <= 4e-16 * np.maximum(np.abs(here), 1.0)
+        narrow &= ~done & ~lost
+        stops = low_code[active] != CONVERGED
+        state[active[narrow]] = np.where(stops, low_code[active], TOLERANCE_NOT_MET)[narrow]
+        go = ~(done | lost | narrow)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (miss - last_miss[active]) / (here - last_x[active])
+        slope = np.where(np.isfinite(slope) & (slope > SLOPES[0]) & (slope < SLOPES[1]), slope, -1)
+        step = np.clip(-miss / slope, -LONGEST_STEP, LONGEST_STEP)
+        step = np.where(light, 0.5 * LONGEST_STEP, step)
+        after = here + step
+        left, right = low[active], high[active]
+        bracketed = np.isfinite(left) & np.isfinite(right)
+        middle = 0.5 * (np.where(bracketed, left, 0.0) + np.where(bracketed, right, 0.0))
+        # Where the engine stalls there is no slope to follow: the bracket is halved.
+        outside = (after <= left) | (after >= right) | light
+        after = np.where(outside & bracketed, middle, after)
+        last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
+        x[active[go]] = after[go]
+        if progress is not None:
+            progress(int(np.count_nonzero(~go)))
+        active = active[go]
+    # Designs that ran out of steps while the engine stalls at one end of what is left.
+    left_over = (state == NOT_CONVERGED) & (low_code != CONVERGED)
+    state[left_over] = low_code[left_over]
+    return Required(
+        np.where(runs[state], np.exp(x), np.nan), state, np.exp(high_miss + target), np.exp(high)
+    )

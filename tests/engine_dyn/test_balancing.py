@@ -1,0 +1,443 @@
+"""Shaking forces and moments against masses moved by geometry, and against the sources' engines."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, minimize_scalar
+
+from engine_dyn import balancing, kinematic_series, masses
+from engine_dyn.arrangement import Arrangement, Cylinder, Throw
+from engine_dyn.balancing import RunningGear, running_gear
+from engine_dyn.cylinders import Cylinders, Member, cylinders_of, even_cylinders
+from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.slider_crank import dead_centres
+
+FOUR_STROKE = 4.0 * math.pi
+PHI = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+RADIUS, MASS, SPEED, RATIO, SPACING = 0.05, 0.8, 100.0, 0.28, 0.11
+UNIT = MASS * RADIUS * SPEED**2
+
+
+def engine(text: str) -> Cylinders:
+    if text == "in-line 1":
+        return even_cylinders(1, FOUR_STROKE)
+    return cylinders_of(arrangement_from_text(text, FOUR_STROKE))
+
+
+def gear(text: str, **more: Any) -> RunningGear:
+    given = {"spacing": SPACING, **more}
+    return running_gear(engine(text), RATIO, RADIUS, MASS, SPEED, **given)
+
+
+def moved(position: Any, phi: Any, step: float = 2e-3) -> Any:
+    """-omega^2 d2/dphi2 of a position, by central differences of eighth order."""
+    weights = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
+    total = weights[0] * position(phi)
+    for k, weight in enumerate(weights[1:], start=1):
+        total = total + weight * (position(phi + k * step) + position(phi - k * step))
+    return -(SPEED**2) * total / step**2
+
+
+# --- the definition -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+@pytest.mark.parametrize(
+    "text", ["in-line 1", "parallel twin 270", "V6 90 shared-pin", "V8 cross-plane", "boxer 4"]
+)
+def test_forces_are_those_of_masses_on_their_paths(text: str, offset: float) -> None:
+    """Pistons, pins and shafts as points in the plane; nothing but Pythagoras and differences."""
+    here = engine(text)
+    made = here.arrangement
+    assert made is not None
+    turning, shaft, pair = 0.35, 0.004, 0.0007
+    found = gear(text, offset=offset, turning_mass=turning, shaft=shaft, pair=pair,
+                 bank_offset=0.02)  # fmt: skip
+    rod, beside = RADIUS / RATIO, offset * RADIUS
+    top = math.asin(beside / (rod + RADIUS))
+    assert top == pytest.approx(float(dead_centres(RATIO, offset).top), abs=1e-15)
+    force: Any = 0.0
+    moment: Any = 0.0
+    banks = np.array(made.banks) - made.banks[made.cylinders[0].bank]
+    middle = 0.5 * (max(t.position for t in made.throws) + min(t.position for t in made.throws))
+    for cylinder in made.cylinders:
+        axis = np.exp(1j * banks[cylinder.bank])
+
+        def pin(phi: Any, k: Any = cylinder, turn: complex = axis) -> Any:
+            return RADIUS * turn * np.exp(1j * (phi - k.firing_angle + top))
+
+        def piston(phi: Any, k: Any = cylinder, turn: complex = axis) -> Any:
+            there = RADIUS * np.exp(1j * (phi - k.firing_angle + top))
+            height = there.real + np.sqrt(rod**2 - (there.imag - beside) ** 2)
+            return turn * (height + 1j * beside)
+
+        one = MASS * moved(piston, PHI) + turning * moved(pin, PHI)
+        place = (cylinder_place(made, cylinder) - middle) * SPACING
+        place += (cylinder.bank - 0.5 * (len(banks) - 1)) * 0.02
+        force, moment = force + one, moment + place * one
+    np.testing.assert_allclose(found.moment(PHI), moment, atol=2e-6 * UNIT)
+    # The shafts: where they stand is theirs to say, what they do is not.
+    without = gear(text, offset=offset, turning_mass=turning)
+    np.testing.assert_allclose(without.force(PHI), force, atol=2e-6 * UNIT)
+    added = found.force(PHI) - without.force(PHI)
+    shafts = np.fft.fft(added) / len(PHI)
+    assert abs(shafts[-1]) == pytest.approx(shaft * SPEED**2)
+    assert abs(shafts[2]) == pytest.approx(4.0 * pair * SPEED**2)
+    assert abs(shafts[-2]) == pytest.approx(4.0 * pair * SPEED**2)
+    others = np.delete(shafts, [2, len(PHI) - 1, len(PHI) - 2])
+    assert np.abs(others).max() < 1e-12 * UNIT
+
+
+def cylinder_place(made: Arrangement, cylinder: Cylinder) -> float:
+    return made.throws[cylinder.throw].position
+
+
+def test_throws_of_unequal_radius() -> None:
+    """Equal rods on cranks of 1, 0.8 and 1.1 radii: each its own slider-crank."""
+    radii, angles = (1.0, 0.8, 1.1), (0.0, 1.1, 4.0)
+    made = Arrangement(
+        FOUR_STROKE,
+        tuple(Throw(-a, float(i), r) for i, (a, r) in enumerate(zip(angles, radii, strict=True))),
+        (0.0,), tuple(Cylinder(i, 0, a) for i, a in enumerate(angles)), uneven=True,
+    )  # fmt: skip
+    engine_of = Cylinders(FOUR_STROKE, tuple(Member(-a, 1.0, 1.0) for a in angles), made)
+    found = running_gear(
+        engine_of, RATIO, RADIUS, MASS, SPEED, spacing=SPACING, turning_mass=0.2, offset=0.2
+    )
+    rod, beside = RADIUS / RATIO, 0.2 * RADIUS
+    force: Any = 0.0
+    moment: Any = 0.0
+    for place, (angle, radius) in enumerate(zip(angles, radii, strict=True)):
+        crank = radius * RADIUS
+        top = math.asin(beside / (rod + crank))
+
+        def pin(phi: Any, r: float = crank, a: float = angle, t: float = top) -> Any:
+            return r * np.exp(1j * (phi - a + t))
+
+        def piston(phi: Any, pin: Any = pin) -> Any:
+            there = pin(phi)
+            return there.real + np.sqrt(rod**2 - (there.imag - beside) ** 2)
+
+        one = MASS * moved(piston, PHI) + 0.2 * moved(pin, PHI)
+        force, moment = force + one, moment + (place - 1.0) * SPACING * one
+    np.testing.assert_allclose(found.force(PHI), force, atol=2e-6 * UNIT)
+    np.testing.assert_allclose(found.moment(PHI), moment, atol=2e-6 * UNIT)
+    total = sum(found.force_of_order(n, PHI) for n in range(1, 31))
+    np.testing.assert_allclose(total, found.force(PHI), atol=1e-12 * UNIT)
+
+
+def test_orders_add_up_to_the_force() -> None:
+    for text in ("in-line 3", "V6 60 split-pin", "V2 45"):
+        found = gear(text, turning_mass=-0.3, shaft=0.002, pair=1e-4, couple=1e-3, bank_offset=0.01)
+        total = sum(found.force_of_order(n, PHI) for n in range(1, 31))
+        np.testing.assert_allclose(total, found.force(PHI), atol=1e-12 * UNIT)
+        total = sum(found.moment_of_order(n, PHI) for n in range(1, 31))
+        np.testing.assert_allclose(total, found.moment(PHI), atol=1e-12 * UNIT * SPACING)
+
+
+def test_harmonics_of_the_acceleration() -> None:
+    """Even orders alone, the first exactly 1; Kakaitsas's and Asgari's two terms as lambda -> 0."""
+    found = balancing.acceleration_harmonics(np.arange(0.5, 9.0, 0.5), 0.3)
+    orders = dict(zip(np.arange(0.5, 9.0, 0.5), found, strict=True))
+    assert orders[1.0] == pytest.approx(1.0, abs=1e-15)
+    assert all(abs(orders[n]) < 1e-15 for n in orders if n % 2 and n != 1.0)
+    lam = 0.3
+    # Rakopoulos notes, with the sixth power: lambda + lambda^3/4 + 15 lambda^5/128
+    assert orders[2.0].real == pytest.approx(lam + lam**3 / 4 + 15 * lam**5 / 128, abs=3e-5)
+    assert orders[4.0].real == pytest.approx(-(lam**3) / 4 - 3 * lam**5 / 16, abs=1e-4)
+    whole = np.arange(1.0, 41.0)
+    for ratio in (0.05, 0.3, 0.7, 0.9):  # the closed form of the series
+        np.testing.assert_allclose(
+            balancing.acceleration_harmonics(whole, ratio),
+            kinematic_series.acceleration_coefficients(whole, ratio), atol=1e-13,
+        )  # fmt: skip
+    with pytest.raises(ValueError, match="order = 600: must be at most 512"):
+        balancing.acceleration_harmonics(600.0, 0.3)
+
+
+# --- engines of lecture 18 ------------------------------------------------------------------------
+
+
+def amplitude(found: RunningGear, order: float) -> tuple[float, float]:
+    """Largest force over m r omega^2 and moment over that times the spacing, of one order."""
+    force = found.force_ellipse(order).major / UNIT
+    return float(force), float(found.moment_ellipse(order).major / (UNIT * SPACING))
+
+
+A2 = float(balancing.acceleration_harmonics(2.0, RATIO).real)  # the lecture's lambda, exact
+
+
+def test_two_in_line_at_180() -> None:
+    """M_J1 = a m_J R omega^2 cos(phi), P_J2 = 2 lambda m_J R omega^2 cos(2 phi), the rest 0."""
+    found = gear("parallel twin 180")
+    assert amplitude(found, 1.0) == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert amplitude(found, 2.0) == pytest.approx((2.0 * A2, 0.0), abs=1e-12)
+    moment = found.moment_of_order(1, PHI)
+    # Cylinder 1 stands at -a/2: its moment is opposite to its force, the lecture's minus sign.
+    np.testing.assert_allclose(moment, -SPACING * UNIT * np.cos(PHI), atol=1e-12 * UNIT)
+    force = found.force_of_order(2, PHI)
+    np.testing.assert_allclose(force, 2.0 * A2 * UNIT * np.cos(2.0 * PHI), atol=1e-12 * UNIT)
+
+
+def test_two_opposed() -> None:
+    """M_J = a m_J R omega^2 (cos(phi) + lambda cos(2 phi)), no force."""
+    found = gear("boxer 2", bank_offset=SPACING)
+    assert amplitude(found, 1.0) == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert amplitude(found, 2.0) == pytest.approx((0.0, A2), abs=1e-12)
+    assert np.abs(found.force(PHI)).max() < 1e-12 * UNIT
+    two = found.moment_of_order(1, PHI) + found.moment_of_order(2, PHI)
+    np.testing.assert_allclose(
+        two, -SPACING * UNIT * (np.cos(PHI) + A2 * np.cos(2.0 * PHI)), atol=1e-12 * UNIT
+    )
+
+
+def test_four_in_line() -> None:
+    """P_J2 = 4 lambda m_J R omega^2 cos(2 phi); P_J1, M_J1 and M_J2 are 0."""
+    found = gear("in-line 4")
+    assert amplitude(found, 1.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert amplitude(found, 2.0) == pytest.approx((4.0 * A2, 0.0), abs=1e-12)
+
+
+def test_six_in_line() -> None:
+    """All forces and moments of first and second order vanish; the sixth is left."""
+    found = gear("in-line 6")
+    for order in (1.0, 2.0, 3.0, 4.0, 5.0):
+        assert amplitude(found, order) == pytest.approx((0.0, 0.0), abs=1e-12)
+    sixth = balancing.acceleration_harmonics(6.0, RATIO).real
+    assert amplitude(found, 6.0) == pytest.approx((6.0 * sixth, 0.0), abs=1e-12)
+    assert found.force_max() == pytest.approx(6.0 * sixth * UNIT, rel=1e-3)
+    assert float(found.moment_max()) < 1e-12 * UNIT * SPACING
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "second"),
+    [
+        # Handbook values (Bosch, Automotive Handbook: free forces and moments), over m r omega^2
+        # (and lambda, and a), with the reciprocating masses alone.
+        ("in-line 3", (0.0, math.sqrt(3.0)), (0.0, math.sqrt(3.0))),
+        ("in-line 5", (0.0, 0.449), (0.0, 4.980)),
+        ("V6 60 split-pin", (0.0, 3.0), (0.0, 3.0)),
+        ("V8 cross-plane", (0.0, math.sqrt(10.0)), (0.0, 0.0)),
+        ("V8 flat-plane", (0.0, 0.0), (4.0 * math.sqrt(2.0), 0.0)),
+        ("V2 90", (1.0, 0.0), (math.sqrt(2.0), 0.0)),
+    ],
+)
+def test_customary_engines(
+    text: str, first: tuple[float, float], second: tuple[float, float]
+) -> None:
+    found = gear(text)
+    assert amplitude(found, 1.0) == pytest.approx(first, abs=1e-3)
+    assert amplitude(found, 2.0) == pytest.approx([A2 * s for s in second], abs=1e-3)
+
+
+def test_counterweights_balance_a_v_twin_of_90_degrees() -> None:
+    """Its first order turns forwards: c = 1/2 balances it, in both directions."""
+    assert amplitude(gear("V2 90", turning_mass=-0.5 * MASS), 1.0)[0] < 1e-12
+    assert float(gear("V2 90").best_fraction()) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_any_crank_whatever() -> None:
+    """Throws of any angle and place: two pins 90 degrees apart, three spacings from each other."""
+    made = Arrangement(
+        FOUR_STROKE, (Throw(0.0, 0.0), Throw(0.5 * math.pi, 3.0)), (0.0,),
+        (Cylinder(0, 0, 0.0), Cylinder(1, 0, 1.5 * math.pi)), uneven=True,
+    )  # fmt: skip
+    found = running_gear(cylinders_of(made), RATIO, RADIUS, MASS, SPEED, spacing=SPACING)
+    assert amplitude(found, 1.0) == pytest.approx((math.sqrt(2.0), 1.5 * math.sqrt(2.0)))
+    assert amplitude(found, 2.0) == pytest.approx((0.0, 3.0 * A2), abs=1e-12)
+
+
+# --- counterweights and shafts --------------------------------------------------------------------
+
+
+def test_b112() -> None:
+    """Asgari et al. (2019), section 3; all printed numbers, to their last digit."""
+    rod, crank = 0.033923 + 0.083577, 0.0355
+    at_crank = masses.rod_mass_at_crank(0.625, 0.033923, rod)
+    at_piston = masses.rod_mass_at_piston(0.625, 0.033923, rod)
+    throw = masses.crank_mass_at_pin(1.233, 0.028706, crank)
+    assert (at_crank, at_piston, throw) == pytest.approx((0.445, 0.180, 0.997), abs=5e-4)
+    reciprocating, rotating = 0.661 + at_piston, throw + at_crank
+    assert (reciprocating, rotating) == pytest.approx((0.841, 1.442), abs=6e-4)
+    unbalanced = balancing.unbalanced_mass(0.5, reciprocating, rotating)
+    assert unbalanced == pytest.approx(1.862, abs=6e-4)
+    weight = balancing.counterweight_mass(unbalanced, crank, 0.03134)
+    assert weight == pytest.approx(2.109, abs=6e-4)
+    # from the printed 0.841 kg; printed cut as 0.693, and on the next line as 0.781
+    shaft = float(balancing.balance_shaft_mass(0.5, 0.841, crank, 0.021512))
+    assert math.floor(1000.0 * shaft) / 1000.0 == 0.693
+    assert shaft == pytest.approx(0.6939, abs=6e-5)
+    assert shaft != pytest.approx(0.781, abs=0.05)
+
+
+def test_asgari_13_cancels_both_directions_at_one_half_alone() -> None:
+    """(1 - 2 c) m R omega^2 sin(phi) is left across the cylinder; the paper does not say so."""
+    for fraction in (0.0, 0.3, 0.5, 0.63, 1.0):
+        shaft = float(balancing.balance_shaft_mass(fraction, MASS, RADIUS, 0.02)) * 0.02
+        found = gear("in-line 1", turning_mass=-fraction * MASS, shaft=shaft)
+        left = found.force_of_order(1, PHI)
+        assert np.abs(left.real).max() < 1e-12 * UNIT
+        np.testing.assert_allclose(
+            left.imag, (1.0 - 2.0 * fraction) * UNIT * np.sin(PHI), atol=1e-12 * UNIT
+        )
+
+
+def test_secondary_shafts_turn_at_twice_the_crank_speed() -> None:
+    """Asgari's conclusion says half the speed; there the force of second order would stay."""
+    found = gear("in-line 4")
+    pair = float(found.pair_required())
+    assert pair == pytest.approx(4.0 * A2 * MASS * RADIUS / 8.0)
+    balanced = gear("in-line 4", pair=pair)
+    assert amplitude(balanced, 2.0)[0] < 1e-12
+    # The same weights at half the speed make a force of order 1/2, and leave the second.
+    at_half = 2.0 * pair * (0.5 * SPEED) ** 2 * np.cos(0.5 * np.linspace(0, 4 * np.pi, 1440))
+    phi = np.linspace(0, 4 * np.pi, 1440)
+    assert np.abs(found.force(phi) - at_half).max() > 4.0 * A2 * UNIT
+
+
+def test_secondary_force_is_largest_at_four_angles() -> None:
+    """0, 90, 180, 270 degrees; Asgari's conclusion prints 0, 90, 180 and 360."""
+    size = np.abs(gear("in-line 1").force_of_order(2, PHI))
+    largest = PHI[size > size.max() * (1.0 - 1e-9)]
+    np.testing.assert_allclose(np.degrees(largest), [0.0, 90.0, 180.0, 270.0], atol=1e-9)
+
+
+def test_backward_shaft_and_couple_cancel_what_turns_backwards() -> None:
+    one = gear("in-line 1")
+    shaft = float(one.shaft_required())
+    assert shaft == pytest.approx(0.5 * MASS * RADIUS)
+    assert amplitude(gear("in-line 1", turning_mass=-0.5 * MASS, shaft=shaft), 1.0)[0] < 1e-12
+    three = gear("in-line 3")
+    couple = float(three.couple_required())
+    halved = gear("in-line 3", turning_mass=-0.5 * MASS, couple=couple)
+    assert amplitude(halved, 1.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    # counterweights alone leave half of it
+    assert amplitude(gear("in-line 3", turning_mass=-0.5 * MASS), 1.0)[1] == pytest.approx(
+        0.5 * math.sqrt(3.0)
+    )
+
+
+# --- ellipse, largest, best -----------------------------------------------------------------------
+
+
+def test_ellipse_holds_the_force() -> None:
+    for text, fraction in (("V2 45", 0.3), ("V6 90 shared-pin", 0.0), ("in-line 1", 0.7)):
+        found = gear(text, turning_mass=-fraction * MASS)
+        for of, ellipse in (
+            (found.force_of_order, found.force_ellipse),
+            (found.moment_of_order, found.moment_ellipse),
+        ):
+            shape = ellipse(1.0)
+            vector = of(1, PHI) * np.exp(-1j * shape.inclination)
+            assert np.abs(vector.real).max() == pytest.approx(shape.major, abs=1e-4 * UNIT)
+            assert np.abs(vector.imag).max() == pytest.approx(shape.minor, abs=1e-4 * UNIT)
+    assert gear("in-line 1").force_ellipse(1.0).inclination == 0.0
+    assert gear("V2 90").force_ellipse(2.0).inclination == pytest.approx(0.5 * np.pi + 0.25 * np.pi
+                                                                         - np.pi)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["in-line 1", "V2 45", "V8 flat-plane", "in-line 3"])
+def test_largest_is_that_of_a_dense_curve(text: str) -> None:
+    fine = np.linspace(0.0, 2.0 * np.pi, 200_001)
+    for turning in (0.0, -0.37 * MASS):
+        found = gear(text, turning_mass=turning)
+        assert found.force_max() == pytest.approx(np.abs(found.force(fine)).max(), rel=1e-9)
+        assert found.moment_max() == pytest.approx(
+            np.abs(found.moment(fine)).max(), rel=1e-9, abs=1e-12 * UNIT
+        )
+        square = np.mean(np.abs(found.force(fine[:-1])) ** 2)
+        assert found.force_rms() == pytest.approx(math.sqrt(square), rel=1e-12)
+
+
+def test_every_design_of_an_array_is_itself() -> None:
+    counts, speeds = np.array([1, 4, 6])[:, None, None], np.array([80.0, 120.0])[:, None]
+    turning = -MASS * np.array([0.0, 0.5])
+    by_count = {n: even_cylinders(n, FOUR_STROKE) for n in (1, 4, 6)}
+    whole = RunningGear(
+        RATIO, RADIUS, MASS, speeds, by_count, counts, turning_mass=turning, spacing=SPACING
+    )
+    largest, levers = whole.force_max(), whole.moment_max()
+    assert largest.shape == levers.shape == (3, 2, 2)
+    for place in np.ndindex(3, 2, 2):
+        alone = running_gear(
+            by_count[int(counts[place[0], 0, 0])], RATIO, RADIUS, MASS, speeds[place[1], 0],
+            turning_mass=turning[place[2]], spacing=SPACING,
+        )  # fmt: skip
+        assert largest[place] == alone.force_max()
+        assert levers[place] == alone.moment_max()
+
+
+@pytest.mark.parametrize("norm", ["rms", "peak"])
+@pytest.mark.parametrize("across", [1.0, 2.0])
+def test_best_fraction(norm: str, across: float) -> None:
+    fine = np.linspace(0.0, 2.0 * np.pi, 7201)[:-1]
+
+    def left(fraction: float, shaft: float = 0.0) -> float:
+        force = gear("in-line 1", turning_mass=-fraction * MASS, shaft=shaft).force(fine) / UNIT
+        square = force.real**2 + (across * force.imag) ** 2
+        return float(np.sqrt(square.mean() if norm == "rms" else square.max()))
+
+    best = minimize_scalar(left, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-9})
+    found = float(gear("in-line 1").best_fraction(norm, across))
+    assert left(found) == pytest.approx(best.fun, rel=1e-4)
+    assert found == pytest.approx(best.x, abs=1e-3)
+    if norm == "rms":  # (1 - c)^2 + w^2 c^2
+        assert found == pytest.approx(1.0 / (1.0 + across**2), abs=1e-12)
+    if (norm, across) == ("peak", 1.0):
+        assert 0.5 < found < 0.63  # the range that Asgari's reference [8] found by experience
+    alone = balancing.best_balance(gear("in-line 1"), norm, across, shaft=False)
+    assert alone.fraction == pytest.approx(found, abs=1e-4)
+    both = balancing.best_balance(gear("in-line 1"), norm, across)
+    start = [0.5, 0.5 * MASS * RADIUS]
+    scaled = minimize(
+        lambda x: left(x[0], x[1]), start, method="Nelder-Mead",
+        options={"xatol": 1e-7, "fatol": 1e-12},
+    )  # fmt: skip
+    assert both.residual / UNIT <= scaled.fun * (1.0 + 1e-4)
+    if norm == "rms":
+        assert (both.fraction, both.shaft) == pytest.approx((0.5, start[1]), rel=1e-4)
+
+
+def test_where_counterweights_cancel_no_fraction_is_best() -> None:
+    assert np.isnan(gear("in-line 4").best_fraction("rms"))
+    assert np.isnan(gear("in-line 4").best_fraction("peak"))
+
+
+# --- bad input ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: balancing.counterweight_mass(1.0, 0.05, 0.0), "radius = 0: must be above 0"),
+        (lambda: balancing.balance_shaft_mass(0.5, 1.0, 0.05, -0.1), "radius = -0.1: must be"),
+        (lambda: balancing.unbalanced_mass(1.2, 1.0, 1.0), "fraction = 1.2: must be from 0 to 1"),
+        (lambda: balancing.balance_shaft_mass(-0.1, 1.0, 0.05, 0.1), "fraction = -0.1"),
+        (lambda: gear("in-line 1", spacing=0.0), "spacing = 0: must be above 0"),
+        (lambda: gear("in-line 1").best_fraction("most"), "norm = 'most': must be 'rms' or 'peak'"),
+        (
+            lambda: running_gear(even_cylinders(1, FOUR_STROKE), 0.3, 0.0, 1.0, 1.0),
+            "crank_radius = 0: must be above 0",
+        ),
+        (
+            lambda: running_gear(even_cylinders(1, FOUR_STROKE), 0.3, 0.1, -1.0, 1.0),
+            "reciprocating_mass = -1: must be 0 or more",
+        ),
+        (
+            lambda: running_gear(even_cylinders(11, FOUR_STROKE), 0.3, 0.1, 1.0, 1.0),
+            "11 cylinders: no throws are known",
+        ),
+        (
+            lambda: balancing.best_balance(gear("in-line 1", pair=[0.0, 1.0])),
+            "pair: 2 values; must be one design",
+        ),
+        (lambda: RunningGear(0.3, 0.1, 1.0, 1.0, {}), "cylinders: must be given"),
+    ],
+)
+def test_bad_input(call: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()

@@ -1,0 +1,246 @@
+"""Flywheel: Asgari's two methods with their printed numbers, and the exact inertia."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from engine_dyn import flywheel, periodic_speed
+from engine_dyn.indicator import Diagram, family_from_diagrams
+from engine_dyn.speed import sweep
+from engine_dyn.speed.required import search, solve_for_inertia
+from engine_dyn.speed.single import energy_swing
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED, TOLERANCE_NOT_MET
+from sweeps.engine_file import load_engine
+
+pytestmark = pytest.mark.compiled
+
+SPEED = 3000 * math.pi / 30
+
+# --- Asgari et al. (2019), section 4 --------------------------------------------------------------
+
+
+def test_method_one() -> None:
+    """Rim 42.41 m/s (printed 42.23), mean diameter 0.24 m, 0.09/0.11 = 0.82."""
+    found = flywheel.method_one(
+        outer_diameter=0.27, inner_diameter=0.21, stroke=0.071, speed=SPEED,
+        flywheel_inertia=0.09, inertia=0.11,
+    )  # fmt: skip
+    assert found.rim_speed == pytest.approx(math.pi * 0.27 * 3000 / 60)
+    assert found.rim_speed == pytest.approx(42.41, abs=5e-3)
+    assert found.rim_speed != pytest.approx(42.23, abs=0.1)
+    assert found.mean_diameter == pytest.approx(0.24)
+    assert found.share_of_inertia == pytest.approx(0.82, abs=5e-3)
+    assert found.speed_is_usual and found.inertia_is_usual
+    # 2 S to 3 S with the stroke that the crank radius of 35.5 mm gives, not the printed 85 mm
+    assert not found.diameter_is_usual
+    with_85 = flywheel.method_one(
+        outer_diameter=0.27, inner_diameter=0.21, stroke=0.085, speed=SPEED,
+        flywheel_inertia=0.09, inertia=0.11,
+    )  # fmt: skip
+    assert with_85.diameter_is_usual
+    # the ratio as the text defines it, to what turns without the flywheel, is far outside
+    without = flywheel.method_one(
+        outer_diameter=0.27, inner_diameter=0.21, stroke=0.071, speed=SPEED,
+        flywheel_inertia=0.09, inertia=0.11 - 0.09, material="cast iron",
+    )  # fmt: skip
+    assert not without.inertia_is_usual and not without.speed_is_usual
+
+
+def test_limits_of_materials() -> None:
+    assert flywheel.RIM_SPEEDS == {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
+    largest = flywheel.largest_diameter(45.0, SPEED)
+    assert flywheel.rim_speed(largest, SPEED) == pytest.approx(45.0)
+
+
+def test_method_two() -> None:
+    """W = 280 J ... I = 0.09 kg m2, 6.15 kg; the energy swing is 352.9 J, printed 353.9."""
+    found = flywheel.triangular_torque(7000.0, SPEED, 0.04)
+    assert found.work == pytest.approx(280.0)
+    assert found.expansion_work == pytest.approx(420.0)
+    for value, printed in ((found.torque_max, 267.3), (found.torque_mean, 22.2)):
+        assert math.floor(10.0 * value) / 10.0 == printed  # cut, not rounded
+    assert found.torque_excess == pytest.approx(245.1, abs=5e-3)
+    assert found.base == pytest.approx(2.88, abs=5e-3)
+    assert found.energy_swing == pytest.approx(352.9, abs=0.05)
+    assert found.energy_swing != pytest.approx(353.9, abs=0.5)
+    assert found.inertia == pytest.approx(0.09, abs=5e-3)
+    mass = flywheel.ring_mass(0.09, 0.27, 0.21)
+    assert math.floor(100.0 * mass) / 100.0 == 6.15
+
+
+def test_triangle_is_what_a_torque_of_that_shape_has() -> None:
+    """The same by integration: a triangle over half a turn, its mean taken off."""
+    found = flywheel.triangular_torque(9000.0, 180.0, 0.02)
+    phi = np.linspace(0.0, 4.0 * math.pi, 400_001)
+    torque = np.where(phi < math.pi, found.torque_max * (1.0 - phi / math.pi), 0.0)
+    step = phi[1] - phi[0]
+    net = torque.mean() - found.work / (4.0 * math.pi) * 1.5
+    assert abs(net) < 1e-3 * found.torque_max  # expansion alone: 3/2 of the cycle's work
+    above = np.maximum(torque - found.torque_mean, 0.0)
+    assert above.sum() * step == pytest.approx(found.energy_swing, rel=1e-4)
+    assert (above > 0.0).sum() * step == pytest.approx(found.base, rel=1e-4)
+    swing = found.inertia * (181.8**2 - 178.2**2) / 2.0
+    assert swing == pytest.approx(found.energy_swing, rel=1e-12)
+
+
+def test_ring() -> None:
+    mass, outer, inner = 6.0, 0.27, 0.21
+    area = math.pi * ((0.5 * outer) ** 2 - (0.5 * inner) ** 2)
+    by_rings = quad(lambda r: 2.0 * math.pi * r**3 * mass / area, 0.5 * inner, 0.5 * outer)[0]
+    assert flywheel.ring_inertia(mass, outer, inner) == pytest.approx(by_rings, rel=1e-12)
+    assert flywheel.ring_mass(by_rings, outer, inner) == pytest.approx(mass, rel=1e-12)
+    thickness = flywheel.ring_thickness(mass, outer, inner, 7850.0)
+    assert thickness * area * 7850.0 == pytest.approx(mass, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: flywheel.ring_mass(0.1, 0.2, 0.2), "outer must be larger than the inner"),
+        (lambda: flywheel.ring_thickness(1.0, 0.3, 0.2, 0.0), "density = 0: must be above 0"),
+        (lambda: flywheel.triangular_torque(0.0, 1.0, 0.1), "power = 0: must be above 0"),
+        (
+            lambda: flywheel.method_one(
+                outer_diameter=0.3, inner_diameter=0.2, stroke=0.1, speed=1.0,
+                flywheel_inertia=1.0, inertia=1.0, material="lead",
+            ),
+            "material = 'lead': must be one of cast iron, steel",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_input(call: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+# --- the exact inertia ----------------------------------------------------------------------------
+
+ENGINE: dict[str, Any] = {
+    "bore": 0.14, "stroke": 0.18, "crank_ratio": 0.2571, "reciprocating_mass": 6.67,
+    "speed": 125.66, "friction_torque": 32.8,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def diagram() -> Diagram:
+    return load_engine("ntua", Path()).family.diagrams[1]
+
+
+@pytest.mark.parametrize("model", ["constant", "variable"])
+@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
+def test_one_engine(diagram: Diagram, model: str, exponent: float) -> None:
+    """Against a bracketing root of the periodic solution, over inertia and not its logarithm."""
+    given = {**ENGINE, "inertia_model": model, "load_exponent": exponent}
+    for wanted in (0.003, 0.1, 0.8):
+        found = flywheel.required_inertia(diagram, wanted, **given)
+        root = brentq(
+            lambda inertia, goal=wanted: periodic_speed(diagram, inertia=inertia, **given).delta
+            - goal,
+            0.9 * found.inertia, 1.1 * found.inertia, xtol=1e-12, rtol=1e-9,
+        )  # fmt: skip
+        assert found.inertia == pytest.approx(root, rel=1e-6)
+        assert found.delta == pytest.approx(wanted, rel=2e-7)
+        assert found.by_energy_swing == pytest.approx(
+            found.energy_swing / (wanted * ENGINE["speed"] ** 2)
+        )
+    small = flywheel.required_inertia(diagram, 1e-4, **given)
+    assert abs(small.energy_swing_error) < 1e-3
+    assert small.status == CONVERGED
+
+
+def test_two_stroke_triangle_uses_its_cycle(diagram: Diagram) -> None:
+    found = flywheel.required_inertia(diagram, 0.05, **ENGINE)
+    power = periodic_speed(diagram, inertia=2.0, **ENGINE).torque_mean * ENGINE["speed"]
+    same = flywheel.triangular_torque(power, ENGINE["speed"], 0.05, diagram.period)
+    assert found.by_triangle == pytest.approx(float(same.inertia))
+    half = flywheel.triangular_torque(power, ENGINE["speed"], 0.05, 0.5 * diagram.period)
+    assert half.work == pytest.approx(0.5 * same.work)
+
+
+def test_no_inertia_gives_it(diagram: Diagram) -> None:
+    with pytest.raises(ValueError, match="the lightest engine that runs has delta"):
+        flywheel.required_inertia(diagram, 1.9, **ENGINE)
+    with pytest.raises(ValueError, match="outcome 'no_steady_state'"):
+        flywheel.required_inertia(diagram, 0.1, **{**ENGINE, "load_offset": 1e4})
+    with pytest.raises(ValueError, match="wanted_delta = 0: must be above 0"):
+        flywheel.required_inertia(diagram, 0.0, **ENGINE)
+    with pytest.raises(ValueError, match="inertia: not allowed together with wanted_delta"):
+        flywheel.required_inertia(diagram, 0.1, inertia=2.0, **ENGINE)
+
+
+def batch(diagram: Diagram, **more: Any) -> dict[str, Any]:
+    family = family_from_diagrams([0.0], [diagram])
+    mean = float(sweep.mean_gas_torque(0.2571, 0.0, family)) * np.pi / 4 * 0.14**2 * 0.09 - 32.8
+    return {
+        "family": family, "crank_ratio": 0.2571, "row": 0.0, "scale": 1.0,
+        "crankcase_pressure": 101325.0, "bore": 0.14, "stroke": 0.18, "mass": 6.67,
+        "speed": 125.66, "exponent": 2.0, "offset": 0.0, "mean_torque": mean,
+        "friction_torque": 32.8, "energy_swing": energy_swing(diagram, **{
+            name: value for name, value in ENGINE.items() if name != "friction_torque"
+        }), **more,
+    }  # fmt: skip
+
+
+def test_every_design_of_a_batch_is_itself(diagram: Diagram) -> None:
+    wanted = np.geomspace(1e-4, 1.9, 9)[:, None]
+    masses = np.array([3.0, 6.67])
+    offsets = np.array([0.0, 1e4])[:, None, None]
+    given = batch(diagram, mass=masses, offset=offsets)
+    whole = solve_for_inertia(wanted_delta=wanted, **given)
+    assert whole.inertia.shape == whole.status.shape == (2, 9, 2)
+    assert (whole.status[1] == NO_STEADY_STATE).all()
+    assert (whole.status[0, :-1] == CONVERGED).all()
+    assert (whole.status[0, -1] == STALLED).all()
+    assert np.isfinite(whole.inertia[0, :-1]).all() and np.isnan(whole.inertia[0, -1]).all()
+    for place in ((0, 0, 1), (0, 4, 0), (0, 7, 1)):
+        alone = solve_for_inertia(
+            wanted_delta=wanted[place[1], 0],
+            **batch(diagram, mass=masses[place[2]], offset=0.0),
+        )
+        assert float(alone.inertia) == whole.inertia[place]
+
+
+def test_variable_inertia_that_the_moving_parts_exceed(diagram: Diagram) -> None:
+    """The lightest engine is its own moving parts: no outcome of the speed, bad input."""
+    heavy = batch(diagram, mass=500.0, speed=20.0, energy_swing=500.0)
+    found = solve_for_inertia(wanted_delta=1.9, inertia_model="variable", **heavy)
+    assert int(found.status) in (STALLED, INVALID_INPUT)
+    assert np.isnan(found.inertia)
+
+
+def test_search_on_curves_of_its_own() -> None:
+    """Slopes unlike -1, a jump across the wanted value, an end below which nothing runs."""
+    goal = np.array([0.1, 0.1, 0.1, 0.1])
+
+    def outcome(active: Any, inertia: Any) -> Any:
+        theta = inertia[active]
+        curves = np.stack(
+            [
+                0.3 * theta**-0.5,
+                0.5 * theta**-2.5,
+                np.where(theta > 3.0, 0.05, 0.2),
+                np.full_like(theta, 0.04),
+            ]
+        )
+        code = np.zeros(active.size, dtype=np.int8)
+        code[(active == 3) & (theta < 2.0)] = STALLED
+        delta = np.where(code == 0, curves[active, np.arange(active.size)], np.nan)
+        return delta, code
+
+    found = search(outcome, np.full(4, 50.0), goal, 1e-6)
+    assert found.status.tolist() == [CONVERGED, CONVERGED, TOLERANCE_NOT_MET, STALLED]
+    assert found.inertia[:3] == pytest.approx([9.0, 5.0**0.4, 3.0], rel=1e-6)
+    assert found.largest[3] == pytest.approx(0.04)
+    assert found.lightest[3] == pytest.approx(2.0)
+
+
+def test_bad_start_is_bad_input(diagram: Diagram) -> None:
+    found = solve_for_inertia(wanted_delta=0.1, **batch(diagram, energy_swing=0.0))
+    assert int(found.status) == INVALID_INPUT
