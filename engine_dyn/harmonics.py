@@ -25,7 +25,7 @@ Source: Rakopoulos notes, harmonics of the tangential force.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,9 @@ MOST_TURN_OF_PIECE = 1.0
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 ORDERS_AT_ONCE, RATIOS_AT_ONCE = 64, 256
+MOST_KEPT = 4_000_000
+"""Values of waves that are kept from one diagram to the next."""
+
 SMOOTH = 2048
 """Points of a turn for the harmonics of smooth curves."""
 
@@ -99,22 +102,44 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 
 def _of_smooth(curve: Callable[..., Any], orders: Any, ratio: Any, offset: Any) -> Complexes:
     """Harmonics of a curve that repeats every turn; half orders have none."""
-    nu, ratio, offset = np.broadcast_arrays(
-        np.asarray(orders, float), np.asarray(ratio, float), np.asarray(offset, float)
-    )
-    pairs, place = np.unique(
-        np.stack([ratio.reshape(-1), offset.reshape(-1)]), axis=1, return_inverse=True
-    )
-    place = place.reshape(nu.shape)
+    nu, shape, columns = _designs(orders, ratio, offset)
     phi = np.arange(SMOOTH) * (TURN / SMOOTH)
-    result = np.zeros(nu.shape, dtype=np.complex128)
+    result = np.zeros((columns.shape[1], nu.size), dtype=np.complex128)
     whole = nu % 1.0 == 0.0
+    places = np.rint(nu[whole]).astype(int)
+    pairs, which = _distinct(columns)
     for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
         some = pairs[:, begin : begin + RATIOS_AT_ONCE, None]
         found = np.fft.rfft(curve(phi, some[0], some[1]), axis=-1) * (2.0 / SMOOTH)
-        here = whole & (place >= begin) & (place < begin + some.shape[1])
-        result[here] = found[place[here] - begin, np.rint(nu[here]).astype(int)]
-    return result
+        mine = np.flatnonzero((which >= begin) & (which < begin + some.shape[1]))
+        result[np.ix_(mine, whole)] = found[which[mine] - begin][:, places]
+    return _along_orders(result, orders, shape)
+
+
+def _designs(orders: Any, *inputs: Any) -> tuple[Floats, tuple[int, ...], Floats]:
+    """Orders in a row; shape of the other inputs together, and these as columns."""
+    others = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
+    columns = np.stack([one.reshape(-1) for one in others])
+    return np.asarray(orders, dtype=float).reshape(-1), others[0].shape, columns
+
+
+def _along_orders(values: Complexes, orders: Any, shape: tuple[int, ...]) -> Complexes:
+    """Give (designs, orders) the shape of both broadcast; designs have size 1 along the orders."""
+    own = np.shape(orders)
+    if values.shape[1] == 1:
+        return np.array(np.broadcast_to(values.reshape(shape), np.broadcast_shapes(own, shape)))
+    size = max(len(own), len(shape))
+    along = next((i - len(own) for i, length in enumerate(own) if length > 1), -1)
+    table = values.reshape(*(1,) * (size - len(shape)), *shape, values.shape[1])
+    if table.shape[along - 1] != 1:
+        raise ValueError("orders: must stand along an axis on which all else has size 1")
+    return np.moveaxis(table.squeeze(axis=along - 1), -1, along)
+
+
+def _distinct(columns: Floats) -> tuple[Floats, Any]:
+    """Different columns, and which of them each one is."""
+    found, which = np.unique(columns, axis=1, return_inverse=True)
+    return found, which.reshape(-1)
 
 
 def gas_harmonics(
@@ -141,41 +166,57 @@ def gas_harmonics(
     pressure_factor : float
         See `motored`.
     """
-    nu, ratio, offset, row = np.broadcast_arrays(
-        *(np.asarray(one, dtype=float) for one in (orders, crank_ratio, offset, row))
-    )
-    distinct, which = np.unique(nu, return_inverse=True)
-    pairs, pair = np.unique(
-        np.stack([ratio.reshape(-1), offset.reshape(-1)]), axis=1, return_inverse=True
-    )
-    which, pair = which.reshape(nu.shape), pair.reshape(nu.shape)
-    first = np.floor(row).astype(int)
-    weight = row - first
-    result = np.zeros(nu.shape, dtype=np.complex128)
+    nu, shape, columns = _designs(orders, crank_ratio, offset, row)
+    first = np.floor(columns[2]).astype(int)
+    weight = columns[2] - first
+    result = np.zeros((columns.shape[1], nu.size), dtype=np.complex128)
+    waves = _Waves(nu, period)
     needed = {*np.unique(first).tolist(), *np.unique(first[weight > 0.0] + 1).tolist()}
     for index in sorted(needed):
         diagram = row_with_factor(family, index, pressure_factor)
+        share = np.where(first == index, 1.0 - weight, np.where(first + 1 == index, weight, 0.0))
+        here = np.flatnonzero(share)
+        pairs, which = _distinct(columns[:2, here])
         for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
             some = pairs[:, begin : begin + RATIOS_AT_ONCE]
-            table = _table(diagram, distinct, some, period)
-            for share, place in ((1.0 - weight, first), (weight, first + 1)):
-                here = (place == index) & (share > 0.0)
-                here &= (pair >= begin) & (pair < begin + some.shape[1])
-                result[here] += share[here] * table[which[here], pair[here] - begin]
-    return result
+            table = waves.table(diagram, some)
+            chosen = np.flatnonzero((which >= begin) & (which < begin + some.shape[1]))
+            mine = here[chosen]
+            result[mine] += share[mine, None] * table[:, which[chosen] - begin].T
+    return _along_orders(result, orders, shape)
 
 
-def _table(diagram: Diagram, orders: Floats, pairs: Floats, period: float) -> Complexes:
-    """Harmonics for each order and each pair of crank ratio and offset."""
-    phi, weight = _nodes(diagram, float(orders.max()), period)
-    work = weight * np.asarray(diagram(phi)) * (2.0 / period)
-    velocity = slider_crank.velocity(phi, pairs[0][:, None], pairs[1][:, None])
-    velocity = np.ascontiguousarray(np.broadcast_to(velocity, (pairs.shape[1], phi.size)).T)
-    pieces = [
-        (work * np.exp(-1j * orders[begin : begin + ORDERS_AT_ONCE, None] * phi)) @ velocity
-        for begin in range(0, orders.size, ORDERS_AT_ONCE)
-    ]
-    return np.concatenate(pieces)
+class _Waves:
+    """Cosine and sine at the nodes of a diagram, kept for the next one with the same knots."""
+
+    def __init__(self, orders: Floats, period: float) -> None:
+        self.orders, self.period = orders, period
+        self.knots: Floats | None = None
+        self.kept: list[tuple[Floats, Floats]] = []
+
+    def table(self, diagram: Diagram, pairs: Floats) -> Complexes:
+        """Harmonics for each order and each pair of crank ratio and offset."""
+        if self.knots is None or not np.array_equal(diagram.angle, self.knots):
+            self.knots, self.kept = diagram.angle, []
+            self.phi, self.weight = _nodes(diagram, float(self.orders.max()), self.period)
+        work = self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period)
+        velocity = slider_crank.velocity(self.phi, pairs[0][:, None], pairs[1][:, None])
+        weighted = np.ascontiguousarray((work * velocity).T)
+        # Products of real matrices: complex ones would copy the real factor.
+        pieces = [(cosine @ weighted, sine @ weighted) for cosine, sine in self._pieces()]
+        return np.concatenate([one - 1j * other for one, other in pieces])
+
+    def _pieces(self) -> Iterator[tuple[Floats, Floats]]:
+        if self.kept:
+            yield from self.kept
+            return
+        keep = self.orders.size * self.phi.size <= MOST_KEPT
+        for begin in range(0, self.orders.size, ORDERS_AT_ONCE):
+            angle = self.orders[begin : begin + ORDERS_AT_ONCE, None] * self.phi
+            wave = np.cos(angle), np.sin(angle)
+            if keep:
+                self.kept.append(wave)
+            yield wave
 
 
 def _nodes(diagram: Diagram, highest: float, period: float) -> tuple[Floats, Floats]:

@@ -84,7 +84,7 @@ GRAVITY = 9.80665
 SAMPLES = 720
 """Of a turn, where a largest value is looked for."""
 
-AT_ONCE = 4096
+AT_ONCE = 1024
 """Designs whose curves exist at the same time."""
 
 

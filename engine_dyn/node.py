@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["BAR", "DEGREE", "RPM", "Dimension", "Node"]
+__all__ = ["BAR", "DEGREE", "RPM", "Dimension", "Node", "hidden"]
 
 BAR = 1e5
 RPM = math.pi / 30.0
@@ -99,3 +99,11 @@ class Node:
     named: tuple[tuple[str, float], ...] = ()
     throws: bool = False
     width: int = 8
+
+
+def hidden(
+    name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Callable[..., Any],
+    **more: Any,
+) -> Node:  # fmt: skip
+    """Return a node that scenes cannot ask for, made on the way to others."""
+    return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)

@@ -20,19 +20,22 @@ import numpy as np
 from engine_dyn import (
     arrangement,
     balance_quantities,
+    bearing_quantities,
     characteristic_quantities,
     driven_machine,
     flywheel_quantities,
     forces,
     friction,
     masses,
+    mechanism_quantities,
+    order_quantities,
+    series_quantities,
     slider_crank,
 )
 from engine_dyn.characteristic import load_for_torque
 from engine_dyn.cylinders import CylindersByCount
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
-from engine_dyn.mechanism_quantities import NODES as MECHANISM
 from engine_dyn.motored import peak_with_factor
 from engine_dyn.node import BAR, DEGREE, RPM, Dimension, Node
 
@@ -220,8 +223,10 @@ _PARAMETERS = (
     ),
     _parameter(
         "rod_inertia", r"\theta_\delta", "kg m2",
-        "moment of inertia of the rod about its centre of gravity", low=0.0,
-        source="Rakopoulos notes, third condition",
+        "moment of inertia of the rod about its centre of gravity; unless given, that of its two "
+        "masses",
+        low=0.0, source="Rakopoulos notes, third condition", needs=("two_mass_rod_inertia",),
+        make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
     ),
     _parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
@@ -1306,7 +1311,10 @@ _QUANTITIES: tuple[Node, ...] = (
     *balance_quantities.NODES,
     *flywheel_quantities.NODES,
     *characteristic_quantities.NODES,
-    *MECHANISM,
+    *series_quantities.NODES,
+    *mechanism_quantities.NODES,
+    *order_quantities.NODES,
+    *bearing_quantities.NODES,
 )  # fmt: skip
 
 _DIMENSIONS = (

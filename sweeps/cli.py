@@ -717,10 +717,13 @@ def _quantity_lines() -> list[tuple[str, str]]:
     from engine_dyn.quantities import QUANTITIES
 
     # The unit of the load coefficient follows the load exponent: it has none in the table.
-    return [
-        (name, f"[{node.unit or 'unit follows the load exponent'}] {node.long_name}")
-        for name, node in QUANTITIES.items()
-    ]
+    lines = []
+    for name, node in QUANTITIES.items():
+        symbol = re.sub(r"(?<=\w)\\", " ", node.symbol)  # TeX, as plain text
+        symbol = re.sub(r"[\\{}]", "", symbol)
+        text = f"[{node.unit or 'unit follows the load exponent'}] {node.long_name}"
+        lines.append((name, f"{text}{symbol and f', {symbol}'} ({node.source})"))
+    return lines
 
 
 def _key_lines() -> list[tuple[str, str]]:

@@ -58,12 +58,13 @@ def text(plan: Plan) -> str:
     """Describe a plan for people: how often each stage is computed, what is skipped and why."""
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions) or "none"
+    wide = max(22, *(len(stage.node.name) + 1 for stage in plan.stages))
     lines = [
         f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
-        f"{'stage':<25}{'over':<34}{'times':>11}{'designs each':>14}  kept",
-        *(_stage_line(plan, stage) for stage in plan.stages),
+        f"{'stage':<{wide}}{'over':<34}{'times':>11}{'designs each':>14}  kept",
+        *(_stage_line(plan, stage, wide) for stage in plan.stages),
     ]
     for stage in plan.stages:
         if stage.node.kind == "stage":
@@ -139,7 +140,7 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
             yield each * (1.0 - share), min(RATES["iteration"], slowest)
 
 
-def _stage_line(plan: Plan, stage: Stage) -> str:
+def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
     """One stage: on which axes, how often, how many designs share it, and where it goes."""
     node = stage.node
     times = math.prod(plan.sizes[d] for d in stage.axes)
@@ -156,7 +157,7 @@ def _stage_line(plan: Plan, stage: Stage) -> str:
     if len(over) > 33:
         over = f"{over[:30]}..."
     shared = plan.designs // times
-    return f"{node.name:<25}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
+    return f"{node.name:<{wide}}{over:<34}{times:>11}{shared:>14}  {kept}".rstrip()
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:

@@ -61,6 +61,10 @@ TOGETHER: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("piston_pressure", "wall_pressure", "rod_pressure", "tangential_pressure",
          "radial_pressure"),
     ),
+    "shortened_acceleration": (
+        "Acceleration by the exact formula and by the shortened series", "Reduced acceleration",
+        ("acceleration", "acceleration_truncated"),
+    ),
 }  # fmt: skip
 """What is drawn in one panel: file, title, ordinate and variables."""
 

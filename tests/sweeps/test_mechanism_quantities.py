@@ -137,9 +137,10 @@ def test_kakaitsas_masses_of_the_rod() -> None:
     assert wanted[1::2] == pytest.approx(found_orders[1::2] * 1.0, abs=1e-6 * abs(wanted).max())
 
 
-def test_rod_inertia_is_asked_for_by_name() -> None:
-    with pytest.raises(SceneError, match=r"'rod_couple' needs rod_inertia .* which engine ntua"):
-        run(["rod_couple"])
+def test_without_the_rods_inertia_two_masses_are_the_rod() -> None:
+    found = run(["rod_couple", "rod_inertia_excess", "rod_torque_error", "rod_thrust_error"])
+    for name in found.data_vars:
+        assert (found[name] == 0.0).all(), name
 
 
 # Orders -------------------------------------------------------------------------------------------
