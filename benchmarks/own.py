@@ -66,15 +66,15 @@ class Operations:
 # Divisions, roots and powers count as one each, so the fraction is a lower bound of the load.
 OPERATIONS: dict[str, Operations | None] = {
     "factorial, alpha 2, Z 1": Operations(
-        2500, "30 a coarse node (48), 14 a chunk of four, 900 for weights and two extremes"
+        4000, "30 a coarse node (92), 14 a chunk of four, 900 for weights and two extremes"
     ),
     "factorial, alpha 1, Z 1": Operations(
         9500, "2.2 passes of 42 a coarse node (92), the rest as above"
     ),
     "factorial, alpha 0, Z 1": Operations(
-        4100, "one pass of 44 a coarse node (48) with two series, 20 for the mean"
+        6800, "one pass of 44 a coarse node (92) with two series, 20 for the mean"
     ),
-    "factorial, alpha 2, Z 8": Operations(1300, "12 coarse nodes"),
+    "factorial, alpha 2, Z 8": Operations(1700, "24 coarse nodes"),
     "factorial, alpha 1.6, Z 1": Operations(
         13000, "2.2 passes of 48 a coarse node (92), 22 for the mean"
     ),

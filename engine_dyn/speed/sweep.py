@@ -90,11 +90,13 @@ NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
 log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
 
-FEW_CYLINDERS, SMALL_EXPONENT = 2, 2.0
+FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
+"""Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
+and beyond either: the load counts by its share of the period over one coarse interval, and by how
+steeply it grows. Twice as many would do for most designs with a linear load, but leave errors of
+2e-6 where it is strong."""
 
-LARGEST_RATIO = 16
-
-PIECES = math.lcm(SEGMENTS, LARGEST_RATIO // 2 * CHUNK)
+PIECES = math.lcm(SEGMENTS, max(RATIOS) * CHUNK)
 """What the nodes of a cycle's torque are a multiple of."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
@@ -317,7 +319,9 @@ def solve(
         members = engine.representatives_of(times)
         shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
         apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
-        ratio = _ratio(engine.count, kind, bool(variable), bool(steep), apart) if in_lanes else 1
+        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
+        fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        ratio = RATIOS[fine] if in_lanes else 1
         pieces = math.lcm(SEGMENTS, ratio * CHUNK) if in_lanes else SEGMENTS
         steps = steps_per_cycle(times, max(fewest, of_load), pieces)
         nodes, width = steps // times, period / steps
@@ -412,22 +416,6 @@ def solve(
 
             _compare(found, known, refined, tolerance, masses_at)
     return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
-
-
-def _ratio(cylinders: int, kind: int, variable: bool, steep: bool, apart: bool) -> int:
-    """Nodes of a table for each coarse node of `lanes`.
-
-    The load counts by its share of the period over one coarse interval, and by how steeply it
-    grows; where it is linear or absent and inertia constant, nothing but the load's own smooth
-    term is left to the coarse nodes.
-    """
-    if kind == 0 and apart:
-        # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-        return LARGEST_RATIO // 4
-    few = cylinders <= FEW_CYLINDERS
-    if not variable and kind in (0, 2):
-        return LARGEST_RATIO if kind == 0 or few else LARGEST_RATIO // 2
-    return LARGEST_RATIO // 2 if few and not steep else LARGEST_RATIO // 4
 
 
 def _compare(
