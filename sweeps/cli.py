@@ -275,6 +275,31 @@ def rerun(
 
 
 @main.command()
+@click.argument("first", type=click.Path(path_type=Path))
+@click.argument("second", type=click.Path(path_type=Path))
+@click.option(
+    "--tolerance",
+    metavar="NUMBER",
+    help="End with status 1 where a relative difference is larger, or an axis or quantity differs.",
+)
+@_guarded
+def compare(first: Path, second: Path, tolerance: str | None) -> None:
+    """Compare two archives: axes, quantities, the largest differences and where they are.
+
+    Where axes differ, the values that both have are compared. A relative difference is over the
+    greater of the two magnitudes.
+    """
+    limit = None if tolerance is None else _tolerance(tolerance)
+    with _opened(first) as one, _opened(second) as two:
+        from sweeps import compare as comparing
+
+        found = comparing.compare(one, two)
+    click.echo(comparing.text(found))
+    if limit is not None and not found.within(limit):
+        _end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
+
+
+@main.command()
 @click.argument("scene")
 @_guarded
 def plan(scene: str) -> None:
@@ -467,6 +492,19 @@ def _points(text: str) -> tuple[str, list[float]]:
     return name.strip(), found
 
 
+def _tolerance(text: str) -> float:
+    """Return a relative difference such as 1e-6."""
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not 0.0 <= limit < math.inf:
+        raise SceneError(
+            f"--tolerance {one_line(text, 60)}: must be a number of 0 or more, such as 1e-6"
+        )
+    return limit
+
+
 def _size(text: str) -> float:
     """Bytes of "500MB" or "1.5 GB"."""
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
@@ -507,37 +545,16 @@ def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
 
 def _check_archive(path: Path) -> None:
     """Refuse what is no file."""
-    try:
-        exists, is_file = path.exists(), path.is_file()
-    except (OSError, ValueError):
-        exists = is_file = False
-    if not is_file:
-        problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+    from sweeps.reading import check_file
+
+    check_file(path)
 
 
 def _opened(path: Path) -> xr.Dataset:
-    """Open an archive for reading.
+    """Open an archive for reading."""
+    from sweeps import reading
 
-    Raises
-    ------
-    SceneError
-        For anything that is no netCDF file.
-    """
-    _check_archive(path)
-    from sweeps.archive import open_archive
-
-    try:
-        dataset = open_archive(path)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
-    if "scene" not in dataset.attrs:
-        dataset.close()
-        raise SceneError(
-            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
-        )
-    return dataset
+    return reading.open(path)
 
 
 def _slice(text: str) -> tuple[str, float | str]:

@@ -28,7 +28,7 @@ from sweeps.provenance import differences, identity
 from sweeps.scene import DESIGN
 from sweeps.streaming import Options, Stopped, archive_bytes, check_room, run, stopped
 
-__all__ = ["extend", "merge"]
+__all__ = ["Parts", "extend", "merge", "slabs", "together"]
 
 SLAB = 16e6
 """Bytes of a variable that are copied at a time."""
@@ -63,6 +63,46 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
     """
     if len(paths) < 2:
         raise SceneError("merge: needs two archives or more")
+    parts = together(paths)
+    shards = bool(parts.archives[0].piece)
+    _write(parts.plan, parts.axis, parts.archives, parts.places, output, options, exact=shards)
+    return parts.plan
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Archives of one scene, and where their points lie in the whole.
+
+    Attributes
+    ----------
+    plan : Plan
+        Of the whole.
+    axis : str
+        Along which they are joined; empty where they hold the same.
+    archives : list of Held
+        The parts.
+    places : list of ndarray
+        Of each archive, the positions of its points along the axis.
+    """
+
+    plan: Plan
+    axis: str
+    archives: list[Held]
+    places: list[Places]
+
+    def labels(self, options: Options) -> Labels:
+        """Labels of the whole, with the history of its parts."""
+        return _labels(self.plan, self.archives, options)
+
+
+def together(paths: Sequence[Path]) -> Parts:
+    """Find out what belongs where, without reading any results.
+
+    Raises
+    ------
+    SceneError
+        As `merge`, but for what archives say of one design.
+    """
     archives = [held(path) for path in paths]
     first = archives[0]
     shards = bool(first.piece)
@@ -73,8 +113,7 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
                 f"{'one' if shards else 'none'}; merge shards first"
             )
     axis, plan, places = _of_shards(archives) if shards else _of_axis(archives)
-    _write(plan, axis, archives, places, output, options, exact=shards)
-    return plan
+    return Parts(plan, axis, archives, places)
 
 
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
