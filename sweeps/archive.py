@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from sweeps.dataset import Labels, Variable
 
-__all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "write"]
+__all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "write"]
 
 CHUNK = 1 << 17
 """Numbers of a chunk at most, about: a megabyte."""
@@ -47,16 +47,23 @@ def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> 
     path = Path(path)
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path}: exists")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    partial = Path(name)
-    try:
+    with replaced(path) as partial:
         # Where 64-bit integers label something, 32 bits hold it and every reader knows them.
         encoding = {
             str(n): {"dtype": "int32"} for n, v in dataset.variables.items() if v.dtype == "int64"
         }
         dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=encoding)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """Temporary name beside a file; what was written there gets the file's name at the end."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    partial = Path(name)
+    try:
+        yield partial
         # mkstemp's file is for its owner alone; an archive gets the permissions of any new file.
         mask = os.umask(0)
         os.umask(mask)

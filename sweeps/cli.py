@@ -300,6 +300,50 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
 
 
 @main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The table to write, FILE.csv or FILE.parquet.",
+)
+@click.option(
+    "--quantities",
+    metavar="NAMES",
+    help="Such as delta,imep; all that have one number a design, if not given.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace the table if it exists.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def export(
+    archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
+) -> None:
+    """Write ARCHIVE as a table, CSV or Parquet, with a row for each design.
+
+    With a curve among the quantities, such as omega over crank_angle, a row for each of its points.
+    """
+    _check_archive(archive)
+    from sweeps.exporting import check_format
+    from sweeps.exporting import export as write
+
+    check_format(output)
+    _check_output(output, overwrite, archive)
+    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    with _opened(archive) as dataset:
+        done = _streamed(
+            lambda: write(dataset, output, quantities=names, overwrite=overwrite), output
+        )
+    if not quiet:
+        if done.left_out:
+            click.echo(f"left out, not one number a design: {', '.join(done.left_out)}", err=True)
+        size = size_text(output.stat().st_size)
+        click.echo(
+            f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}"
+        )
+
+
+@main.command()
 @click.argument("scene")
 @_guarded
 def plan(scene: str) -> None:

@@ -515,9 +515,11 @@ def _check_name(archive: xr.Dataset, name: str) -> None:
 
 def ranges(
     variables: Mapping[str, xr.Variable], dims: Sequence[str], shape: Sequence[int],
-    limit: float = RANGE,
+    limit: float = RANGE, *, in_order: bool = False,
 ) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], dict[str, npt.NDArray[Any]]]]:  # fmt: skip
     """Read variables over some dimensions, a range at a time.
+
+    Ranges are whole chunks of the file, or, `in_order`, follow each other as the values do.
 
     Yields
     ------
@@ -525,7 +527,7 @@ def ranges(
         Where the range begins, its lengths, and the values of each variable, which broadcast to
         them.
     """
-    chunks = _chunks(variables, dims, shape)
+    chunks = (1,) * len(shape) if in_order else _chunks(variables, dims, shape)
     for place in slabs(tuple(shape), chunks, 8, limit):
         inside = dict(zip(dims, place, strict=True))
         arrays = {}
