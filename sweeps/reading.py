@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Constraint", "best", "constraint", "nearest", "open", "pareto", "ranges"]
 
-RANGE = 32e6
+RANGE = 8e6
 """Bytes of each variable that are searched at a time, about."""
 
 FRONT = "front"
@@ -403,9 +403,11 @@ def pareto(
     front = np.empty((2, 0))
     found = np.empty(0, dtype=np.int64)
     for places, values in search.designs():
-        both = np.hstack([front, [s * v for s, v in zip(signs, values, strict=True)]])
+        here = np.array([s * v for s, v in zip(signs, values, strict=True)])
+        left = _unbeaten(front, here)
+        both = np.hstack([front, here[:, left]])
         kept = front_of(*both)
-        front, found = both[:, kept], np.concatenate([found, places])[kept]
+        front, found = both[:, kept], np.concatenate([found, places[left]])[kept]
     if not found.size:
         raise SceneError(search.nothing())
     if not search.shape:
@@ -429,6 +431,19 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray[n
     new = np.concatenate([[True], (np.diff(one) != 0.0) | (np.diff(other) != 0.0)])
     kept = (other < below)[np.flatnonzero(new)][np.cumsum(new) - 1]
     return np.asarray(order[kept], dtype=np.int64)
+
+
+def _unbeaten(
+    front: npt.NDArray[np.float64], pairs: npt.NDArray[np.float64]
+) -> npt.NDArray[np.bool_]:
+    """Which pairs no pair of a front is below in the second number, and not above in the first.
+
+    Quicker than sorting them: the second number falls along a front.
+    """
+    if not front.size:
+        return np.ones(pairs.shape[1], dtype=bool)
+    before = np.searchsorted(front[0], pairs[0], side="right") - 1
+    return np.asarray((before < 0) | (pairs[1] <= front[1][before]))
 
 
 def _conditions(within: str | Sequence[str]) -> list[Constraint]:

@@ -82,7 +82,7 @@ def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
     assert len(table) == done.rows == xr.broadcast(
         archive["torque_after_throw"], archive["imep"]
     )[0].size  # fmt: skip
-    assert {"crank_angle", "throw"} <= set(table.columns)
+    assert {"crank_angle", "case", "imep"} <= set(table.columns)
     assert "delta" not in table.columns
     assert done.left_out == ()
 
