@@ -437,6 +437,17 @@ def list_(what: str | None) -> None:
 
 
 @main.command()
+@_guarded
+def schema() -> None:
+    """Print the JSON schema of scenes, for editors and for programs that write scenes."""
+    import json
+
+    from sweeps.schema import scene_schema
+
+    click.echo(json.dumps(scene_schema(), indent=2, ensure_ascii=False))
+
+
+@main.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path))
 @_guarded
 def new(file: Path | None) -> None:
@@ -663,7 +674,9 @@ def _partial_text(path: Path) -> str:
 
 def _archive_text(dataset: xr.Dataset, name: str) -> str:
     """Axes, quantities, outcomes and provenance of an archive."""
-    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": "), "", "axes"]
+    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
+    lines += [f"  {line}" for line in (_size_line(dataset, name), _run_line(dataset)) if line]
+    lines += ["", "axes"]
     for dimension, size in dataset.sizes.items():
         lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
         columns = [
@@ -681,7 +694,8 @@ def _archive_text(dataset: xr.Dataset, name: str) -> str:
         over = ", ".join(str(d) for d in data.dims) or "one value"
         units = data.attrs.get("units", "no single unit")
         lines.append(
-            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over})"
+            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over}), "
+            f"{size_text(data.nbytes)}"
         )
     counts = _outcomes(dataset)
     if counts:
@@ -691,6 +705,34 @@ def _archive_text(dataset: xr.Dataset, name: str) -> str:
         if key != "title":
             lines += _attribute_lines(str(key), value)
     return "\n".join(lines)
+
+
+def _size_line(dataset: xr.Dataset, name: str) -> str:
+    """How large an archive is, in numbers and on the disk, and how it is stored."""
+    from engine_dyn.quantities import DIMENSIONS
+
+    designs = math.prod(size for d, size in dataset.sizes.items() if d not in DIMENSIONS)
+    numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
+    levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
+    parts = [
+        counted(designs, "design"),
+        f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
+        *sorted(numbers),
+        f"compression {max(levels)}" if any(levels) else "not compressed",
+        f"{size_text(Path(name).stat().st_size)} on the disk",
+    ]
+    return ", ".join(parts)
+
+
+def _run_line(dataset: xr.Dataset) -> str:
+    """When an archive was made, how long that took, and by which command."""
+    made = str(dataset.attrs.get("history", "")).splitlines()
+    words = [] if not made else [made[-1].partition(": ")[0]]
+    if "seconds" in dataset.attrs:
+        words.append(f"computed in {float(dataset.attrs['seconds']):.3g} s")
+    if "command_line" in dataset.attrs:
+        words.append(f"by {one_line(dataset.attrs['command_line'], LONGEST)}")
+    return ", ".join(words)
 
 
 def _attribute_lines(key: str, value: object) -> list[str]:
