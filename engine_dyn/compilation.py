@@ -92,7 +92,9 @@ def _link_privately() -> None:
             # private ones may take other arguments than those that everybody calls.
             tag = hashlib.sha256("".join(sorted(kernels)).encode()).hexdigest()[:16]
             for function in defined:
-                if function.linkage == linkage.linkonce_odr:
+                # What counts references is known to Numba's passes by its name.
+                counts = function.name.startswith("NRT_")
+                if function.linkage == linkage.linkonce_odr and not counts:
                     function.linkage = linkage.internal
                     function.name = f"{function.name}.{tag}"
         optimize(self)
