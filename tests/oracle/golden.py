@@ -43,7 +43,9 @@ def read() -> dict[str, dict[str, Any]]:
 def numbers_of(item: HeldOut) -> dict[str, Any]:
     """All that defines a held-out design, as plain data."""
     # Held-out engines are in line, centred, and fire evenly.
-    left = ("offset", "firing_angles", "pressure_factors", "mass_factors", "motored")
+    left = (
+        "offset", "firing_angles", "pressure_factors", "mass_factors", "radius_factors", "motored",
+    )  # fmt: skip
     return {key: value for key, value in asdict(item.design).items() if key not in left}
 
 

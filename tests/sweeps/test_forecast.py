@@ -36,10 +36,8 @@ def test_stages_are_counted_against_designs() -> None:
     assert "720 crank angles" in told
     assert row(told, "mean_piston_speed")[1:4] == ["speed", "4", "6"]
     assert row(told, "rod")[1:5] == ["crank_ratio", "3", "8"]
-    assert (
-        "speed_solution           crank_ratio, inertia, speed                24             1"
-        in told
-    )
+    words = row(told, "speed_solution")
+    assert words[1:6] == ["crank_ratio,", "inertia,", "speed", "24", "1"]
 
 
 @pytest.mark.parametrize(

@@ -626,9 +626,21 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
 # --- killing ------------------------------------------------------------------------------------
 
 
-def start(*arguments: str | Path, folder: Path) -> subprocess.Popen[str]:
+SLOW = """
+import time
+from sweeps.partial import Partial
+write = Partial.write
+def wait_and_write(*arguments):
+    time.sleep(0.1)
+    return write(*arguments)
+Partial.write = wait_and_write
+"""
+"""Put before PROGRAM: on a quick machine all would be done before a signal arrives."""
+
+
+def start(*arguments: str | Path, folder: Path, before: str = "") -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *map(str, arguments)],
+        [sys.executable, "-c", before + PROGRAM, *map(str, arguments)],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
@@ -703,7 +715,7 @@ def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
     (tmp_path / "scene.toml").write_text(LARGE)
     folder = tmp_path / "out.nc.partial"
-    process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
+    process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path, before=SLOW)
     wait_for(lambda: len(list(folder.glob("block-*.bin"))) > 1, process)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
