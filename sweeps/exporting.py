@@ -48,7 +48,7 @@ class Exported:
 
 
 def export(
-    archive: xr.Dataset, path: str | Path, *, quantities: Sequence[str] | None = None,
+    archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
     overwrite: bool = False,
 ) -> Exported:  # fmt: skip
     """Write an archive as a table.
@@ -64,7 +64,7 @@ def export(
         As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
     path : str or Path
         The table; its ending, .csv or .parquet, says which format.
-    quantities : sequence of str, optional
+    quantities : str or sequence of str, optional
         Those to write; all that have one number a design, if not given. With a curve, such as
         omega over crank_angle, there is a row for each of its points.
     overwrite : bool
@@ -82,7 +82,7 @@ def export(
     opener = check_format(path)
     if path.exists() and not overwrite:
         raise SceneError(f"{path}: exists; it is not overwritten")
-    names = _chosen(archive, quantities)
+    names = _chosen(archive, [quantities] if isinstance(quantities, str) else quantities)
     used = {d for name in names for d in archive[name].dims}
     dims = [str(d) for d in archive.dims if d in used]
     shape = [archive.sizes[d] for d in dims]

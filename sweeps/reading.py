@@ -129,8 +129,11 @@ def _joined(parts: Parts) -> xr.Dataset:
             if parts.axis in dims:
                 lazy = _backend_array(variables, dims.index(parts.axis), parts.places)
                 data[name] = indexing.LazilyIndexedArray(lazy)
+            elif dims:
+                every = np.arange(variables[0].shape[0])
+                data[name] = indexing.LazilyIndexedArray(_backend_array(variables[:1], 0, [every]))
             else:
-                data[name] = variables[0]._data
+                data[name] = variables[0].values
         joined = dataset_of(labels, data)
     except BaseException:
         close()

@@ -129,7 +129,7 @@ def test_by_the_command(folder: Path, tmp_path: Path) -> None:
 
 def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path: Path) -> None:
     with sweeps.open(folder / "a.nc") as opened:
-        sweeps.export(opened, tmp_path / "t.csv", quantities=["delta"])
+        sweeps.export(opened, tmp_path / "t.csv", quantities="delta")
     table = read(tmp_path / "t.csv")
     table[["speed", "inertia"]].to_csv(tmp_path / "designs.csv", index=False)
     scene = {

@@ -86,6 +86,9 @@ def test_nothing_is_read_before_it_is_used(
         for key in (np.s_[::-1, 5], np.s_[1:3, 1::2], np.s_[2, 3], np.s_[[3, 0], [4, 2]], np.s_[:]):
             expected = whole["delta"][key] if key != np.s_[:] else whole["delta"]
             np.testing.assert_array_equal(lazy["delta"][key].values, expected.values)
+        here = xr.Variable(("front",), [3, 0, 3]), xr.Variable(("front",), [1, 6, 1])
+        points = lazy["delta"].isel(speed=here[0], inertia=here[1])
+        np.testing.assert_array_equal(points, whole["delta"].values[[3, 0, 3], [1, 6, 1]])
 
 
 def test_archives_that_differ_in_an_axis_open_as_one(tmp_path: Path) -> None:
