@@ -729,7 +729,7 @@ def _run_line(dataset: xr.Dataset) -> str:
     made = str(dataset.attrs.get("history", "")).splitlines()
     words = [] if not made else [made[-1].partition(": ")[0]]
     if "seconds" in dataset.attrs:
-        words.append(f"computed in {float(dataset.attrs['seconds']):.3g} s")
+        words.append(f"computed in {one_line(dataset.attrs['seconds'], 30)} s")
     if "command_line" in dataset.attrs:
         words.append(f"by {one_line(dataset.attrs['command_line'], LONGEST)}")
     return ", ".join(words)

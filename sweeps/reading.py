@@ -17,11 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.archive import open_archive, slabs
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
-from sweeps.merge import Parts, slabs, together
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.merge import Parts
 
 __all__ = ["Constraint", "best", "constraint", "nearest", "open", "pareto", "ranges"]
 
@@ -62,6 +64,8 @@ def open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:  # the name tha
         return _opened(paths[0])
     for each in paths:
         check_file(each)
+    from sweeps.merge import together  # which brings the whole planner
+
     return _joined(together(paths))
 
 
@@ -84,11 +88,9 @@ def check_file(path: Path) -> None:
 
 def _opened(path: Path) -> xr.Dataset:
     check_file(path)
-    from sweeps.archive import open_archive
-
     try:
         dataset = open_archive(path)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError, AttributeError) as error:  # netCDF4 raises any
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
     if "scene" not in dataset.attrs:
