@@ -4,12 +4,28 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["Scene", "SceneError", "open_archive", "read_scene", "run"]
+__all__ = [
+    "Scene",
+    "SceneError",
+    "best",
+    "export",
+    "nearest",
+    "open",
+    "open_archive",
+    "pareto",
+    "read_scene",
+    "run",
+]
 
 _HOMES = {
     "Scene": "sweeps.scene",
     "SceneError": "sweeps.errors",
+    "best": "sweeps.reading",
+    "export": "sweeps.exporting",
+    "nearest": "sweeps.reading",
+    "open": "sweeps.reading",
     "open_archive": "sweeps.archive",
+    "pareto": "sweeps.reading",
     "read_scene": "sweeps.scene",
     "run": "sweeps.runner",
 }

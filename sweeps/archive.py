@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from sweeps.dataset import Labels, Variable
 
-__all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "write"]
+__all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "slabs", "write"]
 
 CHUNK = 1 << 17
 """Numbers of a chunk at most, about: a megabyte."""
@@ -29,6 +29,9 @@ CHUNK = 1 << 17
 SMALLEST_CHUNK = 1 << 12
 
 WASTE = 0.02
+
+SLAB = 16e6
+"""Bytes of a variable that are read or copied at a time."""
 
 
 def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> None:
@@ -47,16 +50,23 @@ def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> 
     path = Path(path)
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path}: exists")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    partial = Path(name)
-    try:
+    with replaced(path) as partial:
         # Where 64-bit integers label something, 32 bits hold it and every reader knows them.
         encoding = {
             str(n): {"dtype": "int32"} for n, v in dataset.variables.items() if v.dtype == "int64"
         }
         dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=encoding)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """Temporary name beside a file; what was written there gets the file's name at the end."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    partial = Path(name)
+    try:
+        yield partial
         # mkstemp's file is for its owner alone; an archive gets the permissions of any new file.
         mask = os.umask(0)
         os.umask(mask)
@@ -213,3 +223,23 @@ def _waste(shape: tuple[int, ...], chunks: list[int]) -> float:
     """Share of the room of all chunks that is not used."""
     room = math.prod(-(-n // c) * c for n, c in zip(shape, chunks, strict=True))
     return 1.0 - math.prod(shape) / room
+
+
+def slabs(
+    shape: tuple[int, ...], chunks: tuple[int, ...], itemsize: int, limit: float | None = None
+) -> Iterator[tuple[slice, ...]]:
+    """Ranges that make up an array: whole numbers of chunks, about `limit` bytes at most."""
+    limit = SLAB if limit is None else limit
+    if not shape:
+        yield ()
+        return
+    row = math.prod(shape[1:]) * itemsize
+    if row * chunks[0] <= limit or len(shape) == 1:
+        step = max(1, int(limit // max(row * chunks[0], 1))) * chunks[0]
+        for begin in range(0, shape[0], step):
+            yield (slice(begin, min(begin + step, shape[0])), *(slice(0, n) for n in shape[1:]))
+        return
+    for begin in range(0, shape[0], chunks[0]):
+        first = slice(begin, min(begin + chunks[0], shape[0]))
+        for rest in slabs(shape[1:], chunks[1:], itemsize * chunks[0], limit):
+            yield (first, *rest)

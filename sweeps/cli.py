@@ -275,6 +275,75 @@ def rerun(
 
 
 @main.command()
+@click.argument("first", type=click.Path(path_type=Path))
+@click.argument("second", type=click.Path(path_type=Path))
+@click.option(
+    "--tolerance",
+    metavar="NUMBER",
+    help="End with status 1 where a relative difference is larger, or an axis or quantity differs.",
+)
+@_guarded
+def compare(first: Path, second: Path, tolerance: str | None) -> None:
+    """Compare two archives: axes, quantities, the largest differences and where they are.
+
+    Where axes differ, the values that both have are compared. A relative difference is over the
+    greater of the two magnitudes.
+    """
+    limit = None if tolerance is None else _tolerance(tolerance)
+    with _opened(first) as one, _opened(second) as two:
+        from sweeps import compare as comparing
+
+        found = comparing.compare(one, two)
+    click.echo(comparing.text(found))
+    if limit is not None and not found.within(limit):
+        _end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
+
+
+@main.command()
+@click.argument("archive", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The table to write, FILE.csv or FILE.parquet.",
+)
+@click.option(
+    "--quantities",
+    metavar="NAMES",
+    help="Such as delta,imep; all that have one number a design, if not given.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace the table if it exists.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@_guarded
+def export(
+    archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
+) -> None:
+    """Write ARCHIVE as a table, CSV or Parquet, with a row for each design.
+
+    With a curve among the quantities, such as omega over crank_angle, a row for each of its points.
+    """
+    _check_archive(archive)
+    from sweeps.exporting import check_format
+    from sweeps.exporting import export as write
+
+    check_format(output)
+    _check_output(output, overwrite, archive)
+    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    with _opened(archive) as dataset:
+        done = _streamed(
+            lambda: write(dataset, output, quantities=names, overwrite=overwrite), output
+        )
+    if not quiet:
+        if done.left_out:
+            click.echo(f"left out, not one number a design: {', '.join(done.left_out)}", err=True)
+        size = size_text(output.stat().st_size)
+        click.echo(
+            f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}"
+        )
+
+
+@main.command()
 @click.argument("scene")
 @_guarded
 def plan(scene: str) -> None:
@@ -365,6 +434,17 @@ def list_(what: str | None) -> None:
     width = max(len(name) for name, _ in lines)
     for name, text in lines:
         click.echo(f"{name:<{width}}  {text}")
+
+
+@main.command()
+@_guarded
+def schema() -> None:
+    """Print the JSON schema of scenes, for editors and for programs that write scenes."""
+    import json
+
+    from sweeps.schema import scene_schema
+
+    click.echo(json.dumps(scene_schema(), indent=2, ensure_ascii=False))
 
 
 @main.command()
@@ -467,6 +547,19 @@ def _points(text: str) -> tuple[str, list[float]]:
     return name.strip(), found
 
 
+def _tolerance(text: str) -> float:
+    """Return a relative difference such as 1e-6."""
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not 0.0 <= limit < math.inf:
+        raise SceneError(
+            f"--tolerance {one_line(text, 60)}: must be a number of 0 or more, such as 1e-6"
+        )
+    return limit
+
+
 def _size(text: str) -> float:
     """Bytes of "500MB" or "1.5 GB"."""
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
@@ -507,37 +600,16 @@ def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
 
 def _check_archive(path: Path) -> None:
     """Refuse what is no file."""
-    try:
-        exists, is_file = path.exists(), path.is_file()
-    except (OSError, ValueError):
-        exists = is_file = False
-    if not is_file:
-        problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+    from sweeps.reading import check_file
+
+    check_file(path)
 
 
 def _opened(path: Path) -> xr.Dataset:
-    """Open an archive for reading.
+    """Open an archive for reading."""
+    from sweeps import reading
 
-    Raises
-    ------
-    SceneError
-        For anything that is no netCDF file.
-    """
-    _check_archive(path)
-    from sweeps.archive import open_archive
-
-    try:
-        dataset = open_archive(path)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
-    if "scene" not in dataset.attrs:
-        dataset.close()
-        raise SceneError(
-            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
-        )
-    return dataset
+    return reading.open(path)
 
 
 def _slice(text: str) -> tuple[str, float | str]:
@@ -602,7 +674,9 @@ def _partial_text(path: Path) -> str:
 
 def _archive_text(dataset: xr.Dataset, name: str) -> str:
     """Axes, quantities, outcomes and provenance of an archive."""
-    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": "), "", "axes"]
+    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
+    lines += [f"  {line}" for line in (_size_line(dataset, name), _run_line(dataset)) if line]
+    lines += ["", "axes"]
     for dimension, size in dataset.sizes.items():
         lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
         columns = [
@@ -620,7 +694,8 @@ def _archive_text(dataset: xr.Dataset, name: str) -> str:
         over = ", ".join(str(d) for d in data.dims) or "one value"
         units = data.attrs.get("units", "no single unit")
         lines.append(
-            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over})"
+            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over}), "
+            f"{size_text(data.nbytes)}"
         )
     counts = _outcomes(dataset)
     if counts:
@@ -630,6 +705,34 @@ def _archive_text(dataset: xr.Dataset, name: str) -> str:
         if key != "title":
             lines += _attribute_lines(str(key), value)
     return "\n".join(lines)
+
+
+def _size_line(dataset: xr.Dataset, name: str) -> str:
+    """How large an archive is, in numbers and on the disk, and how it is stored."""
+    from engine_dyn.quantities import DIMENSIONS
+
+    designs = math.prod(size for d, size in dataset.sizes.items() if d not in DIMENSIONS)
+    numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
+    levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
+    parts = [
+        counted(designs, "design"),
+        f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
+        *sorted(numbers),
+        f"compression {max(levels)}" if any(levels) else "not compressed",
+        f"{size_text(Path(name).stat().st_size)} on the disk",
+    ]
+    return ", ".join(parts)
+
+
+def _run_line(dataset: xr.Dataset) -> str:
+    """When an archive was made, how long that took, and by which command."""
+    made = str(dataset.attrs.get("history", "")).splitlines()
+    words = [] if not made else [made[-1].partition(": ")[0]]
+    if "seconds" in dataset.attrs:
+        words.append(f"computed in {one_line(dataset.attrs['seconds'], 30)} s")
+    if "command_line" in dataset.attrs:
+        words.append(f"by {one_line(dataset.attrs['command_line'], LONGEST)}")
+    return ", ".join(words)
 
 
 def _attribute_lines(key: str, value: object) -> list[str]:

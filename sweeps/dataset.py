@@ -26,7 +26,7 @@ from sweeps.scene import DESIGN, Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PUBLISHED", "Labels", "Variable", "describe", "label", "to_file_units"]
+__all__ = ["PUBLISHED", "Labels", "Variable", "dataset_of", "describe", "label", "to_file_units"]
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference]."""
@@ -150,15 +150,23 @@ def label(
 
     Values are converted from SI to the units of files in place.
     """
+    labels = describe(plan, seconds=seconds)
+    return dataset_of(
+        labels,
+        {
+            name: to_file_units(v, results[name])
+            for name, v in labels.variables.items()
+            if v.data is None
+        },
+    )
+
+
+def dataset_of(labels: Labels, data: Mapping[str, Any]) -> xr.Dataset:
+    """Dataset of labels and of arrays in the units of files, which may be lazy ones of xarray."""
     import xarray as xr
 
-    labels = describe(plan, seconds=seconds)
     variables = {
-        name: _variable(
-            v.dims,
-            to_file_units(v, results[name]) if v.data is None else v.data,
-            v.attributes,
-        )
+        name: _variable(v.dims, data[name] if v.data is None else v.data, v.attributes)
         for name, v in labels.variables.items()
     }
     coordinates = {
@@ -179,12 +187,14 @@ def _variable(
 ) -> xr.Variable:
     import pandas as pd
     import xarray as xr
+    from xarray.core.indexing import ExplicitlyIndexed
 
     # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
     # and imports dask, where it is installed, to find out.
     if dims == (name,):
         return xr.IndexVariable(dims, pd.Index(data), attributes, fastpath=True)
-    return xr.Variable(dims, np.asarray(data), attributes, fastpath=True)
+    lazy = isinstance(data, ExplicitlyIndexed)
+    return xr.Variable(dims, data if lazy else np.asarray(data), attributes, fastpath=True)
 
 
 def _attributes(plan: Plan, node: Node) -> dict[str, str]:

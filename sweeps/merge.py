@@ -7,8 +7,7 @@ does not depend on the axis in which they differ.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps import archive
+from sweeps.archive import slabs
 from sweeps.dataset import Labels, describe
 from sweeps.errors import SceneError, counted
 from sweeps.held import Held, held, opened, plan_of
@@ -28,10 +28,7 @@ from sweeps.provenance import differences, identity
 from sweeps.scene import DESIGN
 from sweeps.streaming import Options, Stopped, archive_bytes, check_room, run, stopped
 
-__all__ = ["extend", "merge"]
-
-SLAB = 16e6
-"""Bytes of a variable that are copied at a time."""
+__all__ = ["Parts", "extend", "merge", "together"]
 
 Places = npt.NDArray[np.int64]
 
@@ -63,6 +60,46 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
     """
     if len(paths) < 2:
         raise SceneError("merge: needs two archives or more")
+    parts = together(paths)
+    shards = bool(parts.archives[0].piece)
+    _write(parts.plan, parts.axis, parts.archives, parts.places, output, options, exact=shards)
+    return parts.plan
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Archives of one scene, and where their points lie in the whole.
+
+    Attributes
+    ----------
+    plan : Plan
+        Of the whole.
+    axis : str
+        Along which they are joined; empty where they hold the same.
+    archives : list of Held
+        The parts.
+    places : list of ndarray
+        Of each archive, the positions of its points along the axis.
+    """
+
+    plan: Plan
+    axis: str
+    archives: list[Held]
+    places: list[Places]
+
+    def labels(self, options: Options) -> Labels:
+        """Labels of the whole, with the history of its parts."""
+        return _labels(self.plan, self.archives, options)
+
+
+def together(paths: Sequence[Path]) -> Parts:
+    """Find out what belongs where, without reading any results.
+
+    Raises
+    ------
+    SceneError
+        As `merge`, but for what archives say of one design.
+    """
     archives = [held(path) for path in paths]
     first = archives[0]
     shards = bool(first.piece)
@@ -73,8 +110,7 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
                 f"{'one' if shards else 'none'}; merge shards first"
             )
     axis, plan, places = _of_shards(archives) if shards else _of_axis(archives)
-    _write(plan, axis, archives, places, output, options, exact=shards)
-    return plan
+    return Parts(plan, axis, archives, places)
 
 
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
@@ -395,22 +431,3 @@ def _check_agreement(
             f"{first.archive.path} for the same design ({counted(int(bad.sum()), 'conflict')} at "
             "least)"
         )
-
-
-def slabs(
-    shape: tuple[int, ...], chunks: tuple[int, ...], itemsize: int, limit: float = SLAB
-) -> Iterator[tuple[slice, ...]]:
-    """Ranges that make up an array, whole numbers of chunks, of `limit` bytes at most, about."""
-    if not shape:
-        yield ()
-        return
-    row = math.prod(shape[1:]) * itemsize
-    if row * chunks[0] <= limit or len(shape) == 1:
-        step = max(1, int(limit // max(row * chunks[0], 1))) * chunks[0]
-        for begin in range(0, shape[0], step):
-            yield (slice(begin, min(begin + step, shape[0])), *(slice(0, n) for n in shape[1:]))
-        return
-    for begin in range(0, shape[0], chunks[0]):
-        first = slice(begin, min(begin + chunks[0], shape[0]))
-        for rest in slabs(shape[1:], chunks[1:], itemsize * chunks[0], limit):
-            yield (first, *rest)

@@ -73,12 +73,15 @@ from sweeps.table import Table, kept_files, read_table
 __all__ = [
     "DESIGN",
     "FAILURES",
+    "CLOSURES",
     "INERTIA_MODELS",
     "LABELS",
     "METHODS",
+    "Range",
     "Reference",
     "Scene",
     "SceneError",
+    "SceneFile",
     "built_in_scenes",
     "read_scene",
     "scene_of",
@@ -108,7 +111,9 @@ SAME = 1e-6
 """Relative difference up to which a value of a reference file is the same as the scene's."""
 
 
-class _Range(Strict):
+class Range(Strict):
+    """An axis as start, stop and number of values."""
+
     start: float = Field(description="a finite number")
     stop: float = Field(description="a finite number")
     num: int = Field(description=f"a whole number from 2 to {LARGEST_AXIS}", ge=2, le=LARGEST_AXIS)
@@ -154,7 +159,9 @@ class _Characteristic(Strict):
     )  # fmt: skip
 
 
-class _SceneFile(Strict):
+class SceneFile(Strict):
+    """Tables and keys of a scene, before parameters and quantities are looked at."""
+
     title: str | None = Field(default=None, description="a text")
     engine: str = Field(
         description="a text: an engine of the catalogue or the path of an engine file"
@@ -446,7 +453,7 @@ def _find(scene: str | Path) -> tuple[Path, str]:
 
 
 def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Scene:
-    given = check_structure(_SceneFile, raw, name)
+    given = check_structure(SceneFile, raw, name)
     engine = load_engine(given.engine, base, f"{name}: engine")
     settings = _settings(
         {k: v for k, v in given.set.items() if k not in KEYS and k not in TABLE_KEYS}, name
@@ -587,7 +594,7 @@ def _own_cylinders(
 
 
 def _characteristic(
-    given: _SceneFile, places: tuple[Mapping[str, Any], ...], name: str
+    given: SceneFile, places: tuple[Mapping[str, Any], ...], name: str
 ) -> Characteristic | None:
     """[characteristic]: a known curve, or one of the lecture's form."""
     table = given.characteristic
@@ -682,7 +689,7 @@ def _axis(key: str, raw: Any, name: str) -> FloatArray:
 
 def _range(raw: dict[str, Any], where: str) -> FloatArray:
     """Values of start/stop/num."""
-    given = check_structure(_Range, raw, where)
+    given = check_structure(Range, raw, where)
     if given.start == given.stop:
         raise SceneError(
             f"{where}: start and stop are both {given.start:g}; they must differ (a single value "

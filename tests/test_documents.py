@@ -11,11 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import sweeps
+from sweeps import streaming
 from sweeps.cli import main as command
 from sweeps.engine_file import load_engine
+from sweeps.parts import shard
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -90,8 +95,23 @@ def test_readme_engine_file(folder: Path) -> None:
 
 @pytest.mark.usefixtures("folder")
 def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = {
+        "engine": "ntua",
+        "axes": {"inertia": [2, 20, 60, 200], "speed": [1000, 1500], "load": [20, 50, 80]},
+        "output": {"quantities": ["delta", "imep"]},
+    }
+    for number in (1, 2):
+        piece = shard(make_plan(read_scene(scene)), number, 2)
+        streaming.run(piece, Path(f"part{number}.nc"), streaming.Options())
+    spaces: list[dict[str, Any]] = []
     for block in blocks("python"):
-        exec(block, {})
+        spaces.append({})
+        exec(block, spaces[-1])
+    known = next(space for space in spaces if "light" in space)
+    assert float(known["light"]["delta"]) <= 1 / 150
+    assert float(known["safe"]["inertia"]) >= float(known["light"]["inertia"])
+    assert len(pd.read_csv("front.csv")) == known["front"].sizes["front"]
+    known["archive"].close()
     deltas, one = capsys.readouterr().out.splitlines()
     assert len(re.findall(NUMBER, deltas)) == 4
     assert one.endswith(" 0")

@@ -266,6 +266,9 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
         "delta ",
         "[rad s-1]",
         "converged: 6",
+        "  6 designs, ",
+        " of results, float64, not compressed, ",
+        ", computed in ",
         "history: ",
         "engine: ntua",
     ):

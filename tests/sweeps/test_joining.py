@@ -14,9 +14,8 @@ import xarray as xr
 
 import sweeps
 from sweeps import streaming
-from sweeps.archive import open_archive
+from sweeps.archive import open_archive, slabs
 from sweeps.held import held
-from sweeps.merge import slabs
 from sweeps.partial import Partial
 from sweeps.plan import make_plan
 from sweeps.scene import read_scene
@@ -139,7 +138,7 @@ def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
 def test_archives_that_differ_in_one_axis(
     axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.merge.SLAB", 500.0)
+    monkeypatch.setattr("sweeps.archive.SLAB", 500.0)
     every = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
     scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
     ranges = ([0, 2], [1, 2, 3])  # 2 is in both

@@ -1,0 +1,163 @@
+"""Tables of archives: the same numbers, in order, in bounded pieces, whole or not there."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import exporting
+from sweeps.errors import SceneError
+from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
+
+pytestmark = pytest.mark.compiled
+
+KINDS = ("csv", "parquet")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("exporting")
+    (folder / "scene.toml").write_text(SCENE)
+    run(folder / "scene.toml", folder / "a.nc")
+    return folder
+
+
+@pytest.fixture
+def archive(folder: Path) -> Any:
+    with sweeps.open(folder / "a.nc") as opened:
+        yield opened
+
+
+def read(path: Path) -> pd.DataFrame:
+    if path.suffix == ".csv":
+        return pd.read_csv(path, engine="python")  # which reads every digit
+    return pq.read_table(path).to_pandas()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("rows", [1, 5, 1 << 18])
+def test_a_table_has_the_numbers_of_the_archive(
+    kind: str, rows: int, archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exporting, "ROWS", rows)
+    done = sweeps.export(archive, tmp_path / f"t.{kind}")
+    table = read(tmp_path / f"t.{kind}")
+    assert done.rows == len(table) == 28
+    assert done.left_out == ("load_torque",)
+    assert tuple(table.columns) == done.columns
+    values = archive.drop_vars(["load_torque", "crank_angle"]).to_dataframe(["speed", "inertia"])
+    expected = values.reset_index()
+    for name in table.columns:
+        if name != "status":
+            np.testing.assert_array_equal(table[name], expected[name])
+    assert set(table["status"]) == {"converged"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
+    archive = sweeps.run(TABLE)
+    archive["delta"].values[0] = np.nan
+    path = tmp_path / f"t.{kind}"
+    done = sweeps.export(archive, path)
+    table = read(path)
+    assert list(table.columns[:3]) == [d for d in archive["delta"].dims]
+    assert {"case", "stroke", "cylinders", "delta", "imep", "status"} <= set(table.columns)
+    assert "torque_after_throw" in done.left_out
+    assert len(table) == archive["delta"].size
+    for _, row in table.iloc[[0, 17, 40, -1]].iterrows():
+        one = sweeps.nearest(archive, case=row["case"], load=row["load"], method=row["method"])
+        for name in ("delta", "imep", "stroke", "cylinders"):
+            np.testing.assert_array_equal(row[name], float(one[name]))
+    assert table["delta"].isna().sum() == int(archive["delta"].isnull().sum()) > 6
+    done = sweeps.export(archive, path, quantities=["torque_after_throw", "imep"], overwrite=True)
+    table = read(path)
+    assert len(table) == done.rows == xr.broadcast(
+        archive["torque_after_throw"], archive["imep"]
+    )[0].size  # fmt: skip
+    assert {"crank_angle", "case", "imep"} <= set(table.columns)
+    assert "delta" not in table.columns
+    assert done.left_out == ()
+
+
+def test_parquet_tells_units(archive: xr.Dataset, tmp_path: Path) -> None:
+    sweeps.export(archive, tmp_path / "t.parquet", quantities=["imep", "delta"])
+    schema = pq.read_schema(tmp_path / "t.parquet")
+    assert schema.field("imep").metadata[b"units"] == b"bar"
+    assert schema.field("speed").metadata[b"units"] == b"rpm"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_failure_leaves_nothing(
+    kind: str, archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"t.{kind}"
+    path.write_text("old")
+    monkeypatch.setattr(exporting, "ROWS", 5)
+    ranges, count = exporting.ranges, 0
+
+    def failing(*arguments: Any, **options: Any) -> Any:
+        nonlocal count
+        for item in ranges(*arguments, **options):
+            count += 1
+            if count == 3:
+                raise OSError(28, "No space left on device")
+            yield item
+
+    monkeypatch.setattr(exporting, "ranges", failing)
+    with pytest.raises(OSError, match="No space"):
+        sweeps.export(archive, path, overwrite=True)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_by_the_command(folder: Path, tmp_path: Path) -> None:
+    told = ok("export", folder / "a.nc", "-o", tmp_path / "deep" / "t.csv")
+    assert "28 rows, 7 columns" in told
+    first = (tmp_path / "deep" / "t.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert first.startswith("speed,inertia,")
+    ok("export", folder / "a.nc", "-o", tmp_path / "c.parquet", "--quantities", "load_torque, imep")
+    assert len(read(tmp_path / "c.parquet")) > 28
+
+
+def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path: Path) -> None:
+    with sweeps.open(folder / "a.nc") as opened:
+        sweeps.export(opened, tmp_path / "t.csv", quantities="delta")
+    table = read(tmp_path / "t.csv")
+    table[["speed", "inertia"]].to_csv(tmp_path / "designs.csv", index=False)
+    scene = {
+        "engine": "ntua",
+        "designs": {"file": str(tmp_path / "designs.csv")},
+        "output": {"quantities": ["delta"]},
+    }
+    np.testing.assert_allclose(sweeps.run(scene)["delta"], table["delta"], rtol=1e-6)
+
+
+def test_what_is_refused(
+    folder: Path, tmp_path: Path, archive: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = folder / "a.nc"
+    (tmp_path / "there.csv").write_text("old")
+    for arguments, told in (
+        (("-o", tmp_path / "t.xlsx"), "must end in .csv or .parquet"),
+        (("-o", tmp_path / "there.csv"), "exists"),
+        (("-o", tmp_path), "must end in"),
+        (("-o", tmp_path / "t.csv", "--quantities", "dleta"), "did you mean 'delta'"),
+        (("-o", tmp_path / "t.csv", "--quantities", "delta,delta"), "twice"),
+        (("-o", tmp_path / "t.csv", "--quantities", ""), "not a quantity"),
+    ):
+        assert told in refused("export", source, *arguments)
+    assert "no such file" in refused("export", tmp_path / "no.nc", "-o", tmp_path / "t.csv")
+    assert not (tmp_path / "t.csv").exists()
+    with pytest.raises(SceneError, match="no quantity has one number a design"):
+        sweeps.export(archive[["load_torque"]], tmp_path / "t.csv")
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    text = refused("export", source, "-o", tmp_path / "t.parquet")
+    assert "pip install 'engine-dyn[parquet]'" in text

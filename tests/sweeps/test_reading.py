@@ -1,0 +1,315 @@
+"""Archives read as one, and designs found in them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sweeps
+from sweeps import reading, streaming
+from sweeps.archive import open_archive
+from sweeps.errors import SceneError
+from sweeps.parts import shard
+from sweeps.plan import make_plan
+from sweeps.reading import constraint, front_of
+from sweeps.scene import read_scene
+from sweeps.streaming import Options
+from tests.sweeps.test_joining import SCENE, TABLE, ok, run
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("reading") / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(scene: Path) -> xr.Dataset:
+    return sweeps.run(scene)
+
+
+def shards(scene: Any, count: int, folder: Path, **options: Any) -> list[Path]:
+    plan = make_plan(read_scene(scene))
+    paths = [folder / f"{number}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, start=1):
+        streaming.run(shard(plan, number, count), path, Options(**options))
+    return paths
+
+
+def without_history(dataset: xr.Dataset) -> xr.Dataset:
+    own = ("history", "seconds", "command_line", "input_files")
+    return dataset.assign_attrs(dict.fromkeys(own, ""))
+
+
+# --- several as one -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["scene", "table"])
+def test_shards_open_as_what_merge_writes(name: str, scene: Path, tmp_path: Path) -> None:
+    paths = shards(scene if name == "scene" else TABLE, 3, tmp_path)
+    ok("merge", *paths, "-o", tmp_path / "whole.nc")
+    with sweeps.open(paths[::-1]) as lazy, open_archive(tmp_path / "whole.nc") as merged:
+        xr.testing.assert_identical(without_history(lazy.load()), without_history(merged.load()))
+        assert len(lazy.attrs["history"].splitlines()) >= 2
+
+
+def test_nothing_is_read_before_it_is_used(
+    scene: Path, tmp_path: Path, whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = shards(scene, 3, tmp_path)
+    monkeypatch.setitem(sys.modules, "dask", None)
+    read: list[tuple[int, ...]] = []
+    of_file = reading._slice_of
+
+    def counting(places: Any) -> Any:
+        read.append(tuple(places))
+        return of_file(places)
+
+    monkeypatch.setattr(reading, "_slice_of", counting)
+    with sweeps.open(paths) as lazy:
+        cut = lazy["delta"].isel(speed=1, inertia=[6, 0, 1])
+        assert lazy["delta"].shape == (4, 7)
+        assert not read
+        np.testing.assert_array_equal(cut.values, whole["delta"].values[1, [6, 0, 1]])
+        # Of seven points, three shards have 2, 2 and 3: the middle one is not asked.
+        assert read == [(0, 1), (2,)]
+        for key in (np.s_[::-1, 5], np.s_[1:3, 1::2], np.s_[2, 3], np.s_[[3, 0], [4, 2]], np.s_[:]):
+            expected = whole["delta"][key] if key != np.s_[:] else whole["delta"]
+            np.testing.assert_array_equal(lazy["delta"][key].values, expected.values)
+        here = xr.Variable(("front",), [3, 0, 3]), xr.Variable(("front",), [1, 6, 1])
+        points = lazy["delta"].isel(speed=here[0], inertia=here[1])
+        np.testing.assert_array_equal(points, whole["delta"].values[[3, 0, 3], [1, 6, 1]])
+
+
+def test_archives_that_differ_in_an_axis_open_as_one(tmp_path: Path) -> None:
+    def part(*speeds: float) -> Path:
+        path = tmp_path / f"{speeds[0]:g}.nc"
+        scene = {
+            "engine": "ntua",
+            "axes": {"inertia": [1.5, 3.0], "speed": list(speeds)},
+            "output": {"quantities": ["delta", "mean_piston_speed", "imep", "omega"]},
+        }
+        run(scene, path)
+        return path
+
+    paths = [part(1500, 1800), part(1000, 1500, 1600)]
+    ok("merge", *paths, "-o", tmp_path / "both.nc")
+    with sweeps.open(paths) as lazy, open_archive(tmp_path / "both.nc") as merged:
+        assert lazy["speed"].values.tolist() == [1000, 1500, 1600, 1800]
+        xr.testing.assert_identical(without_history(lazy.load()), without_history(merged.load()))
+
+
+def test_one_archive_and_closing(scene: Path, tmp_path: Path, whole: xr.Dataset) -> None:
+    paths = shards(scene, 2, tmp_path, single=True)
+    run(scene, tmp_path / "one.nc")
+    for path in (tmp_path / "one.nc", str(tmp_path / "one.nc"), [tmp_path / "one.nc"]):
+        with sweeps.open(path) as opened:
+            np.testing.assert_array_equal(opened["delta"], whole["delta"])
+    with sweeps.open(paths) as lazy:
+        assert lazy["delta"].dtype == np.float32
+        assert lazy["imep"].values.shape == whole["imep"].shape
+
+
+def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
+    paths = shards(scene, 3, tmp_path)
+    other = tmp_path / "other.nc"
+    run({"engine": "ntua", "output": {"quantities": ["delta"]}}, other)
+    text = tmp_path / "text.nc"
+    text.write_text("no archive")
+    foreign = tmp_path / "foreign.nc"
+    xr.Dataset({"delta": ("x", [1.0])}).to_netcdf(foreign, engine="netcdf4")
+    for wrong, told in (
+        ([], "no archive"),
+        (tmp_path / "none.nc", "no such file"),
+        (tmp_path, "is not a file"),
+        (text, "not a netCDF archive"),
+        (foreign, "not an archive that `run` wrote"),
+        ([paths[0], tmp_path / "none.nc"], "no such file"),
+        ([paths[0], foreign], "foreign.nc"),
+        (paths[:2], "shards are missing"),
+        ([paths[0], other], "other.nc"),
+    ):
+        with pytest.raises(SceneError, match=told) as caught:
+            sweeps.open(wrong)
+        assert "\n" not in str(caught.value)
+
+
+# --- slices -------------------------------------------------------------------------------------
+
+
+def test_nearest(whole: xr.Dataset) -> None:
+    cut = sweeps.nearest(whole, speed=1410, inertia=100.0)
+    assert float(cut["speed"]) == 1500.0
+    assert float(cut["inertia"]) == 9.0
+    assert float(cut["delta"]) == float(whole["delta"][2, -1])
+    assert sweeps.nearest(whole, speed=1100)["speed"] == 1000  # as near to both: the first
+    assert sweeps.nearest(whole)["delta"].shape == whole["delta"].shape
+
+
+def test_nearest_by_words() -> None:
+    table = sweeps.run(TABLE)
+    cut = sweeps.nearest(table, method="newton", case="design 7", load=29.0)
+    assert cut["method_name"].item() == "newton"
+    assert cut["case"].item() == "design 7"
+    assert cut["load"].item() == 30.0
+    for wrong, told in (
+        ({"method": "newtn"}, "did you mean 'newton'"),
+        ({"case": "none"}, "unknown"),
+        ({"lod": 3.0}, "did you mean 'load'"),
+        ({"stroke": 0.2}, "not an axis"),
+        ({"load": "high"}, "finite number"),
+        ({"load": float("nan")}, "finite number"),
+        ({"case": "design 7", "design": 3}, "cut twice"),
+    ):
+        with pytest.raises(SceneError, match=told):
+            sweeps.nearest(table, **wrong)
+
+
+# --- designs ------------------------------------------------------------------------------------
+
+
+def test_best_is_what_looking_at_all_finds(
+    whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading.ranges, "__defaults__", (24.0,))  # three designs at a time
+    limit = float(whole["delta"].median())
+    found = sweeps.best(whole, least="inertia", within=[f"delta <= {limit!r}", "speed >= 1100"])
+    table = whole[["delta"]].to_dataframe().reset_index()
+    table = table[(table["delta"] <= limit) & (table["speed"] >= 1100)]
+    first = table.sort_values(["inertia", "speed"]).iloc[0]
+    assert float(found["inertia"]) == first["inertia"]
+    assert float(found["speed"]) == first["speed"]
+    assert float(found["delta"]) == first["delta"]
+    assert found["imep"].ndim == 0
+    most = sweeps.best(whole, most="delta")
+    assert float(most["delta"]) == float(whole["delta"].max())
+
+
+def test_best_keeps_axes_that_do_not_matter() -> None:
+    archive = sweeps.run(TABLE)
+    found = sweeps.best(archive, most="stroke")
+    assert "design" not in found["imep"].dims
+    assert set(archive["delta"].dims) - set(found["delta"].dims) == {"design"}
+    assert float(found["stroke"]) == 0.2
+
+
+def test_best_over_all_points_of_an_axis(whole: xr.Dataset) -> None:
+    limit = float(whole["delta"].max("speed")[3]) * 1.0001
+    found = sweeps.best(whole.max("speed"), least="inertia", within=f"delta <= {limit!r}")
+    assert float(found["inertia"]) == float(whole["inertia"][3])
+
+
+def test_failed_designs_are_not_the_best() -> None:
+    archive = xr.Dataset(
+        {
+            "delta": ("inertia", [np.nan, 0.01, 0.02, 0.03]),
+            "status": ("inertia", np.array([0, 3, 0, 0], np.int8), {}),
+        },
+        {"inertia": [1.0, 2.0, 3.0, 4.0]},
+    )
+    assert float(sweeps.best(archive, least="inertia")["inertia"]) == 1.0
+    assert float(sweeps.best(archive, least="inertia", within="delta<1")["inertia"]) == 3.0
+    assert float(sweeps.best(archive, least="delta")["inertia"]) == 3.0
+    front = sweeps.pareto(archive, "delta", "inertia")
+    assert front["inertia"].values.tolist() == [3.0]
+    with pytest.raises(SceneError, match="no design fulfils all conditions; of 2 designs of 4"):
+        sweeps.best(archive, least="inertia", within=["delta < 0.001"])
+
+
+def test_one_design() -> None:
+    archive = xr.Dataset({"delta": 0.01, "imep": 5.0})
+    assert float(sweeps.best(archive, least="delta", within="imep > 4")["delta"]) == 0.01
+    assert sweeps.pareto(archive, "delta", "imep").sizes == {"front": 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "sign", "limit"),
+    [
+        ("delta <= 1/150", "delta", "<=", 1 / 150),
+        (" omega_max>1e3 ", "omega_max", ">", 1000.0),
+        ("a < -2.5 / 1e1", "a", "<", -0.25),
+        ("load >= 50", "load", ">=", 50.0),
+    ],
+)
+def test_conditions(text: str, name: str, sign: str, limit: float) -> None:
+    found = constraint(text)
+    assert (found.name, found.sign, found.limit) == (name, sign, limit)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "delta", "delta = 1", "delta <= ", "delta <= x", "delta <= 1/0", "delta <= nan",
+             "1 <= delta <= 2", "delta <= 1/2/3", "__import__('os') < 1", "delta < 1e999"],
+)  # fmt: skip
+def test_what_is_no_condition(text: str, whole: xr.Dataset) -> None:
+    with pytest.raises(SceneError, match=r"condition .*: must be a name"):
+        sweeps.best(whole, least="inertia", within=text)
+
+
+def test_what_best_and_pareto_refuse(whole: xr.Dataset) -> None:
+    for call, told in (
+        (lambda: sweeps.best(whole), "one of least and most"),
+        (lambda: sweeps.best(whole, least="delta", most="imep"), "one of least and most"),
+        (lambda: sweeps.best(whole, least="dleta"), "did you mean 'delta'"),
+        (lambda: sweeps.best(whole, least="load_torque"), "over crank_angle"),
+        (lambda: sweeps.best(whole, least="delta", within="lod < 1"), "not in the archive"),
+        (lambda: sweeps.best(whole, least="delta", within="delta < 0"), "by 0"),
+        (lambda: sweeps.pareto(whole, "delta", "delta"), "stands there twice"),
+        (lambda: sweeps.pareto(whole, "delta", "imep", most="inertia"), "must be delta or imep"),
+    ):
+        with pytest.raises(SceneError, match=told):
+            call()
+
+
+# --- the Pareto front ---------------------------------------------------------------------------
+
+
+def looked_at(first: Any, second: Any) -> set[int]:
+    """Every pair against every other."""
+    return {
+        i
+        for i in range(len(first))
+        if not any(
+            first[j] <= first[i] and second[j] <= second[i]
+            and (first[j] < first[i] or second[j] < second[i])
+            for j in range(len(first))
+        )
+    }  # fmt: skip
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(-3, 3)), max_size=30))
+def test_front_is_what_comparing_all_pairs_finds(pairs: list[tuple[int, int]]) -> None:
+    first = np.array([float(p[0]) for p in pairs])
+    second = np.array([float(p[1]) for p in pairs])
+    found = front_of(first, second)
+    assert set(found.tolist()) == looked_at(first, second)
+    assert len(found) == len(set(found.tolist()))
+    assert (np.diff(first[found]) >= 0.0).all()
+
+
+def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading.ranges, "__defaults__", (24.0,))
+    front = sweeps.pareto(whole, "delta", "torque_max", most=["torque_max"], within="speed < 1550")
+    cut = whole.isel(speed=slice(0, 3))
+    delta, torque = (
+        np.asarray(a.broadcast_like(cut["delta"]).transpose(*cut["delta"].dims)).reshape(-1)
+        for a in (cut["delta"], cut["torque_max"])
+    )
+    expected = sorted(looked_at(delta, -torque), key=lambda i: delta[i])
+    np.testing.assert_array_equal(front["delta"], delta[expected])
+    np.testing.assert_array_equal(front["torque_max"], torque[expected])
+    assert front["delta"].dims == ("front",)
+    assert front["load_torque"].dims == ("front", "crank_angle")
+    for i in range(front.sizes["front"]):
+        one = front.isel(front=i)
+        again = whole.sel(speed=float(one["speed"]), inertia=float(one["inertia"]))
+        assert float(again["delta"]) == float(one["delta"])

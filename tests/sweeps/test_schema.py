@@ -1,0 +1,160 @@
+"""The JSON schema of scenes: it says what the reader of scenes says."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import Any
+
+import pytest
+
+from engine_dyn.quantities import PARAMETERS, QUANTITIES
+from sweeps.errors import SceneError
+from sweeps.scene import built_in_scenes, read_scene
+from sweeps.schema import scene_schema
+from tests.sweeps.test_streaming import invoke
+
+SCHEMA = scene_schema()
+
+TYPES: dict[str, Any] = {
+    "object": dict, "array": list, "string": str, "number": (int, float), "integer": int,
+}  # fmt: skip
+
+KNOWN = {
+    "$schema", "$defs", "$ref", "title", "description", "default", "type", "properties",
+    "additionalProperties", "required", "minProperties", "items", "minItems", "maxItems",
+    "uniqueItems", "enum", "const", "anyOf", "oneOf", "minimum", "maximum", "exclusiveMinimum",
+    "exclusiveMaximum", "multipleOf", "minLength",
+}  # fmt: skip
+
+
+def fits(value: Any, schema: Any) -> bool:
+    """Whether a value fits a schema: the words of draft 2020-12 that the schema uses, no others."""
+    if isinstance(schema, bool):
+        return schema
+    assert set(schema) <= KNOWN, set(schema) - KNOWN
+    if "$ref" in schema:
+        target = SCHEMA["$defs"][schema["$ref"].removeprefix("#/$defs/")]
+        if not fits(value, target):
+            return False
+    kind = schema.get("type")
+    if kind and (isinstance(value, bool) or not isinstance(value, TYPES[kind])):
+        return False
+    if "enum" in schema and value not in schema["enum"]:
+        return False
+    if "const" in schema and value != schema["const"]:
+        return False
+    if "anyOf" in schema and not any(fits(value, item) for item in schema["anyOf"]):
+        return False
+    if "oneOf" in schema and sum(fits(value, item) for item in schema["oneOf"]) != 1:
+        return False
+    if isinstance(value, dict):
+        properties = schema.get("properties", {})
+        others = schema.get("additionalProperties", True)
+        return (
+            all(key in value for key in schema.get("required", ()))
+            and len(value) >= schema.get("minProperties", 0)
+            and all(fits(item, properties.get(key, others)) for key, item in value.items())
+        )
+    if isinstance(value, list):
+        return (
+            schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value))
+            and all(fits(item, schema.get("items", True)) for item in value)
+            and not (schema.get("uniqueItems") and len(set(map(str, value))) < len(value))
+        )
+    if isinstance(value, str):
+        return len(value) >= schema.get("minLength", 0)
+    return (
+        value >= schema.get("minimum", value)
+        and value <= schema.get("maximum", value)
+        and not value <= schema.get("exclusiveMinimum", value - 1)
+        and not value >= schema.get("exclusiveMaximum", value + 1)
+        and value % schema.get("multipleOf", value or 1) == 0
+    )
+
+
+@pytest.mark.parametrize("name", list(built_in_scenes()))
+def test_built_in_scenes_fit(name: str) -> None:
+    assert fits(tomllib.loads(built_in_scenes()[name].read_text(encoding="utf-8")), SCHEMA)
+
+
+BASE = {"engine": "ntua", "output": {"quantities": ["delta"]}}
+
+RIGHT: list[dict[str, Any]] = [
+    {},
+    {"set": {"inertia": 2.0, "cylinders": 4, "misfire": 1.0, "mass_factor": [1.0, 1.1, 1, 1]}},
+    {"axes": {"speed": {"start": 1000, "stop": 2000, "num": 5, "spacing": "log"}}},
+    {"axes": {"speed": [1000.0, 1200], "cylinders": [1, 2]}, "title": "x"},
+    {"designs": {"inertia": [1.0, 1.0], "case": ["a", "b"]}},
+    {"solver": {"method": ["auto", "thesis"], "passes": 20, "tolerance": 1e-9}},
+    {"solver": {"closure": "cycle_time", "inertia_model": "variable", "method": "newton"}},
+    {"output": {"quantities": ["delta", "omega"], "fail_on": ["stalled"], "angle_step": 2}},
+    {"characteristic": {"kind": "propeller"}, "set": {"rated_speed": 1600, "rated_power": 20}},
+]
+
+WRONG: list[dict[str, Any]] = [
+    {"engine": 3},
+    {"titel": "x"},
+    {"set": {"inertai": 2.0}},
+    {"set": {"inertia": 0}},
+    {"set": {"inertia": -2.0}},
+    {"set": {"inertia": "2 kg"}},
+    {"set": {"inertia": True}},
+    {"set": {"inertia": [1.0]}},
+    {"set": {"cylinders": 2.5}},
+    {"set": {"cylinders": 99}},
+    {"set": {"crank_ratio": 1.0}},
+    {"set": {"passes": 20}},
+    {"set": {"mass_factor": 1.0}},
+    {"axes": {"speed": 1000}},
+    {"axes": {"speed": []}},
+    {"axes": {"speed": [1000, 1000]}},
+    {"axes": {"speed": {"start": 1000, "stop": 2000}}},
+    {"axes": {"speed": {"start": 1000, "stop": 2000, "num": 1}}},
+    {"axes": {"speed": {"start": 1000, "stop": 2000, "num": 5, "step": 3}}},
+    {"axes": {"method": ["auto"]}},
+    {"designs": {"inertia": 1.0}},
+    {"designs": {"file": "x.csv", "inertia": [1.0]}},
+    {"designs": {"case": [1, 2], "inertia": [1.0, 2.0]}},
+    {"solver": {"method": "newtn"}},
+    {"solver": {"method": []}},
+    {"solver": {"closure": "mean"}},
+    {"solver": {"tolerance": 1.0}},
+    {"output": {"quantities": []}},
+    {"output": {"quantities": ["dleta"]}},
+    {"output": {"quantities": ["delta"], "fail_on": ["converged"]}},
+    {"output": {"quantities": ["delta"], "highest_order": 1000}},
+    {"output": {}},
+    {"characteristic": {"kind": "petrol"}},
+    {"characteristic": {"coefficients": [1.0]}},
+]
+
+
+@pytest.mark.parametrize("more", RIGHT)
+def test_what_the_reader_takes_fits(more: dict[str, Any]) -> None:
+    scene = {**BASE, **more}
+    read_scene(scene)
+    assert fits(scene, SCHEMA)
+
+
+@pytest.mark.parametrize("more", WRONG)
+def test_what_the_reader_refuses_does_not_fit(more: dict[str, Any]) -> None:
+    scene = {**BASE, **more}
+    with pytest.raises(SceneError):
+        read_scene(scene)
+    assert not fits(scene, SCHEMA)
+
+
+def test_all_names_of_the_table_are_in_it() -> None:
+    quantities = SCHEMA["$defs"]["Output"]["properties"]["quantities"]
+    names = {item["const"] for item in quantities["items"]["oneOf"]}
+    assert names == set(QUANTITIES)
+    assert set(PARAMETERS) <= set(SCHEMA["$defs"])
+    assert "[kg m2]" in SCHEMA["$defs"]["inertia"]["description"]
+    assert '"null"' not in json.dumps(SCHEMA)
+
+
+def test_the_command_prints_it() -> None:
+    result = invoke("schema")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == SCHEMA
