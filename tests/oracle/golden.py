@@ -42,9 +42,10 @@ def read() -> dict[str, dict[str, Any]]:
 
 def numbers_of(item: HeldOut) -> dict[str, Any]:
     """All that defines a held-out design, as plain data."""
-    # Held-out engines are in line, centred, and fire evenly.
+    # Held-out engines are in line, centred, and fire evenly; their friction is even.
     left = (
         "offset", "firing_angles", "pressure_factors", "mass_factors", "radius_factors", "motored",
+        "friction_shares", "ring_pressure",
     )  # fmt: skip
     return {key: value for key, value in asdict(item.design).items() if key not in left}
 

@@ -627,15 +627,18 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
 
 
 SLOW = """
+import signal
 import time
 from sweeps.partial import Partial
+signal.signal(signal.SIGINT, signal.default_int_handler)
 write = Partial.write
 def wait_and_write(*arguments):
     time.sleep(0.1)
     return write(*arguments)
 Partial.write = wait_and_write
 """
-"""Put before PROGRAM: on a quick machine all would be done before a signal arrives."""
+"""Put before PROGRAM: on a quick machine all would be done before a signal arrives, and what a shell
+starts in the background does not hear this one."""
 
 
 def start(*arguments: str | Path, folder: Path, before: str = "") -> subprocess.Popen[str]:
