@@ -637,8 +637,8 @@ def wait_and_write(*arguments):
     return write(*arguments)
 Partial.write = wait_and_write
 """
-"""Put before PROGRAM: on a quick machine all would be done before a signal arrives, and what a shell
-starts in the background does not hear this one."""
+"""Put before PROGRAM: on a quick machine all would be done before a signal arrives, and what a
+shell starts in the background does not hear this one."""
 
 
 def start(*arguments: str | Path, folder: Path, before: str = "") -> subprocess.Popen[str]:
