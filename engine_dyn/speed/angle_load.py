@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.table_piece import piece_at
 from engine_dyn.speed.tables import GAS_TORQUE, GAS_WORK, GAS_WORK_MIDDLE, TORQUE
 
 __all__ = ["PLAIN_ROWS", "join_load", "keep_gas", "work_at"]
@@ -31,18 +32,7 @@ def work_at(theta: float, load: Floats) -> tuple[float, float]:
     period = angle[last] - angle[0]
     turns = (theta - angle[0]) / period
     place = angle[0] + (turns - math.floor(turns)) * period
-    low, high = 0, last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if angle[middle] <= place:
-            low = middle
-        else:
-            high = middle
-    step = angle[high] - angle[low]
-    t = (place - angle[low]) / step
-    y0, m0, m1 = torque[low], step * slope[low], step * slope[high]
-    c = 3.0 * (torque[high] - y0) - 2.0 * m0 - m1
-    d = -2.0 * (torque[high] - y0) + m0 + m1
+    low, step, t, y0, m0, c, d = piece_at(place, angle, torque, slope)
     value = y0 + t * (m0 + t * (c + t * d))
     done = step * t * (y0 + t * (m0 / 2.0 + t * (c / 3.0 + t * d / 4.0)))
     return work[low] + done, value

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.table_piece import piece_at
 
 __all__ = [
     "FLOOR",
@@ -90,18 +91,7 @@ def shape_at(omega: float, law: Shape) -> tuple[float, float, float]:
         return torques[0] + slopes[0] * (omega - speeds[0]), slopes[0], 0.0
     if omega >= speeds[last]:
         return torques[last] + slopes[last] * (omega - speeds[last]), slopes[last], 0.0
-    low, high = 0, last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if speeds[middle] <= omega:
-            low = middle
-        else:
-            high = middle
-    step = speeds[high] - speeds[low]
-    t = (omega - speeds[low]) / step
-    y0, m0, m1 = torques[low], step * slopes[low], step * slopes[high]
-    c = 3.0 * (torques[high] - y0) - 2.0 * m0 - m1
-    d = -2.0 * (torques[high] - y0) + m0 + m1
+    _, step, t, y0, m0, c, d = piece_at(omega, speeds, torques, slopes)
     return (
         y0 + t * (m0 + t * (c + t * d)),
         (m0 + t * (2.0 * c + 3.0 * t * d)) / step,
