@@ -1047,8 +1047,8 @@ def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[flo
 @formula
 def load_at(
     node: int, r: float, turn: float, k: int, coarse: Floats, s: Floats, us: Floats
-) -> tuple[float, float, float]:  # fmt: skip
-    """Return u, y and the slope of y at a coarse node, with all that its extremes need.
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return X, y, the slope of y and tau at a coarse node, with all that its extremes need.
 
     The recurrence takes X for a line between two coarse nodes; what its first moments differ from
     that is too little to matter but here.
@@ -1066,15 +1066,15 @@ def load_at(
     tau = 1.0 + turn * v
     u = us[(node + PAD) * LANES + k] + moved / tau
     x = g * p - eta * v
-    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau)
+    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau), tau
 
 
 @formula
 def bend_at(
-    form: tuple[int, ...], node: int, x: float, y: float, dy: float, turn: float, ratio: int,
-    k: int, levels: Levels, s: Floats,
+    form: tuple[int, ...], place: int, x: float, y: float, dy: float, tau: float, turn: float,
+    k: int, fine: Floats, s: Floats,
 ) -> float:  # fmt: skip
-    """Second slope of w = y - beta I at a coarse node: kappa r' - beta y'.
+    """Second slope of w = y - beta I at a coarse node, by its fine `place`: kappa r' - beta y'.
 
     With F = q^a, F' is a F/q times that of u, and r is F - 1 - a u tau.
     """
@@ -1082,11 +1082,7 @@ def bend_at(
     if len(form) < 3:
         return -beta * dy
     a, kappa = s[HALF + k], s[KAPPA + k]
-    dp, dv = pair_at(ratio * (node + 1), SLOPES, k, levels.fine, s)
-    tau = 1.0
-    if turn != 0.0:
-        v = pair_at(ratio * (node + 1), VALUES, k, levels.fine, s)[1]
-        tau += turn * v
+    dp, dv = pair_at(place, SLOPES, k, fine, s)
     energy, rate = x - y, s[GAS + k] * dp - s[ETA + k] * dv - dy
     u = energy / tau
     rising = (rate - u * turn * dv) / tau
@@ -1132,7 +1128,7 @@ def peaks_near(
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
     share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
-    found = on_stack(ELEVEN_ROWS)
+    found, values, bumps = on_stack(ELEVEN_ROWS), on_stack(LANES), on_stack(LANES)
     starts, at = indices_on_stack(LANES), indices_on_stack(LANES)
     for k in range(lanes):
         node = chosen[k]
@@ -1159,8 +1155,8 @@ def peaks_near(
         if len(form) == 3:
             row = (first + PAD) * LANES + k
             r0, r2 = rs[row], rs[row + LANES]
-        x0, y0, dy0 = load_at(first, r0, turn, k, coarse, s, us)
-        x2, y2, dy2 = load_at(first + 1, r2, turn, k, coarse, s, us)
+        x0, y0, dy0, tau0 = load_at(first, r0, turn, k, coarse, s, us)
+        x2, y2, dy2, tau2 = load_at(first + 1, r2, turn, k, coarse, s, us)
         # Between the two, y = beta I + w: the antiderivative I of X carries all that is not
         # smooth, and the rest is a polynomial by values and two slopes at both ends.
         base = ratio * (first + 1)
@@ -1171,8 +1167,8 @@ def peaks_near(
         w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
         w2, d2 = y2 - beta * (before + g * of_p - eta * of_v), (dy2 - beta * x2) * step
         c0, c2 = (
-            bend_at(form, first, x0, y0, dy0, turn, ratio, k, levels, s),
-            bend_at(form, first + 1, x2, y2, dy2, turn, ratio, k, levels, s),
+            bend_at(form, base, x0, y0, dy0, tau0, turn, k, fine, s),
+            bend_at(form, base + ratio, x2, y2, dy2, tau2, turn, k, fine, s),
         )
         c0, c2 = c0 * step * step, c2 * step * step
         rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
@@ -1247,10 +1243,10 @@ def peaks_near(
         value = value if between else (
             end + hair if short else upward * max(upward * left, upward * right)
         )  # fmt: skip
-        found[k] = value
-        found[LANES + k] = rough + (bump if between else 0.0)
+        values[k] = value
+        bumps[k] = rough + (bump if between else 0.0)
     for k in range(lanes):
-        value, bump = found[k], found[LANES + k]
+        value, bump = values[k], bumps[k]
         more = upward * value > upward * s[PEAK + k]
         s[PEAK + k] = value if more else s[PEAK + k]
         s[MISS + k] = bump if more else s[MISS + k]
