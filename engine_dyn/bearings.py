@@ -44,7 +44,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import forces, mechanism, slider_crank
-from engine_dyn.compilation import kernel
+from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.indicator import Family
 
@@ -348,7 +348,7 @@ def _pieces(size: int) -> Iterator[npt.NDArray[np.int64]]:
 def _extremes(parts: Floats, table: Any, factors: Floats, found: Floats) -> None:
     """Peak, mean and place of the peak (in samples) of |sum of factors times parts|."""
     samples = parts.shape[3]
-    square = np.empty(samples)
+    square = rows_on_stack(samples)
     for design in range(table.size):
         own = parts[table[design]]
         gas, crankcase = factors[0, design], factors[1, design]

@@ -31,6 +31,7 @@ __all__ = [
     "on_compiling",
     "on_stack",
     "processor",
+    "rows_on_stack",
     "source_hash",
     "threading_layer",
     "wide_vectors",
@@ -43,7 +44,12 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 _codegen: Any = codegen
 _numba: Any = numba
 
-_OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
+# No references are counted inside kernels: the caller holds all arrays that it hands over, and each
+# count is an atomic operation on memory that all threads share. So a kernel makes no arrays but
+# those on its stack.
+_OPTIONS: dict[str, Any] = {
+    "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False,
+}  # fmt: skip
 
 
 @cache
@@ -197,6 +203,22 @@ def _stack_of(kind: Any) -> Callable[..., Any]:
     return on_stack
 
 
+def _rows(typing: Any, size: Any) -> Any:
+    array = types.Array(types.float64, 1, "C")
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = arrayobj.make_array(array)(context, builder)
+        pointer = builder.alloca(context.get_value_type(types.float64), size=arguments[0])
+        pointer.align = 64
+        width = context.get_constant(types.intp, 8)
+        arrayobj.populate_array(
+            made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width, meminfo=None
+        )
+        return made._getvalue()
+
+    return array(types.intp), build
+
+
 def _wide(typing: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         # llvmlite's own set knows attributes without values only; it prints what it holds.
@@ -222,6 +244,10 @@ arrays at places of its own can become vectors, because nothing else can point t
 
 indices_on_stack: Any = intrinsic(_stack_of(types.int64)) if _compiled else _empty_indices
 """The same of whole numbers."""
+
+rows_on_stack: Any = intrinsic(_rows) if _compiled else _empty
+"""As `on_stack`, of a number that only the kernel knows. Not in a loop: the stack would grow. Stacks
+are small, half a megabyte on some systems."""
 
 wide_vectors: Any = intrinsic(_wide) if _compiled else lambda: None
 """Says inside a kernel that its vectors should be as wide as the processor has them.

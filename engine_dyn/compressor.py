@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine_dyn import slider_crank, status
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.first_law import table_angles
 from engine_dyn.first_law_kernel import smooth_step, turned, weighted
 from engine_dyn.indicator import TWO_STROKE, Diagram
@@ -381,7 +381,9 @@ def _integrate(
     outcome: Integers,
 ) -> None:
     """Fill in the rows `rows` of the tables."""
-    breaks = np.zeros(8)
+    breaks = on_stack(8)
+    for i in range(8):
+        breaks[i] = 0.0
     for index in range(rows.size):
         row = rows[index]
         r = cases[row]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn import status
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.slider_crank import (
     offset_position_at,
     offset_velocity_at,
@@ -633,7 +633,9 @@ def integrate(
     outcome: Integers,
 ) -> None:
     """Fill in the rows `rows` of the tables."""
-    breaks = np.zeros(32)
+    breaks = on_stack(32)
+    for i in range(32):
+        breaks[i] = 0.0
     for index in range(rows.size):
         row = rows[index]
         outcome[row] = follow(

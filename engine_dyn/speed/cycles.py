@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import inlined, rows_on_stack
 from engine_dyn.slider_crank import (
     acceleration_at,
     offset_acceleration_at,
@@ -131,18 +131,22 @@ def rub(
     own = ratio * samples.radii[cylinder]
     top = sine_of_top(own, offset)
     upright = math.sqrt(1.0 - top * top)
-    parts = np.empty((4, count))
+    parts = rows_on_stack(4 * count)
     for j in range(count):
         sine = samples.sine[cylinder, j]
         s, c = turned(sine, samples.cosine[cylinder, j], top, upright)
         load = friction.ring + sample_of(blend, samples, cylinder, j) - blend.crankcase
         found = friction_parts(load, offset_velocity_at(s, c, own, offset), sine)
-        parts[0, j], parts[1, j], parts[2, j], parts[3, j] = found
+        for k in range(4):
+            parts[k * count + j] = found[k]
     levels = friction.boundary, friction.mixed, friction.hydrodynamic, friction.skirt
     for k in range(4):
-        mean = parts[k].mean()
+        part = parts[k * count : (k + 1) * count]
+        mean = 0.0
         for j in range(count):
-            sampled[GAS_SHAPE, j] -= scaled(levels[k], mean) * (parts[k, j] - mean)
+            mean += part[j] / count
+        for j in range(count):
+            sampled[GAS_SHAPE, j] -= scaled(levels[k], mean) * (part[j] - mean)
 
 
 @inlined

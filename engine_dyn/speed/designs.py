@@ -15,7 +15,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined, kernel, wide_vectors
+from engine_dyn.compilation import (
+    indices_on_stack,
+    inlined,
+    kernel,
+    on_stack,
+    rows_on_stack,
+    wide_vectors,
+)
 from engine_dyn.speed import lanes, panels, tables, traces
 from engine_dyn.speed.angle_load import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.cycles import (
@@ -29,7 +36,7 @@ from engine_dyn.speed.cycles import (
     start_speed,
 )
 from engine_dyn.speed.extremes import interpolate, refine, slope_between
-from engine_dyn.speed.levels import Levels, fill_levels, make_levels
+from engine_dyn.speed.levels import CHUNK, Levels, fill_levels, make_levels
 from engine_dyn.speed.load_law import (
     FLOOR,
     Power,
@@ -241,7 +248,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         rates=np.empty(6 * steps),
         records=records,
         running=running,
-        curve=np.empty((11, nodes)),
+        curve=np.empty((13, nodes)),
         sampled=np.empty((SAMPLE_ROWS, samples)),
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),
@@ -269,6 +276,9 @@ class Ranges(NamedTuple):
     least_square: float
 
 
+LANES, NUMBERS = lanes.LANES, lanes.NUMBERS
+"""Constants to the compiler, which attributes of modules are not."""
+
 W, DW, TAU, DTAU, S = range(5)
 """Rows of `Scratch.curve`; the rest is Newton's."""
 
@@ -291,10 +301,7 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
 @inlined
 def range_of(curve: Floats) -> float:
     """Largest less smallest."""
-    high, low = -math.inf, math.inf
-    for j in range(curve.size):
-        high = max(high, curve[j])
-        low = min(low, curve[j])
+    low, high = tables.bounds_of(curve)
     return high - low
 
 
@@ -711,7 +718,7 @@ def march(
                 keep_gas(table, scratch.plain)
             else:
                 spread(table, scratch.records)
-            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), tables.bounds_of(table[SQUARE])[0])
             if choice.method == THESIS:
                 sample_shapes(
                     values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, samples,
@@ -913,10 +920,15 @@ def march_lanes(
     """
     wide_vectors()
     table, shared = scratch.table, scratch.shared
-    # Made here, so that the compiler knows that they do not overlap.
-    s, us, rs, tops, lows, chosen = lanes.make_rows(table.shape[1] // ratio)
-    levels, places = scratch.levels, scratch.places
     nodes = table.shape[1]
+    # Made here, so that the compiler knows that they do not overlap.
+    s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
+    us = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
+    rs = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
+    tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
+    lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
+    lanes.clear(s, us, rs, tops, lows, chosen)
+    levels, places = scratch.levels, scratch.places
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
@@ -933,7 +945,7 @@ def march_lanes(
                 scratch.middles, scratch.rates,
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
-            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), table[SQUARE].min())
+            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), tables.bounds_of(table[SQUARE])[0])
             fields = take_common(product, scratch, s)
             for k in range(lanes.LANES):
                 s[lanes.SWING + k] = ranges.gas
@@ -970,15 +982,16 @@ def write_traces(
     scratch: Scratch,
     angles: traces.Angles,
     kept: traces.Kept,
+    points: Floats,
+    ws: Floats,
+    ds: Floats,
 ) -> None:
     """Write the curves of the designs begin .. end - 1, which `march_lanes` has just solved.
 
-    Arguments as there: it makes the same blocks of them.
+    Arguments as there: it makes the same blocks of them. `points`, `ws` and `ds` are scratch.
     """
     table, shared, levels = scratch.table, scratch.shared, scratch.levels
     nodes = table.shape[1]
-    ws, ds = np.empty(kept.us.shape[1]), np.empty(kept.us.shape[1])
-    points = np.empty((angles.node.size, traces.POINT_FIELDS))
     designs = count_of(product.other_axes, product)
     current = -1
     block = 0
@@ -1036,18 +1049,25 @@ def march_panels(
     choice: Choice,
     results: Results,
     scratch: Scratch,
+    levels: Levels,
     left: Integers,
 ) -> int:
     """Solve designs that share no table by `lanes`; return how many are left to `march`.
 
     `order` are places behind `begin` sorted by their `keys` (see `keys_of`), so that the designs of
     a block share the tables that their own are interpolated from: `table_of` a key, `unit_of` a
-    panel, with `points` (panel, POINTS). Other arguments as `march_lanes`.
+    panel, with `points` (panel, POINTS). `levels` is memory for `panels.make_own`'s levels. Other
+    arguments as `march_lanes`.
     """
     values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
     nodes = bases.coarse.shape[1] * ratio
-    s, us, rs, tops, lows, chosen = lanes.make_rows(nodes // ratio)
-    levels = panels.make_own(nodes, ratio, bases.fine)
+    # Made here, so that the compiler knows that they do not overlap.
+    s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
+    us = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
+    rs = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
+    tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
+    lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
+    lanes.clear(s, us, rs, tops, lows, chosen)
     designs = count_of(product.other_axes, product)
     leaving = 0
     place = 0
@@ -1213,8 +1233,9 @@ def extremes_of_torque(
     """
     values = product.values
     designs = count_of(product.other_axes, product)
-    shared = np.zeros(INPUTS, dtype=np.int64)
-    at = np.zeros(INPUTS, dtype=np.int64)
+    shared, at = indices_on_stack(INPUTS), indices_on_stack(INPUTS)
+    for i in range(INPUTS):
+        shared[i] = at[i] = 0
     current = -1
     for index in range(begin, end):
         which = index // designs

@@ -77,12 +77,15 @@ __all__ = [
     "LANES",
     "LEFT",
     "LINEAR",
+    "MOST_NODES",
+    "NUMBERS",
+    "PAD",
     "ROUNDING",
     "candidates",
+    "clear",
     "end_of_work",
     "extremes",
     "iterate",
-    "make_rows",
     "mean_speed",
     "prepare",
     "solve_free",
@@ -103,6 +106,9 @@ THREE_ROWS, FOUR_ROWS, SIX_ROWS, ELEVEN_ROWS = 3 * LANES, 4 * LANES, 6 * LANES, 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
 
+MOST_NODES = 1024
+"""Most coarse nodes of a period, before they are rounded up: u and r of a block lie on the stack."""
+
 # Numbers of a design, one row of lanes each.
 POINTS = 6
 SERIES_TERMS = 11
@@ -117,6 +123,9 @@ FIELDS = ROWS + POINTS + SERIES_TERMS
     ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM, SLACK, THIN,
     TOP_HILLS, BOTTOM_HILLS,
 ) = (row * LANES for row in range(ROWS))  # fmt: skip
+
+NUMBERS = FIELDS * LANES
+"""Numbers of a block, all rows."""
 
 POINT = ROWS * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
@@ -161,19 +170,13 @@ SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
 
 
 @inlined
-def make_rows(nodes: int) -> tuple[Floats, Floats, Floats, Floats, Floats, Integers]:
-    """Memory of one block: numbers, u and r at the nodes and beside both ends, their bounds.
-
-    The last is a node for each lane.
-    """
-    return (
-        np.zeros(FIELDS * LANES),
-        np.zeros((nodes + 2 * PAD) * LANES),
-        np.zeros((nodes + 2 * PAD) * LANES),
-        np.zeros(nodes // CHUNK * LANES),
-        np.zeros(nodes // CHUNK * LANES),
-        np.zeros(LANES, dtype=np.int64),
-    )
+def clear(s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers) -> None:
+    """Fill the memory of a block with zeros, once a kernel."""
+    for rows in (s, us, rs, tops, lows):
+        for i in range(rows.size):
+            rows[i] = 0.0
+    for k in range(chosen.size):
+        chosen[k] = 0
 
 
 @formula

@@ -281,7 +281,7 @@ def newton(
 ) -> tuple[int, float, float, float]:
     """Solve for s at the nodes, in place.
 
-    `work` is scratch (6, nodes). Returns the number of steps (negative: not converged), mu, the
+    `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
     last change and the smallest q.
 
     With the cycle's time given, mu is unknown too. A problem whose mu is rise^half is, in units of
@@ -306,10 +306,13 @@ def newton(
     steps = 0
     stalls = False
     change = smallest = 0.0
+    lower, d_lower = work[6], work[7]
     for _ in range(MOST_RISES):
+        for j in range(nodes):
+            lower[j], d_lower[j] = w[j] / rise, dw[j] / rise
         taken, _, change, smallest = _from_no_load(
-            kappa / rise, law, width, nodes, w / rise, dw / rise, tau, dtau, s, work,
-            tolerance, TRIED,
+            kappa / rise, law, width, nodes, lower, d_lower, tau, dtau, s, work, tolerance,
+            TRIED,
         )  # fmt: skip
         steps += abs(taken)
         time = math.inf

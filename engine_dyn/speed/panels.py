@@ -69,6 +69,7 @@ from engine_dyn.speed.tables import (
     TORQUE,
     Blend,
     Grid,
+    bounds_of,
 )
 
 __all__ = [
@@ -166,7 +167,6 @@ def make_panels(count: int, nodes: int, ratio: int) -> Panels:
     )
 
 
-@inlined
 def make_own(nodes: int, ratio: int, fine: Floats) -> Levels:
     """Levels of a block whose lanes have a table each; the fine one stays interpolated."""
     coarse = nodes // ratio
@@ -232,14 +232,15 @@ def build_panel(
                 panels.chunk[here, group, 0] = max(panels.chunk[here, group, 0], above)
                 panels.chunk[here, group, 1] = max(panels.chunk[here, group, 1], below)
             torque = SHAPE if quantity == 1 else TORQUE
-            span = BOUND * (table[torque].max() - table[torque].min())
+            low, high = bounds_of(table[torque])
+            span = BOUND * (high - low)
             slope = BOUND * levels.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
             numbers = panels.numbers
             numbers[here, TORQUE_RANGE] = max(numbers[here, TORQUE_RANGE], span)
             numbers[here, STEEPEST] = max(numbers[here, STEEPEST], slope)
             panels.alias[here, i] = levels.constants[ALIAS_P + quantity]
             numbers[here, WORST] = max(numbers[here, WORST], levels.constants[ALIASED])
-            numbers[here, LEAST] = min(numbers[here, LEAST], BOUND * table[SQUARE].min())
+            numbers[here, LEAST] = min(numbers[here, LEAST], BOUND * bounds_of(table[SQUARE])[0])
 
 
 @inlined

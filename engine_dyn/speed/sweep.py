@@ -321,6 +321,7 @@ def solve(
         apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
+        in_lanes = in_lanes and max(fewest, of_load) <= lanes.MOST_NODES * RATIOS[fine] * times
         ratio = RATIOS[fine] if in_lanes else 1
         pieces = math.lcm(SEGMENTS, ratio * CHUNK) if in_lanes else SEGMENTS
         steps = steps_per_cycle(times, max(fewest, of_load), pieces)
@@ -568,12 +569,13 @@ def _march(
         size, blocks = traces.blocks_of(_designs_of_table(product))
     kept = traces.make_kept(blocks, memory.levels.coarse.shape[0])
     form, count = _form_of(choice), 0
+    curves = None if angles is None else traces.make_working(angles, kept)
     for first in range(begin, end, size):
         last = min(first + size, end)
         of_lanes = first, last, lanes.LANES, ratio, product, row_of, width, grid, choice, results
         count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
-        if angles is not None:
-            designs.write_traces(*of_lanes, memory, angles, kept)
+        if angles is not None and curves is not None:
+            designs.write_traces(*of_lanes, memory, angles, kept, *curves)
     rest(left[:count], memory)
 
 
@@ -630,7 +632,7 @@ def _march_panels(
             of_panel: Integers = of_panel, points: Floats = points,
             bases: panels.Panels = bases,
         ) -> None:  # fmt: skip
-            memory = scratch()
+            memory, levels = scratch(), panels.make_own(nodes, ratio, bases.fine)
             keys = np.empty(end - begin, dtype=np.int64)
             designs.keys_of(begin, end, rows, product, keys)
             order = np.argsort(keys.astype(small), kind="stable")
@@ -638,7 +640,8 @@ def _march_panels(
             left = np.empty(last - first, dtype=np.int64)
             count = designs.march_panels(
                 _form_of(choice), begin, order[first:last], keys, rows, of_key, of_panel, points,
-                lanes.LANES, ratio, width, product, bases, choice, results, memory, left,
+                lanes.LANES, ratio, width, product, bases, choice, results, memory, levels,
+                left,
             )  # fmt: skip
             rest(np.sort(left[:count]), memory)
 

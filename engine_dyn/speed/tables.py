@@ -133,6 +133,16 @@ def blended(blend: Blend, pressures: Floats, place: int) -> float:
 
 
 @inlined
+def bounds_of(curve: Floats) -> tuple[float, float]:
+    """Smallest and largest value; NaN where there is one."""
+    low = high = curve[0]
+    for j in range(curve.size):
+        low = curve[j] if curve[j] < low or curve[j] != curve[j] else low
+        high = curve[j] if curve[j] > high or curve[j] != curve[j] else high
+    return low, high
+
+
+@inlined
 def steps_of(grid: Grid) -> int:
     """Nodes of a cycle."""
     return grid.node_sine.size // grid.masses.size

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import inlined, on_stack, rows_on_stack
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.indicator import Family
 from engine_dyn.motored import row_with_factor
@@ -70,6 +70,7 @@ __all__ = [
     "keep",
     "make_angles",
     "make_kept",
+    "make_working",
     "write_block",
 ]
 
@@ -93,6 +94,8 @@ A_P, A_V, A_IP, A_IV, A_DP, A_DV = range(POINT_FIELDS)
 TILE = 64
 """Angles that are computed before they are written."""
 
+TILE_ROWS, NUMBER_ROWS, SIX_ROWS = TILE * LANES, NUMBERS * LANES, 6 * LANES
+
 SAME_ANGLE = 1e-9
 """Angles closer than that share of an interval are the same: the speed differs by less than 1e-12.
 """
@@ -101,7 +104,7 @@ SAME_ANGLE = 1e-9
 class Kept(NamedTuple):
     """What curves need of solved blocks: (block, lanes of rows). No blocks: nothing is kept.
 
-    `numbers` are the NUMBERS, `us` and `rs` the rows of `lanes.make_rows`, `targets` the places of
+    `numbers` are the NUMBERS, `us` and `rs` the rows of `lanes`, `targets` the places of
     the results.
     """
 
@@ -156,6 +159,12 @@ def make_kept(blocks: int, nodes: int) -> Kept:
         rs=np.empty((blocks, rows)),
         targets=np.zeros((blocks, LANES), dtype=np.int64),
     )
+
+
+def make_working(angles: Angles, kept: Kept) -> tuple[Floats, Floats, Floats]:
+    """Working memory of `designs.write_traces`: its points, ws and ds."""
+    rows = kept.us.shape[1]
+    return np.empty((angles.node.size, POINT_FIELDS)), np.empty(rows), np.empty(rows)
 
 
 def blocks_of(designs: int) -> tuple[int, int]:
@@ -263,11 +272,14 @@ def fill_points(
     friction = blend.friction
     rubbing = rubs(friction)
     level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
-    weights = np.zeros((members, 4))
+    weights = rows_on_stack(4 * members)
+    for i in range(4 * members):
+        weights[i] = 0.0
     if rubbing:
         for i in range(members):
             found = weights_of_friction(ratio * grid.radii[i], shift, blend, grid, i)
-            weights[i, 0], weights[i, 1], weights[i, 2], weights[i, 3] = found
+            for j in range(4):
+                weights[4 * i + j] = found[j]
     mean = table[TORQUE, 0] - table[GAS_TORQUE, 0]
     mean_square = -table[SQUARE, 0]
     for i in range(cylinders):
@@ -278,7 +290,7 @@ def fill_points(
         sine, cosine = turned(grid.node_sine[i * nodes], grid.node_cosine[i * nodes], top, upright)
         v = offset_velocity_at(sine, cosine, own, shift)
         mean_square += grid.masses[i // folds] * radius * radius * v * v
-    rates = np.empty(3)
+    rates = on_stack(3)
     for j in range(angles.node.size):
         torque = square = turn = rate = 0.0
         for i in range(cylinders):
@@ -288,10 +300,10 @@ def fill_points(
             own = ratio * radius
             mass = grid.masses[member] * radius * radius
             of_member = (
-                weights[member, 0],
-                weights[member, 1],
-                weights[member, 2],
-                weights[member, 3],
+                weights[4 * member],
+                weights[4 * member + 1],
+                weights[4 * member + 2],
+                weights[4 * member + 3],
             )
             top = sine_of_top(own, shift)
             upright = math.sqrt(1.0 - top * top)
@@ -407,8 +419,8 @@ def write_curve(
     `kept` are the block's numbers, `turns` is the number of coarse intervals in a radian.
     """
     # Made here, so that the compiler knows that they do not overlap.
-    tile, turned = np.empty(TILE * LANES), np.empty(TILE * LANES)
-    numbers, c = np.empty(NUMBERS * LANES), np.empty(6 * LANES)
+    tile, turned = on_stack(TILE_ROWS), on_stack(TILE_ROWS)
+    numbers, c = on_stack(NUMBER_ROWS), on_stack(SIX_ROWS)
     for i in range(NUMBERS * LANES):
         numbers[i] = kept[i]
     for part in range(angles.first_run.size - 1):

@@ -52,7 +52,7 @@ def by_newton(
     s = np.zeros(nodes)
     steps, mu, _, _ = newton(
         kappa, Power(half), closure, 2.0 * np.pi / nodes, nodes, w, dw, tau, dtau, s,
-        np.empty((6, nodes)), 1e-7, 60,
+        np.empty((8, nodes)), 1e-7, 60,
     )  # fmt: skip
     return steps, mu, (1.0 + w + s) / tau
 
