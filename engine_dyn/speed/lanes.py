@@ -471,10 +471,15 @@ def end_of_work(lanes: int, coarse: Floats, s: Floats) -> None:
 def wrap(nodes: int, lanes: int, rows: Floats) -> None:
     """Repeat the last rows before the first and the first behind the last."""
     wide_vectors()
+    # By way of other memory: what is read and written in one loop is no vector.
+    first, last = on_stack(LANES), on_stack(LANES)
     for i in range(PAD):
         for k in range(lanes):
-            rows[i * LANES + k] = rows[(nodes + i) * LANES + k]
-            rows[(nodes + PAD + i) * LANES + k] = rows[(PAD + i) * LANES + k]
+            first[k], last[k] = rows[(PAD + i) * LANES + k], rows[(nodes + i) * LANES + k]
+        for k in range(lanes):
+            rows[i * LANES + k] = last[k]
+        for k in range(lanes):
+            rows[(nodes + PAD + i) * LANES + k] = first[k]
 
 
 @inlined
@@ -1017,9 +1022,14 @@ def candidates(
         if deep > 0.0:
             take_hills(-1.0, group, LOW, lanes, s, us, lows, below)
     for k in range(lanes):
-        s[TOP + k], s[BOTTOM + k] = above[k], below[k]
+        # Without a hill the numbers are none.
+        none = (s[CODE + k] == 0.0) & (min(above[k], below[k]) < 0.0)
+        s[CODE + k] = LEFT if none else s[CODE + k]
+        wanted = s[CODE + k] == 0.0
+        s[TOP + k], s[BOTTOM + k] = max(above[k], 0.0), max(below[k], 0.0)
         s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
-        s[TOP_HILLS + k], s[BOTTOM_HILLS + k] = above[2 * LANES + k], below[2 * LANES + k]
+        s[TOP_HILLS + k] = above[2 * LANES + k] if wanted else 0.0
+        s[BOTTOM_HILLS + k] = below[2 * LANES + k] if wanted else 0.0
 
 
 VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
@@ -1246,13 +1256,11 @@ def peaks_near(
         value = value if between else (
             end + hair if short else upward * max(upward * left, upward * right)
         )  # fmt: skip
-        values[k] = value
-        bumps[k] = rough + (bump if between else 0.0)
-    for k in range(lanes):
-        value, bump = values[k], bumps[k]
         more = upward * value > upward * s[PEAK + k]
-        s[PEAK + k] = value if more else s[PEAK + k]
-        s[MISS + k] = bump if more else s[MISS + k]
+        values[k] = value if more else s[PEAK + k]
+        bumps[k] = rough + (bump if between else 0.0) if more else s[MISS + k]
+    for k in range(lanes):
+        s[PEAK + k], s[MISS + k] = values[k], bumps[k]
 
 
 @inlined
@@ -1305,10 +1313,7 @@ def peaks(
     most = 0.0
     for k in range(lanes):
         s[PEAK + k] = -1e300 * upward
-        s[CODE + k] = LEFT if (s[CODE + k] == 0.0) & (firsts[k] < 0.0) else s[CODE + k]
-        hills[k] = hills[k] if s[CODE + k] == 0.0 else 0.0
-        chosen[k] = int(max(firsts[k], 0.0))
-    for k in range(lanes):
+        chosen[k] = int(firsts[k])
         most = max(most, hills[k])
     peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
     while most > 1.0:
