@@ -77,41 +77,63 @@ def threading_layer() -> str:
         return "none; kernels run on a pool of threads"
 
 
-def _link_privately() -> None:
-    """Give every kernel its own copy of what it calls, whoever else calls that.
+def _compile_as_parts() -> None:
+    """Compile what only kernels call as parts of kernels, and no kernel with the parts of another.
 
-    Numba links the functions that a kernel calls as weak symbols, which the loader resolves to the
+    Two things that Numba does for functions that anybody may call do not suit functions that only
+    kernels call. It makes machine code of each, which nobody runs, and optimises each by itself,
+    which pays for loops only. And it links them as weak symbols, which the loader resolves to the
     first copy in the process: with kernels just compiled, that is another one, optimised apart from
     its caller, than with kernels from the cache, and the last digit of a result could tell them
-    apart. Only what belongs to kernels of this package is changed.
+    apart. So a kernel's copies are its own. Only what belongs to this package is changed.
     """
     library: Any = codegen.CPUCodeLibrary
-    optimize = library._optimize_final_module
+    optimize, finish = library._optimize_final_module, library._finalize_final_module
+    set_environment = _codegen.JITCPUCodegen.set_env
     own = f"{len(_PACKAGE)}{_PACKAGE}"  # as mangled names have it
+    linkage = _codegen.ll.Linkage
+
+    def defined_by(self: Any) -> tuple[list[Any], list[str]]:
+        """All functions of a module, and the names of those of ours that others may call."""
+        defined = [f for f in self._final_module.functions if not f.is_declaration]
+        return defined, [f.name for f in defined if f.linkage == linkage.external and own in f.name]
+
+    def is_part(names: list[str]) -> bool:
+        return bool(names) and not any("7cpython" in name for name in names)
 
     def optimize_alone(self: Any) -> None:
-        linkage = _codegen.ll.Linkage
-        defined = [f for f in self._final_module.functions if not f.is_declaration]
-        kernels = [f.name for f in defined if f.linkage == linkage.external and own in f.name]
-        if kernels:
+        defined, names = defined_by(self)
+        formulas = {f.name for f in defined if b"alwaysinline" in f.attributes}
+        part = is_part(names)
+        if part and formulas.issuperset(names):
+            return
+        if names and not part:
             # Under names of their own too: the loader finds even private functions by name, and
             # private ones may take other arguments than those that everybody calls.
-            tag = hashlib.sha256("".join(sorted(kernels)).encode()).hexdigest()[:16]
+            tag = hashlib.sha256("".join(sorted(names)).encode()).hexdigest()[:16]
             for function in defined:
-                # What counts references is known to Numba's passes by its name.
-                counts = function.name.startswith("NRT_")
-                if function.linkage == linkage.linkonce_odr and not counts:
+                if function.linkage == linkage.linkonce_odr:
                     function.linkage = linkage.internal
                     function.name = f"{function.name}.{tag}"
         optimize(self)
 
+    def finish_kernels(self: Any) -> None:
+        if is_part(defined_by(self)[1]):
+            self._finalize_dynamic_globals()
+            self._finalized = True
+        else:
+            finish(self)
+
+    def set_environment_of_kernels(self: Any, name: str, environment: Any) -> None:
+        if self._engine.get_global_value_address(name):
+            set_environment(self, name, environment)
+
     library._optimize_final_module = optimize_alone
+    library._finalize_final_module = finish_kernels
+    _codegen.JITCPUCodegen.set_env = set_environment_of_kernels
 
 
 _PACKAGE = __name__.partition(".")[0]
-
-if hasattr(codegen.CPUCodeLibrary, "_optimize_final_module"):
-    _link_privately()
 
 
 def _stamped(locator: Any) -> Any:
@@ -149,9 +171,43 @@ def kernel(function: Callable[..., Any]) -> Any:
     return dispatcher
 
 
+# Another version of Numba may do without what is changed here; then all is compiled as it likes.
+_MAY_BE_PARTS = all(
+    hasattr(owner, name)
+    for owner, name in (
+        (codegen.CPUCodeLibrary, "_optimize_final_module"),
+        (codegen.CPUCodeLibrary, "_finalize_final_module"),
+        (codegen.CPUCodeLibrary, "_finalize_dynamic_globals"),
+        (_codegen.JITCPUCodegen, "set_env"),
+    )
+)
+if _MAY_BE_PARTS:
+    _compile_as_parts()
+
+
+def _part_of_kernels(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Compile a function for kernels to call, without what Python needs to call it.
+
+    Where Python calls it nevertheless, as tests do, it is compiled once more for that.
+    """
+    options |= _OPTIONS
+    alone: Any = numba.njit(**options)(function)
+    if not _MAY_BE_PARTS or not hasattr(alone, "add_overload"):
+        return alone
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    dispatcher: Any = numba.njit(**options)(function)
+
+    def add_for_kernels(compiled: Any) -> None:
+        dispatcher.overloads[tuple(compiled.signature.args)] = compiled
+
+    dispatcher.add_overload = add_for_kernels
+    dispatcher._compile_for_args = alone._compile_for_args
+    return dispatcher
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function that only other kernels call; it needs no cache."""
-    return numba.njit(**_OPTIONS)(function)
+    return _part_of_kernels(function, {})
 
 
 def formula(function: Callable[..., Any]) -> Any:
@@ -159,7 +215,7 @@ def formula(function: Callable[..., Any]) -> Any:
 
     The compiler by itself leaves a formula that is called often to a call.
     """
-    return numba.njit(forceinline=True, **_OPTIONS)(function)
+    return _part_of_kernels(function, {"forceinline": True})
 
 
 def on_compiling(tell: Callable[[], None]) -> None:
@@ -246,8 +302,8 @@ indices_on_stack: Any = intrinsic(_stack_of(types.int64)) if _compiled else _emp
 """The same of whole numbers."""
 
 rows_on_stack: Any = intrinsic(_rows) if _compiled else _empty
-"""As `on_stack`, of a number that only the kernel knows. Not in a loop: the stack would grow. Stacks
-are small, half a megabyte on some systems."""
+"""As `on_stack`, of a number that only the kernel knows. Not in a loop: the stack would grow, which
+is half a megabyte on some systems."""
 
 wide_vectors: Any = intrinsic(_wide) if _compiled else lambda: None
 """Says inside a kernel that its vectors should be as wide as the processor has them.

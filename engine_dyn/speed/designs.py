@@ -299,10 +299,11 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
 
 
 @inlined
-def range_of(curve: Floats) -> float:
-    """Largest less smallest."""
-    low, high = tables.bounds_of(curve)
-    return high - low
+def ranges_of(table: Floats) -> Ranges:
+    """Ranges of a table."""
+    low, high = tables.bounds_of(table[TORQUE])
+    least, most = tables.bounds_of(table[SHAPE])
+    return Ranges(high - low, most - least, tables.bounds_of(table[SQUARE])[0])
 
 
 @inlined
@@ -718,7 +719,7 @@ def march(
                 keep_gas(table, scratch.plain)
             else:
                 spread(table, scratch.records)
-            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), tables.bounds_of(table[SQUARE])[0])
+            ranges = ranges_of(table)
             if choice.method == THESIS:
                 sample_shapes(
                     values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, samples,
@@ -732,7 +733,7 @@ def march(
                 width, over_angle, scratch.plain, table,
             )  # fmt: skip
             spread(table, scratch.records)
-            ranges = Ranges(range_of(table[TORQUE]), ranges.shape, ranges.least_square)
+            ranges = ranges_of(table)
         design, code = reduce(values, at, choice, over_speed, table, ranges)
         answerable = code == CONVERGED
         high = low = mean = math.nan
@@ -945,7 +946,7 @@ def march_lanes(
                 scratch.middles, scratch.rates,
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
-            ranges = Ranges(range_of(table[TORQUE]), range_of(table[SHAPE]), tables.bounds_of(table[SQUARE])[0])
+            ranges = ranges_of(table)
             fields = take_common(product, scratch, s)
             for k in range(lanes.LANES):
                 s[lanes.SWING + k] = ranges.gas

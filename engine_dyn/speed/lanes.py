@@ -107,7 +107,7 @@ PAD = 2
 """Rows beside the first and the last node: the period again."""
 
 MOST_NODES = 1024
-"""Most coarse nodes of a period, before they are rounded up: u and r of a block lie on the stack."""
+"""Most coarse nodes of a period, before they are rounded up: a block's u and r are on the stack."""
 
 # Numbers of a design, one row of lanes each.
 POINTS = 6
