@@ -453,12 +453,13 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
             "value 2 = 0.9: must be 1 as of the other cylinders on throw 1",
         ),
         (
-            {"set": {"cylinders": 2, "radius_factor": [1.0, 0.9], "pin_offset": 0.01}},
-            "radius_factor: not allowed together with pin_offset or crank_offset",
+            {"set": {"cylinders": 2, "radius_factor": [1, 1.9], "pin_offset": 0.155}},
+            r"pin_offset: radius_factor = 1.9: with crank_ratio = 0.257143 and an offset of 2\.\d+ "
+            r"crank radii the crank cannot turn; must be below 1\.",
         ),
         (
             {"set": {"cylinders": 2, "radius_factor": [1, 1.9]}, "axes": {"crank_ratio": [0.55]}},
-            "radius_factor = 1.9: times the crank ratio, 0.55, must be below 1",
+            "radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be below 1.8",
         ),
         (
             {"set": {"friction_skirt": 0.6}, "axes": {"friction_mixed": [0.2, 0.5]}},
