@@ -8,6 +8,7 @@ turned through the cycle.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -25,7 +26,9 @@ class Place(NamedTuple):
     number: int
 
 
-_FACTOR: dict[str, Any] = {"low": 0.0, "low_included": True, "high": LARGEST_FACTOR, "high_included": True}
+_FACTOR: dict[str, Any] = {
+    "low": 0.0, "low_included": True, "high": LARGEST_FACTOR, "high_included": True,
+}  # fmt: skip
 
 PATTERNS: Mapping[str, Node] = MappingProxyType(
     {
@@ -56,8 +59,6 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
 
 
 def _named() -> dict[str, tuple[Place, Node]]:
-    from dataclasses import replace
-
     found = {}
     for pattern in PATTERNS.values():
         what = pattern.name.removesuffix("_N")

@@ -10,9 +10,10 @@ whose mean torque is negative has a steady state where a driver's torque makes u
 Sources
 -------
 Load torque over angle and over speed: Kakaitsas (2015), section 3.1. Torque of an induction motor
-over slip: Kloss (1908), as in Fischer, Elektrische Maschinen, Hanser, chapter on the induction
-machine. Slopes of the monotone interpolant: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5
-(1984), 300, eq. 8 (Brodlie's formula).
+over slip: Kloss's formula, as textbooks of electrical machines give it (his paper of 1908 was not
+compared). Slopes of the monotone interpolant: Brodlie's formula, as in Fritsch and Butland, SIAM J.
+Sci. Stat. Comput. 5 (1984), 300 (by the documentation of NAG's e01be, which says so; the paper
+itself was not compared), and SciPy's PchipInterpolator.
 """
 
 from __future__ import annotations

@@ -255,29 +255,31 @@ _PARAMETERS = (
     _parameter(
         "friction_boundary", "f_b", "1",
         "share of the friction over the stroke with a constant coefficient", low=0.0,
-        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_mixed", "f_m", "1",
         "share of the friction over the stroke whose coefficient falls as the piston moves",
         low=0.0, low_included=True, high=1.0, high_included=True,
-        source="Rezeka and Henein, SAE 840179",
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_hydrodynamic", "f_h", "1",
         "share of the friction over the stroke that grows with the root of speed times pressure",
         low=0.0, low_included=True, high=1.0, high_included=True,
-        source="Rezeka and Henein, SAE 840179",
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_skirt", "f_s", "1",
         "share of the friction over the stroke that grows with the piston's speed", low=0.0,
-        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "ring_pressure", "p_r", "bar",
         "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
-        high=100.0, source="Rezeka and Henein, SAE 840179",
+        high=100.0, source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "auxiliary_torque", "M_{aux}", "N m",
@@ -1308,7 +1310,8 @@ _QUANTITIES: tuple[Node, ...] = (
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
-        "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
+        "friction torque over crank angle, positive, subtracted",
+        "after Rezeka and Henein, SAE 840179",
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",

@@ -1293,9 +1293,9 @@ def _check_driven(scene: Scene, name: str) -> None:
         there = gears * speeds
         bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
         if bad.any():
-            at_load = f", {there[bad][0]:g} of the load," if curve.own_speed else ""
+            at_load = f" makes {there[bad][0]:g} of the load" if curve.own_speed else ""
             raise SceneError(
-                f"{name}: {where} = {np.broadcast_to(speeds, bad.shape)[bad][0]:g}:{at_load} must "
+                f"{name}: {where} = {np.broadcast_to(speeds, bad.shape)[bad][0]:g}{at_load}: must "
                 f"be from {low:g} to {high:g} rpm, which {what} covers"
             )
     if driven.over_angle is not None:
