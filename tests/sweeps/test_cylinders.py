@@ -668,7 +668,5 @@ def test_unequal_throws_with_an_offset_through_a_scene() -> None:
         assert float(here["mean_piston_speed"]) == pytest.approx(speed, rel=1e-12)
     work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
     np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
-    whole = found["torque_after_throw"].isel(cylinder=0)
-    np.testing.assert_allclose(
-        whole, found["torque"], atol=1e-9 * float(np.ptp(found["torque"].values))
-    )
+    whole, torque = found["torque_after_throw"].isel(cylinder=0), found["torque"].values
+    np.testing.assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))

@@ -214,7 +214,7 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     assert int(back["status"]) == 0
     told = click.testing.CliRunner().invoke(main, ["info", "machines/own.toml"]).output
     assert "load_table: torque over its own angle, 360 degrees, 180 points, mean 1 N m" in told
-    assert "driver_table: torque over speed from 1000 to 1500 rpm, 3 points" in told
+    assert "driver_table: torque over the crank speed from 1000 to 1500 rpm, 3 points" in told
 
 
 @compiled
