@@ -102,7 +102,8 @@ def report(size: int) -> str:
         "Made by `python -m benchmarks.engines`; a run of some minutes, on one thread of a shared "
         f"machine ({platform.machine()}, Python {platform.python_version()}). Processor time a "
         "design in microseconds; the ratio is to the even, equal, centred engine of as many "
-        "cylinders, whose speed beside other solvers is in [benchmarks.md](benchmarks.md).",
+        "cylinders, whose speed beside other solvers is in [benchmarks.md](benchmarks.md). Where "
+        "others use the machine, runs differ by a third and more, and ratios below 1 are no gain.",
         "",
         f"Designs that share a table: {size:,} of inertia x speed x mass; designs with tables of "
         f"their own: {size // 50:,} crank ratios.",
