@@ -102,7 +102,8 @@ def report(size: int) -> str:
         "Made by `python -m benchmarks.engines`; a run of some minutes, on one thread of a shared "
         f"machine ({platform.machine()}, Python {platform.python_version()}). Processor time a "
         "design in microseconds; the ratio is to the even, equal, centred engine of as many "
-        "cylinders, whose speed beside other solvers is in [benchmarks.md](benchmarks.md).",
+        "cylinders, whose speed beside other solvers is in [benchmarks.md](benchmarks.md). Where "
+        "others use the machine, runs differ by a third and more, and ratios below 1 are no gain.",
         "",
         f"Designs that share a table: {size:,} of inertia x speed x mass; designs with tables of "
         f"their own: {size // 50:,} crank ratios.",
@@ -131,9 +132,12 @@ def report(size: int) -> str:
         "the crank ratio between shared ones. With an offset (over the crank radius), friction "
         "over the stroke (whose level follows p_max and piston speed) or throws of unequal "
         "radius (whose crank ratios leave the panels) each design has its own: 720 nodes and "
-        "4320 points of quadrature for each representative cylinder, some ten nanoseconds a "
-        "point. Interpolating in a second variable would take ten times the shared tables; it "
-        "is not done.",
+        "4320 points of quadrature for each representative cylinder, some two nanoseconds a "
+        "point and some twenty a node; friction takes its means first and so twice as long. "
+        "Interpolating in a second variable would take ten times the shared tables; it is not "
+        "done.",
+        "- Parameters of single cylinders (`mass_factor_3`) make each design an engine of its "
+        "own, with diagrams sampled anew: some milliseconds, ten times that of a table.",
         "",
     ]
     return "\n".join(lines)

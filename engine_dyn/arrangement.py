@@ -9,8 +9,9 @@ angle says which of the two turns it is.
 
 The angle to add to phi to get a cylinder's own crank angle, from its own firing top dead centre, is
 its *phase*, minus its firing angle. All cylinders have the same slider-crank on their own pin:
-articulated rods (radial engines, some V engines) are not covered, and an offset of the pin shifts
-all dead centres alike.
+articulated rods (radial engines, some V engines) are not covered. An offset of the pin shifts all
+dead centres of equal throws alike; throws of another radius then stand where their dead centres
+fall at the firing angles, arcsin(e/(l + r)) from the direction given here.
 """
 
 from __future__ import annotations

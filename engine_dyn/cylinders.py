@@ -11,9 +11,18 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from engine_dyn.arrangement import Arrangement, customary_order, firing_phases, symmetry
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.arrangement import (
+    TURN,
+    Arrangement,
+    customary_order,
+    firing_phases,
+    symmetry,
+)
 from engine_dyn.layouts import in_line
 
 __all__ = [
@@ -22,6 +31,7 @@ __all__ = [
     "Cylinders",
     "CylindersByCount",
     "Member",
+    "OwnCrank",
     "cylinders_of",
     "even_cylinders",
 ]
@@ -46,6 +56,23 @@ class Member(NamedTuple):
     pressure_factor: float
     mass_factor: float
     radius_factor: float = 1.0
+
+    def own(self, crank_ratio: Any, offset: Any) -> OwnCrank:
+        """Crank ratio and offset over the cylinder's own crank radius, from those of the engine.
+
+        Rods and offset are the engine's. Each cylinder's angle counts from its own dead centre,
+        which the offset shifts by arcsin(e/(l + r)): throws of another radius stand where their
+        dead centres fall at the firing angles.
+        """
+        radius = self.radius_factor
+        return OwnCrank(crank_ratio * radius, offset / radius)
+
+
+class OwnCrank(NamedTuple):
+    """Crank radius over rod length, and offset over crank radius, of one cylinder [1]."""
+
+    crank_ratio: Any
+    offset: Any
 
 
 EQUAL = Member(0.0, 1.0, 1.0)
@@ -116,6 +143,36 @@ class Cylinders:
         factors[number - 1] = 0.0
         return self.with_factors(pressure_factor=tuple(factors))
 
+    def firing_at(self, number: int, angle: float) -> Cylinders:
+        """Return the same cylinders, `number` (from 1) of which fires at another angle [rad].
+
+        Its throw turns with it.
+
+        Raises
+        ------
+        ValueError
+            For cylinder 1, angles outside the cycle, a throw that other cylinders are on.
+        """
+        if number == 1:
+            raise ValueError("cylinder 1 fires at 0, where the crank angle begins")
+        members, made = list(self.members), self.arrangement
+        members[number - 1] = members[number - 1]._replace(phase=-angle)
+        if made is not None:
+            mine = made.cylinders[number - 1]
+            others = [i + 1 for i, c in enumerate(made.cylinders) if c.throw == mine.throw]
+            if len(others) > 1:
+                listed = " and ".join(map(str, others))
+                raise ValueError(
+                    f"cylinders {listed} are on one throw: cylinder {number} must have its own"
+                )
+            throws, cylinders = list(made.throws), list(made.cylinders)
+            throw = throws[mine.throw]
+            turned = throw.angle - (angle - mine.firing_angle)
+            throws[mine.throw] = replace(throw, angle=turned % TURN)
+            cylinders[number - 1] = replace(mine, firing_angle=angle)
+            made = replace(made, throws=tuple(throws), cylinders=tuple(cylinders), uneven=True)
+        return Cylinders(self.period, tuple(members), made)
+
     @cached_property
     def plain(self) -> bool:
         """Whether they fire evenly, one at a time, and are equal."""
@@ -145,6 +202,29 @@ class Cylinders:
     def equal_throws(self) -> bool:
         """Whether all crank radii are the engine's."""
         return set(self.radius_factors) == {1.0}
+
+    def check_turning(self, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> None:
+        """Refuse throws that do not turn: |e| + r must be below the rod's length on each.
+
+        `crank_ratio` and `offset`, over the crank radius, are the engine's and broadcast.
+
+        Raises
+        ------
+        ValueError
+            One line that begins with `radius_factor`.
+        """
+        largest = max(self.radius_factors)
+        ratio, beside = np.broadcast_arrays(
+            np.asarray(crank_ratio, dtype=float), np.abs(np.asarray(offset, dtype=float))
+        )
+        stuck = ~(ratio * (largest + beside) < 1.0)
+        if stuck.any():
+            here, apart = ratio[stuck].flat[0], beside[stuck].flat[0]
+            with_offset = f" and an offset of {apart:g} crank radii" if apart else ""
+            raise ValueError(
+                f"radius_factor = {largest:g}: with crank_ratio = {here:g}{with_offset} the crank "
+                f"cannot turn; must be below {1.0 / here - apart:g}"
+            )
 
     @cached_property
     def along_shaft(self) -> tuple[tuple[int, ...], ...] | None:

@@ -2,16 +2,18 @@
 
 A load may depend on the crank angle or on its own, theta = i phi + theta_0, where the gear ratio i
 is its speed over the crank's; at the crank its torque is i times that at its own shaft, because the
-power is the same. A load or a driver over speed has a shape, and the balance of the cycle finds the
+power is the same. So it is with a load over the speed of its own shaft. A load or a driver over
+speed has a shape, and the balance of the cycle finds the
 factor on it (`load_coefficient`, `driver_factor`), as it finds k of a + k omega^alpha: a machine
 whose mean torque is negative has a steady state where a driver's torque makes up for it.
 
 Sources
 -------
 Load torque over angle and over speed: Kakaitsas (2015), section 3.1. Torque of an induction motor
-over slip: Kloss (1908), as in Fischer, Elektrische Maschinen, Hanser, chapter on the induction
-machine. Slopes of the monotone interpolant: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5
-(1984), 300, eq. 8 (Brodlie's formula).
+over slip: Kloss's formula, as textbooks of electrical machines give it (his paper of 1908 was not
+compared). Slopes of the monotone interpolant: Brodlie's formula, as in Fritsch and Butland, SIAM J.
+Sci. Stat. Comput. 5 (1984), 300 (by the documentation of NAG's e01be, which says so; the paper
+itself was not compared), and SciPy's PchipInterpolator.
 """
 
 from __future__ import annotations
@@ -150,7 +152,7 @@ class TorqueOverAngle:
 
 @dataclass(frozen=True, eq=False)
 class TorqueOverSpeed:
-    """Torque over the crank speed, between the knots a cubic that is monotone where these are.
+    """Torque over a speed, between the knots a cubic that is monotone where these are.
 
     Attributes
     ----------
@@ -158,15 +160,19 @@ class TorqueOverSpeed:
         Ascending [rad/s].
     torque, slope : ndarray, shape (K,)
         Torque [N m] and its derivative there [N m s/rad].
+    own_speed : bool
+        Whether the speed is that of the load's shaft, and so its torque; else the crank's.
     """
 
     speed: Floats
     torque: Floats
     slope: Floats
+    own_speed: bool = False
 
     def __str__(self) -> str:
         low, high = (speed * 30.0 / math.pi for speed in (self.low, self.high))
-        return f"torque over speed from {low:.6g} to {high:.6g} rpm, {len(self.speed)} points"
+        whose = "its own speed" if self.own_speed else "the crank speed"
+        return f"torque over {whose} from {low:.6g} to {high:.6g} rpm, {len(self.speed)} points"
 
     @property
     def low(self) -> float:
@@ -218,6 +224,14 @@ class DrivenMachine:
     def over_speed(self) -> TorqueOverSpeed | None:
         """The table over speed, whosever it is."""
         return self.load_over_speed or self.driver_over_speed
+
+    @property
+    def geared(self) -> bool:
+        """Whether a load is over the angle or the speed of its own shaft."""
+        of_angle, of_speed = self.over_angle, self.load_over_speed
+        return (of_angle is not None and of_angle.own_angle) or (
+            of_speed is not None and of_speed.own_speed
+        )
 
     @property
     def has_driver(self) -> bool:
@@ -282,9 +296,9 @@ def torque_over_angle(
 
 
 def torque_over_speed(
-    speed: npt.ArrayLike, torque: npt.ArrayLike, driver: bool = False
+    speed: npt.ArrayLike, torque: npt.ArrayLike, driver: bool = False, own_speed: bool = False
 ) -> TorqueOverSpeed:
-    """Torque through points over the crank speed.
+    """Torque through points over a speed.
 
     Parameters
     ----------
@@ -294,6 +308,8 @@ def torque_over_speed(
         [N m]: a load's against the rotation, a driver's with it; a driver may brake at some speeds.
     driver : bool
         Whose torque it is.
+    own_speed : bool
+        Whether speed and torque are those of the load's shaft; else of the crank.
 
     Raises
     ------
@@ -310,7 +326,7 @@ def torque_over_speed(
             f"point {first + 1}: torque = {values[first]:.6g} N m: must be 0 or more, a load is "
             "positive against the rotation"
         )
-    return TorqueOverSpeed(omega, values, _monotone_slopes(omega, values))
+    return TorqueOverSpeed(omega, values, _monotone_slopes(omega, values), own_speed)
 
 
 def _check_points(

@@ -65,7 +65,7 @@ WALLS = ("adiabatic", "polytropic", "woschni")
 """Models of the heat that goes to the walls."""
 
 GAMMA_300, GAMMA_SLOPE = 1.38, 8e-5
-"""gamma = 1.38 - 0.08 (T - 300 K)/1000 K: Gatowski et al. (1984)."""
+"""gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted."""
 REFERENCE = 300.0
 
 WIEBE = math.log(1000.0)
@@ -229,7 +229,7 @@ class _ClosedCycle:
         return total
 
     def gamma(self, temperature: ArrayLike) -> Floats:
-        """Ratio of specific heats [1] at temperatures [K] (Gatowski et al. 1984)."""
+        """Ratio of specific heats [1] at temperatures [K] (after Gatowski et al. 1984)."""
         warmer = np.asarray(temperature, dtype=np.float64) - REFERENCE
         return np.asarray(self.gamma_300 - self.gamma_slope * warmer)
 

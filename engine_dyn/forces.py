@@ -76,14 +76,14 @@ def pressure_of_first(
 
 def _velocity(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
     """Piston velocity of a cylinder over the engine's crank radius and speed."""
-    radius = member.radius_factor
-    return radius * slider_crank.velocity(phi, crank_ratio * radius, offset)
+    own = member.own(crank_ratio, offset)
+    return member.radius_factor * slider_crank.velocity(phi, *own)
 
 
 def _acceleration(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
     """Piston acceleration of a cylinder over the engine's crank radius and speed squared."""
-    radius = member.radius_factor
-    return radius * slider_crank.acceleration(phi, crank_ratio * radius, offset)
+    own = member.own(crank_ratio, offset)
+    return member.radius_factor * slider_crank.acceleration(phi, *own)
 
 
 def superpose(
@@ -240,7 +240,7 @@ def _friction_of_one(
     def parts(angle: Any, member: Member, inputs: Any) -> Floats:
         ratio, row, scale, crankcase, ring, offset = inputs
         load = ring + pressure(angle, family, row, scale, member.pressure_factor) - crankcase
-        speed = slider_crank.velocity(angle, ratio * member.radius_factor, offset)
+        speed = slider_crank.velocity(angle, *member.own(ratio, offset))
         return friction_parts(load, speed, np.sin(angle))
 
     def means(member: Member) -> Floats:

@@ -165,10 +165,11 @@ class FrictionShape:
     scaled to the cycle mean of its share:
 
         boundary        N                    the coefficient of friction is constant,
-        mixed           N (1 - |sin phi|)    it falls as speed builds up (Rezeka and Henein),
-        hydrodynamic    sqrt(N u)            it grows like sqrt(u/N) (Rezeka and Henein),
+        mixed           N (1 - |sin phi|)    it falls as speed builds up,
+        hydrodynamic    sqrt(N u)            it grows like sqrt(u/N),
         skirt           u                    shear of a film of given thickness;
 
+    after Rezeka and Henein (1984), as usually quoted;
     what is left of 1 is constant: bearings, valve gear, auxiliaries. Times the mean friction
     torque, the shape is the torque M_fr(phi), whose mean is unchanged whatever the shares.
 

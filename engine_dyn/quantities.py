@@ -22,6 +22,7 @@ from engine_dyn import (
     balance_quantities,
     bearing_quantities,
     characteristic_quantities,
+    cylinder_quantities,
     driven_machine,
     flywheel_quantities,
     forces,
@@ -33,7 +34,7 @@ from engine_dyn import (
     slider_crank,
 )
 from engine_dyn.characteristic import load_for_torque
-from engine_dyn.cylinders import CylindersByCount
+from engine_dyn.cylinders import CylindersByCount, Member
 from engine_dyn.family_grid import FamilyStack
 from engine_dyn.indicator import Family
 from engine_dyn.motored import peak_with_factor
@@ -254,29 +255,31 @@ _PARAMETERS = (
     _parameter(
         "friction_boundary", "f_b", "1",
         "share of the friction over the stroke with a constant coefficient", low=0.0,
-        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_mixed", "f_m", "1",
         "share of the friction over the stroke whose coefficient falls as the piston moves",
         low=0.0, low_included=True, high=1.0, high_included=True,
-        source="Rezeka and Henein, SAE 840179",
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_hydrodynamic", "f_h", "1",
         "share of the friction over the stroke that grows with the root of speed times pressure",
         low=0.0, low_included=True, high=1.0, high_included=True,
-        source="Rezeka and Henein, SAE 840179",
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "friction_skirt", "f_s", "1",
         "share of the friction over the stroke that grows with the piston's speed", low=0.0,
-        low_included=True, high=1.0, high_included=True, source="Rezeka and Henein, SAE 840179",
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "ring_pressure", "p_r", "bar",
         "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
-        high=100.0, source="Rezeka and Henein, SAE 840179",
+        high=100.0, source="after Rezeka and Henein, SAE 840179",
     ),
     _parameter(
         "auxiliary_torque", "M_{aux}", "N m",
@@ -326,6 +329,7 @@ _PARAMETERS = (
         si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
         source="Kakaitsas section 4.2",
     ),
+    *cylinder_quantities.PARAMETERS,
     *balance_quantities.PARAMETERS,
     *flywheel_quantities.PARAMETERS,
     *characteristic_quantities.PARAMETERS,
@@ -465,47 +469,62 @@ def _mean_gas(
     whole = of_tables()
     share = np.asarray(pressure_share)
     if (share == 1.0).all():
-        return whole
+        return whole * share
     motored = of_tables(pressure_factor=0.0)
     return np.where(share == 1.0, whole, motored + share * (whole - motored))
 
 
 def _mean_gas_of_throws(
-    crank_ratio: Any, row: Any, family: Family, cylinder_set: Any,
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
     cylinders_by_count: CylindersByCount, sharing: tuple[int, int],
 ) -> Any:  # fmt: skip
     """Mean over cylinders on throws of unequal radius, over the engine's."""
     from engine_dyn.speed import sweep
 
-    counts = np.asarray(cylinder_set)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        members = cylinders_by_count[int(count)].members
-        each = {
-            (f, r): r
-            * sweep.mean_gas_torque(
-                crank_ratio * r, row, family, pressure_factor=f, tables=sharing[0]
-            )
-            for f, r in {(m.pressure_factor, m.radius_factor) for m in members}
-        }
-        whole = sum(each[m.pressure_factor, m.radius_factor] for m in members) / len(members)
-        total = np.where(counts == count, whole, total)
-    return total
+    def of_one(member: Member) -> Any:
+        own = member.own(crank_ratio, offset_ratio)
+        return member.radius_factor * sweep.mean_gas_torque(
+            own.crank_ratio, row, family, own.offset, member.pressure_factor, sharing[0]
+        )
+
+    return _mean_of_cylinders(cylinder_set, cylinders_by_count, of_one)
 
 
 def _mean_square_of_throws(
-    crank_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
+    crank_ratio: Any, offset_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
 ) -> Any:
     """Mean over cylinders of the square of velocity, times mass and radius factors."""
+
+    def of_one(member: Member) -> Any:
+        share = member.mass_factor * member.radius_factor**2
+        return share * masses.mean_square_velocity(*member.own(crank_ratio, offset_ratio))
+
+    return _mean_of_cylinders(cylinder_set, cylinders_by_count, of_one)
+
+
+def _mean_stroke_of_throws(
+    crank_ratio: Any, offset_ratio: Any, cylinder_set: Any, cylinders_by_count: CylindersByCount
+) -> Any:
+    """Mean over cylinders of the stroke over that of the engine's throw."""
+
+    def of_one(member: Member) -> Any:
+        own = slider_crank.dead_centres(*member.own(crank_ratio, offset_ratio)).stroke
+        return member.radius_factor * own
+
+    mean = _mean_of_cylinders(cylinder_set, cylinders_by_count, of_one)
+    return mean / slider_crank.dead_centres(crank_ratio, offset_ratio).stroke
+
+
+def _mean_of_cylinders(
+    cylinder_set: Any, cylinders_by_count: CylindersByCount, of_one: Callable[[Member], Any]
+) -> Any:
+    """Mean of a value over the cylinders of each set; equal cylinders are computed once."""
     counts = np.asarray(cylinder_set)
     total: Any = np.nan
     for count in np.unique(counts):
-        members = cylinders_by_count[int(count)].members
-        whole = sum(
-            m.mass_factor * m.radius_factor**2
-            * masses.mean_square_velocity(np.asarray(crank_ratio) * m.radius_factor)
-            for m in members
-        ) / len(members)  # fmt: skip
+        members = [m._replace(phase=0.0) for m in cylinders_by_count[int(count)].members]
+        each = {member: of_one(member) for member in set(members)}
+        whole = sum(each[member] for member in members) / len(members)
         total = np.where(counts == count, whole, total)
     return total
 
@@ -776,12 +795,19 @@ _STAGES = (
         "mean_gas", "", "Pa",
         "mean of pressure times piston velocity over the engine's crank radius and speed",
         public=False, when="unequal_throws",
-        needs=("crank_ratio", "row", "family", "cylinder_set", "cylinders_by_count", "sharing"),
+        needs=("crank_ratio", "offset_ratio", "row", "family", "cylinder_set",
+               "cylinders_by_count", "sharing"),
         make=_mean_gas_of_throws,
     ),
     Node(
         "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-        needs=("cylinder_set", "cylinders_by_count"),
+        when="offset",
+        needs=("crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count"),
+        make=_mean_stroke_of_throws,
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        when="centred", needs=("cylinder_set", "cylinders_by_count"),
         make=lambda cylinder_set, cylinders_by_count: _by_count(
             cylinder_set, lambda z: np.mean(cylinders_by_count[z].radius_factors)
         ),
@@ -812,7 +838,8 @@ _STAGES = (
         make=_torque_solution,
     ),
     Node(
-        "load_gear", "i", "1", "speed of a load's angle over that of the crank", public=False,
+        "load_gear", "i", "1", "speed of a load over its own angle or speed over the crank's",
+        public=False,
         needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
     ),
     Node(
@@ -840,9 +867,14 @@ _STAGES = (
         * (torque_mean - load_constant),
     ),
     Node(
-        "shape_at_nominal", "", "N m", "torque of a table at nominal speed", public=False,
-        when="table", needs=("driven", "speed"),
+        "shape_at_nominal", "", "N m", "torque of the driver's table at nominal speed",
+        public=False, when="table with_driver", needs=("driven", "speed"),
         make=lambda driven, speed: driven.over_speed(speed),
+    ),
+    Node(
+        "shape_at_nominal", "", "N m", "torque of the load's table at nominal speed, at the crank",
+        public=False, when="table no_driver", needs=("driven", "speed", "load_gear"),
+        make=lambda driven, speed, load_gear: load_gear * driven.over_speed(load_gear * speed),
     ),
     Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
@@ -855,10 +887,10 @@ _STAGES = (
     _speed_solution_node("power_law steady_load"),
     *(
         _speed_solution_node(
-            f"{law} {load}", "load_constant", "driven", *of_law, *of_angle
+            f"{law} {load}", "load_constant", "driven", *dict.fromkeys((*of_law, *of_angle))
         )
         for law, of_law in (
-            ("power_law", ()), ("table", ()),
+            ("power_law", ()), ("table", ("load_gear",)),
             ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
         )
         for load, of_angle in (
@@ -988,9 +1020,9 @@ _LOAD = (
     Node(
         "load_torque", "M_L", "N m", "load torque at the solved speed",
         "Kakaitsas eq. 3.4 with a table", kind="curve", when="table no_driver",
-        needs=("load_over_angle", "load_coefficient", "omega", "driven"),
-        make=lambda load_over_angle, load_coefficient, omega, driven: load_over_angle
-        + load_coefficient * driven.over_speed(omega),
+        needs=("load_over_angle", "load_coefficient", "omega", "driven", "load_gear"),
+        make=lambda load_over_angle, load_coefficient, omega, driven, load_gear: load_over_angle
+        + load_coefficient * load_gear * driven.over_speed(load_gear * omega),
     ),
     Node(
         "load_torque", "M_L", "N m", "load torque, which the speed does not change", "this project",
@@ -1114,9 +1146,10 @@ _QUANTITIES: tuple[Node, ...] = (
     ),
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="offset", needs=("mean_gas", "pressure_scale", "period", "throw", "stroke"),
-        make=lambda mean_gas, pressure_scale, period, throw, stroke: 0.5 * throw / stroke * period
-        * pressure_scale * mean_gas,
+        when="offset",
+        needs=("mean_gas", "pressure_scale", "period", "throw", "stroke", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, throw, stroke, stroke_share: 0.5 * throw
+        / (stroke * stroke_share) * period * pressure_scale * mean_gas,
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
@@ -1181,12 +1214,12 @@ _QUANTITIES: tuple[Node, ...] = (
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="unequal_throws",
-        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
-               "cylinder_set", "cylinders_by_count"),
-        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders, cylinder_set,
-        cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "offset_ratio",
+               "cylinders", "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, offset_ratio, cylinders,
+        cylinder_set, cylinders_by_count: cylinders * (0.5 * throw) ** 2 * (
             reciprocating_mass
-            * _mean_square_of_throws(crank_ratio, cylinder_set, cylinders_by_count)
+            * _mean_square_of_throws(crank_ratio, offset_ratio, cylinder_set, cylinders_by_count)
             + rotating_mass * _by_count(
                 cylinder_set, lambda z: np.mean(np.square(cylinders_by_count[z].radius_factors))
             )
@@ -1277,7 +1310,8 @@ _QUANTITIES: tuple[Node, ...] = (
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
-        "friction torque over crank angle, positive, subtracted", "Rezeka and Henein, SAE 840179",
+        "friction torque over crank angle, positive, subtracted",
+        "after Rezeka and Henein, SAE 840179",
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",

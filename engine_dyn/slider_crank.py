@@ -41,9 +41,9 @@ phi, u' = cos(theta), u'' = -sin(theta):
     v = sin(theta) + lambda u u'/W
     b = cos(theta) + lambda (u'^2 + u u'' W^2)/W^3
 
-The same mechanism, as series in lambda and e: Mettig, Die Konstruktion schnellaufender
-Verbrennungsmotoren, de Gruyter 1973; exact: Norton, Design of Machinery, McGraw-Hill (position
-analysis of the offset fourbar slider-crank).
+The mechanism is that of textbooks (Norton, Design of Machinery: the offset fourbar slider-crank;
+Mettig, Die Konstruktion schnellaufender Verbrennungsmotoren, as series in lambda and e; neither was
+compared page by page): everything here is derived above and tested against the closed triangle.
 Rods that hang on a master rod (radial engines, some V engines) move otherwise: not covered.
 """
 

@@ -830,12 +830,14 @@ def _quantity_lines() -> list[tuple[str, str]]:
 
 
 def _key_lines() -> list[tuple[str, str]]:
+    from engine_dyn.cylinder_quantities import OF_CYLINDER, PATTERNS
     from engine_dyn.quantities import PARAMETERS
     from sweeps.checks import allowed
     from sweeps.cylinder_keys import KEYS
     from sweeps.load_tables import KEYS as TABLE_KEYS
 
-    keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in PARAMETERS.items()]
+    nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
+    keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in nodes.items()]
     return [*keys, *KEYS.items(), *TABLE_KEYS.items()]
 
 

@@ -16,12 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.cylinder_quantities import OF_CYLINDER, with_values
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.node import Dimension, Node
 from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
 from sweeps.plan import Plan
 from sweeps.provenance import provenance
-from sweeps.scene import DESIGN, Scene
+from sweeps.scene import DESIGN, Scene, cylinders_of_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -303,13 +304,21 @@ def _about(plan: Plan) -> dict[str, Any]:
 
 
 def _arrangements(scene: Scene) -> str:
-    """JSON of the cylinders as the scene or engine describes them; empty where nothing does.
+    """JSON of the cylinders of the scene; empty where their throws are not known.
 
-    A list where the arrangement is an axis.
+    A list where the arrangement is an axis; nothing where a firing angle or the number of cylinders
+    is.
     """
+    keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
+    if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
+        return ""
+    fixed = {k: scene.settings[k] * si for k, si in keys.items() if k in scene.settings}
     if scene.arrangements:
-        return json.dumps([_arrangement(cylinders) for cylinders in scene.arrangements])
-    own = _arrangement(scene.own_cylinders)
+        each = [_arrangement(with_values(engine, fixed)) for engine in scene.arrangements]
+        return json.dumps(each)
+    if len(scene.counts) > 1:
+        return ""
+    own = _arrangement(with_values(cylinders_of_count(scene, scene.counts[0]), fixed))
     return json.dumps(own) if own else ""
 
 

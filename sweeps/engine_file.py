@@ -21,6 +21,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from engine_dyn.cylinder_quantities import OF_CYLINDER
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import FOUR_STROKE, Engine
 from engine_dyn.family_grid import FamilyGrid, grid_from_diagrams
@@ -254,6 +255,10 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         where = f"{name}: [values] {key}"
         if key in CYCLE_KEYS:
             raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
+        if key in OF_CYLINDER:
+            what = OF_CYLINDER[key].what
+            what += "s" if what == "firing_angle" else ""
+            raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
         if key == "wanted_delta":
             raise SceneError(f"{where}: not allowed; belongs to a scene, an engine has an inertia")
         node = known_key(key, f"{name}: [values]")

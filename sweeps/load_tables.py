@@ -1,7 +1,7 @@
 """Tables of loads and drivers: keys of engine files and of [set] that name a CSV file.
 
-`load_table` has a torque over an angle (of the crank, or the load's own) or over the crank speed,
-`driver_table` one over the crank speed.
+`load_table` has a torque over an angle or a speed, of the crank or the load's own, `driver_table`
+one over the crank speed.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from sweeps.table import Table, read_table, with_line
 
 __all__ = ["KEYS", "Tables", "read_tables"]
 
-TORQUE_COLUMN, SPEED_COLUMN = "torque_Nm", "speed_rpm"
+TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
 CRANK_COLUMN, OWN_COLUMN = "crank_angle_deg", "load_angle_deg"
 
 KEYS: Mapping[str, str] = {
     "load_table": "a text: the path of a CSV file with the load's torque_Nm over crank_angle_deg, "
-    "load_angle_deg or speed_rpm",
+    "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
     "driver_table": "a text: the path of a CSV file with the driver's torque_Nm over speed_rpm",
 }
 """Keys beside the parameters, with what they must be."""
@@ -69,7 +69,9 @@ def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
 
 
 def _curve(table: Table, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
-    columns = (SPEED_COLUMN,) if driver else (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN)
+    columns: tuple[str, ...] = (SPEED_COLUMN,)
+    if not driver:
+        columns = (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
     here = [column for column in columns if column in table.header]
     if len(here) != 1 or TORQUE_COLUMN not in table.header:
         names = one_line(", ".join(table.header), 200)
@@ -79,6 +81,6 @@ def _curve(table: Table, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
         )
     column = here[0]
     places, torque = np.array(table.numbers(column)), np.array(table.numbers(TORQUE_COLUMN))
-    if column == SPEED_COLUMN:
-        return torque_over_speed(places * RPM, torque, driver)
+    if column in (SPEED_COLUMN, OWN_SPEED_COLUMN):
+        return torque_over_speed(places * RPM, torque, driver, own_speed=column != SPEED_COLUMN)
     return torque_over_angle(places * DEGREE, torque, own_angle=column == OWN_COLUMN)

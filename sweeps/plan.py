@@ -18,7 +18,8 @@ import psutil
 
 from engine_dyn.arrangement import MOST_CYLINDERS
 from engine_dyn.balance_quantities import DIRECTIONS
-from engine_dyn.cylinders import Cylinders, even_cylinders
+from engine_dyn.cylinder_quantities import with_values
+from engine_dyn.cylinders import Cylinders
 from engine_dyn.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.indicator import Family, family_from_diagrams
 from engine_dyn.node import Node
@@ -35,7 +36,7 @@ from engine_dyn.quantities import (
 )
 from sweeps.blocks import bytes_beside
 from sweeps.errors import SceneError, size_text
-from sweeps.scene import DESIGN, Scene
+from sweeps.scene import DESIGN, Scene, cylinders_of_count
 
 __all__ = ["Plan", "Stage", "Value", "make_plan"]
 
@@ -231,7 +232,8 @@ def make_plan(scene: Scene) -> Plan:
         used.update(scene.cycle_keys)
     if "cylinder_set" in used:
         varying = set(leaves["cylinder_set"].dims)
-        used.update(k for k in ("cylinders", "misfire") if set(leaves[k].dims) <= varying)
+        keys = ("cylinders", "misfire", *scene.cylinder_keys)
+        used.update(key for key in keys if set(leaves[key].dims) <= varying)
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:
@@ -337,8 +339,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         leaves["stroke_share"] = Value(np.float64(1.0))
     if "uniform_friction" in scene.words:
         leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
-    load = scene.driven.over_angle
-    if load is not None and not load.own_angle:
+    if not scene.driven.geared:
         leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
     for name, values in points.items():
@@ -429,27 +430,22 @@ def _combinations(
 def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
     """Which set of cylinders a design has, and the sets: by their number, if no more varies."""
     count, misfire = leaves["cylinders"], leaves["misfire"]
-    arrangements = scene.arrangements
-    if not arrangements and not np.any(misfire.data):
+    arrangements, keys = scene.arrangements, scene.cylinder_keys
+    if not (arrangements or keys or np.any(misfire.data)):
         counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
         return count, {n: cylinders_of_count(scene, n) for n in counts}
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
-    dims, distinct, number = _combinations(scene, [count, which, misfire])
+    of_keys = [leaves[key] for key in keys]
+    dims, distinct, number = _combinations(scene, [count, which, misfire, *of_keys])
     sets = {}
-    for i, (cylinders, place, silent) in enumerate(distinct.astype(int).tolist()):
-        engine = arrangements[place] if arrangements else cylinders_of_count(scene, cylinders)
-        sets[FIRST_SET + i] = engine.without(silent)
+    for i, (cylinders, place, silent, *values) in enumerate(distinct.tolist()):
+        engine = cylinders_of_count(scene, int(cylinders))
+        engine = arrangements[int(place)] if arrangements else engine
+        engine = with_values(engine, dict(zip(keys, values, strict=True)))
+        sets[FIRST_SET + i] = engine.without(int(silent))
     return Value(FIRST_SET + number, dims), sets
-
-
-def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
-    """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
-    own = scene.own_cylinders
-    if own is not None and len(own.members) == count:
-        return own
-    return even_cylinders(count, scene.engine.period)
 
 
 def _check_orders(scene: Scene, leaves: Mapping[str, Value], quantity: str) -> None:

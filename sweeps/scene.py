@@ -21,6 +21,7 @@ from pydantic import Field
 
 from engine_dyn import arrangement, status
 from engine_dyn.characteristic import CHARACTERISTICS, Characteristic
+from engine_dyn.cylinder_quantities import OF_CYLINDER, with_values
 from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.driven_machine import (
     DrivenMachine,
@@ -83,6 +84,7 @@ __all__ = [
     "SceneError",
     "SceneFile",
     "built_in_scenes",
+    "cylinders_of_count",
     "read_scene",
     "scene_of",
 ]
@@ -293,10 +295,11 @@ class Scene:
     def words(self) -> tuple[str, ...]:
         """What selects variants of quantities: see `engine_dyn.quantities.Node.when`."""
         centred = not (self._has("pin_offset") or self._has("crank_offset"))
-        described = (self.own_cylinders, *self.arrangements)
-        engines = [engine for engine in described if engine is not None]
+        engines = self.described
+        varied = {OF_CYLINDER[key].what for key in self.cylinder_keys}
         equal = all(engine.equal for engine in engines) and not self._has("misfire")
-        throws = all(engine.equal_throws for engine in engines)
+        equal = equal and varied <= {"firing_angle"}
+        throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
         rubs = any(self._has(share) for share in STROKE_SHARES)
         over_speed = self.indicator is None and isinstance(self.engine.family, FamilyGrid)
         return (
@@ -315,6 +318,22 @@ class Scene:
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
             "pair" if self._has("second_shaft_mass") else "no_pair",
         )
+
+    @property
+    def described(self) -> tuple[Cylinders, ...]:
+        """Cylinders that scene or engine say more of than their number."""
+        return (*filter(None, (self.own_cylinders,)), *self.arrangements)
+
+    @property
+    def counts(self) -> list[int]:
+        """Numbers of cylinders that the scene has, each once."""
+        return _counts(self.settings, self.axes, self.designs, self.engine)
+
+    @property
+    def cylinder_keys(self) -> tuple[str, ...]:
+        """Parameters of single cylinders that the scene gives."""
+        given = {*self.settings, *self.axes, *self.designs}
+        return tuple(key for key in OF_CYLINDER if key in given)
 
     @property
     def _load_words(self) -> tuple[str, ...]:
@@ -593,6 +612,14 @@ def _own_cylinders(
     return resolve(keys, base, count, where)
 
 
+def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
+    """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
+    own = scene.own_cylinders
+    if own is not None and len(own.members) == count:
+        return own
+    return even_cylinders(count, scene.engine.period)
+
+
 def _characteristic(
     given: SceneFile, places: tuple[Mapping[str, Any], ...], name: str
 ) -> Characteristic | None:
@@ -653,7 +680,7 @@ def _arrangements(
 def _key(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
     if key in KEYS or key in TABLE_KEYS:
-        also = "; [axes] may have misfire and arrangement" if table == "axes" else ""
+        also = f"; [{table}] may have {_instead(key)}" if table != "set" else ""
         raise SceneError(f"{name}: [{table}] {key}: must stand in [set] or the engine's file{also}")
     if key in SOLVER_COLUMNS:
         raise SceneError(
@@ -664,6 +691,12 @@ def _key(key: str, table: str, name: str) -> Node:
     node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
     assert node is not None  # nothing else is known here
     return node
+
+
+def _instead(key: str) -> str:
+    """What an axis may have instead of a key of [set]."""
+    one = f"{key.removesuffix('s')}_2"
+    return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
 
 
 def _axis(key: str, raw: Any, name: str) -> FloatArray:
@@ -946,6 +979,7 @@ def _check_values(scene: Scene, name: str) -> None:
     _check_cycles(scene, name)
     _check_count(scene, name)
     _check_rod(scene, name)
+    _check_single_cylinders(scene, name)
     _check_offset(scene, name)
     _check_throw_radii(scene, name)
     _check_misfire(scene, name)
@@ -1121,9 +1155,12 @@ def _check_offset(scene: Scene, name: str) -> None:
             continue  # what is missing is told elsewhere
         try:
             if rod is None:
-                crank_radius_of_ratio(stroke, length, pin + crank)
+                radius, ratio = crank_radius_of_ratio(stroke, length, pin + crank), length
             else:
-                crank_radius(stroke, length, pin + crank)
+                radius = crank_radius(stroke, length, pin + crank)
+                ratio = radius / length
+            for engine in _extreme_cylinders(scene, name):
+                engine.check_turning(ratio, (pin + crank) / radius)
         except ValueError as error:
             offset = next(k for k in ("pin_offset", "crank_offset") if columns[k][0].any())
             where = _places(scene, offset)
@@ -1149,18 +1186,46 @@ def _check_misfire(scene: Scene, name: str) -> None:
         )
 
 
-def _check_throw_radii(scene: Scene, name: str) -> None:
-    """Check that the crank turns on throws of unequal radius, and that nothing is offset."""
-    if "equal_throws" in scene.words:
+def _extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
+    """Cylinders of the scene, with the parameters of single ones at both ends of what they take."""
+    keys = scene.cylinder_keys
+    if not keys:
+        return scene.described
+    engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
+    found = []
+    for engine in engines:
+        for end in (np.min, np.max):
+            values = {}
+            for key in keys:
+                table, given = _places(scene, key) or ("set", np.zeros(1))
+                values[key] = float(end(given)) * PARAMETERS[key].si
+                try:
+                    with_values(engine, {key: values[key]})
+                except ValueError as error:
+                    text = mentioned(error).removeprefix(f"{key}: ")
+                    raise SceneError(f"{name}: [{table}] {key}: {text}") from None
+            found.append(with_values(engine, values))
+    return tuple(found)
+
+
+def _check_single_cylinders(scene: Scene, name: str) -> None:
+    """Check that parameters of single cylinders are of an engine with a given number of them."""
+    keys = scene.cylinder_keys
+    if not keys:
         return
-    described = (scene.own_cylinders, *scene.arrangements)
-    where = f"{name}: engine {scene.engine.name} radius_factor"
-    if "offset" in scene.words:
+    table, _ = _places(scene, keys[0]) or ("set", None)
+    if len(scene.counts) > 1:
         raise SceneError(
-            f"{where}: not allowed together with pin_offset or crank_offset; must be 1 for all "
-            "cylinders, or the offsets 0"
+            f"{name}: [{table}] {keys[0]}: not allowed together with several numbers of cylinders; "
+            "must be one number"
         )
-    largest = max(r for engine in described if engine is not None for r in engine.radius_factors)
+    _extreme_cylinders(scene, name)
+
+
+def _check_throw_radii(scene: Scene, name: str) -> None:
+    """Check that the crank turns on throws of unequal radius; see `_check_offset` for offsets."""
+    if "equal_throws" in scene.words or "offset" in scene.words:
+        return
     given = _places(scene, "crank_ratio")
     rods, strokes = _places(scene, "rod_length"), _places(scene, "stroke")
     own = scene.engine.values
@@ -1169,11 +1234,11 @@ def _check_throw_radii(scene: Scene, name: str) -> None:
     else:
         stroke = own.get("stroke", 0.0) if strokes is None else float(strokes[1].max())
         ratio = 0.5 * stroke / float(rods[1].min())
-    if not ratio * largest < 1.0:
-        raise SceneError(
-            f"{where} = {largest:g}: times the crank ratio, {ratio:g}, must be below 1, or the "
-            "crank cannot turn"
-        )
+    for engine in _extreme_cylinders(scene, name):
+        try:
+            engine.check_turning(ratio)
+        except ValueError as error:
+            raise SceneError(f"{name}: engine {scene.engine.name} {mentioned(error)}") from None
 
 
 def _check_shares(scene: Scene, name: str) -> None:
@@ -1219,11 +1284,19 @@ def _check_driven(scene: Scene, name: str) -> None:
         table, speeds = _places(scene, "speed") or ("", np.array([engine.values["speed"]]))
         where = f"[{table}] speed" if table else f"speed of engine {engine.name}"
         low, high = curve.low / RPM, curve.high / RPM
-        bad = (speeds < low * (1.0 - 1e-9)) | (speeds > high * (1.0 + 1e-9))
+        gears = np.ones(1)
+        if curve.own_speed:
+            own_gear = engine.values.get("gear_ratio", NEUTRAL["gear_ratio"])
+            of_gear, gears = _places(scene, "gear_ratio") or ("", np.array([own_gear]))
+            if not of_gear == table == "designs":  # not column by column: all with all
+                speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
+        there = gears * speeds
+        bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
         if bad.any():
+            at_load = f" makes {there[bad][0]:g} of the load" if curve.own_speed else ""
             raise SceneError(
-                f"{name}: {where} = {speeds[bad][0]:g}: must be from {low:g} to {high:g} rpm, "
-                f"which {what} covers"
+                f"{name}: {where} = {np.broadcast_to(speeds, bad.shape)[bad][0]:g}{at_load}: must "
+                f"be from {low:g} to {high:g} rpm, which {what} covers"
             )
     if driven.over_angle is not None:
         given = _places(scene, "gear_ratio")
@@ -1238,13 +1311,14 @@ def _check_driven(scene: Scene, name: str) -> None:
 
 def _check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one."""
-    described = (scene.own_cylinders, *scene.arrangements)
-    factors = {f for engine in described if engine is not None for f in engine.pressure_factors}
+    engines = _extreme_cylinders(scene, name)
+    factors = {f for engine in engines for f in engine.pressure_factors}
     silent = _places(scene, "misfire")
     if factors <= {1.0} and (silent is None or not silent[1].any()):
         return
-    key = "pressure_factor" if silent is None else "misfire"
-    table = "set" if silent is None else silent[0]
+    of_one = [k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor"]
+    key = "misfire" if silent is not None else of_one[0] if of_one else "pressure_factor"
+    table, _ = _places(scene, key) or ("set", None)
     mine = scene.indicator
     for diagram in scene.engine.family.diagrams if mine is None else (mine,):
         try:

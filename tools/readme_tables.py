@@ -14,6 +14,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+from engine_dyn.cylinder_quantities import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities import PARAMETERS, QUANTITIES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
@@ -46,7 +47,8 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def keys() -> str:
     """Keys of scenes and of an engine file's [values]."""
     rows = []
-    for name, node in PARAMETERS.items():
+    nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
+    for name, node in nodes.items():
         unit = "" if node.unit == "1" else node.unit
         rule = allowed(node).replace(f" [{node.unit}]", "").removeprefix("a finite number").strip()
         rows.append([f"`{name}`", unit, node.long_name, rule or "any number"])

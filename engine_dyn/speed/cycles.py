@@ -91,11 +91,11 @@ def sample_shapes(
                 slope += 2.0 * v * b
                 continue
             radius = samples.radii[i]
-            own = ratio * radius
-            top = sine_of_top(own, offset)
+            own, beside = ratio * radius, offset / radius
+            top = sine_of_top(own, beside)
             s, c = turned(samples.sine[i, j], samples.cosine[i, j], top, math.sqrt(1.0 - top * top))
-            v = radius * offset_velocity_at(s, c, own, offset)
-            b = samples.masses[i] * radius * offset_acceleration_at(s, c, own, offset)
+            v = radius * offset_velocity_at(s, c, own, beside)
+            b = samples.masses[i] * radius * offset_acceleration_at(s, c, own, beside)
             gas += (pressure - blend.crankcase) * v
             shape -= b * v
             square += samples.masses[i] * v * v
@@ -128,15 +128,16 @@ def rub(
 ) -> None:
     """Take the friction of one cylinder, less its mean, from the gas's part."""
     friction, count = blend.friction, samples.sine.shape[1]
-    own = ratio * samples.radii[cylinder]
-    top = sine_of_top(own, offset)
+    radius = samples.radii[cylinder]
+    own, beside = ratio * radius, offset / radius
+    top = sine_of_top(own, beside)
     upright = math.sqrt(1.0 - top * top)
     parts = rows_on_stack(4 * count)
     for j in range(count):
         sine = samples.sine[cylinder, j]
         s, c = turned(sine, samples.cosine[cylinder, j], top, upright)
         load = friction.ring + sample_of(blend, samples, cylinder, j) - blend.crankcase
-        found = friction_parts(load, offset_velocity_at(s, c, own, offset), sine)
+        found = friction_parts(load, offset_velocity_at(s, c, own, beside), sine)
         for k in range(4):
             parts[k * count + j] = found[k]
     levels = friction.boundary, friction.mixed, friction.hydrodynamic, friction.skirt

@@ -193,9 +193,14 @@ class NoShape(NamedTuple):
 
 
 class OverSpeed(NamedTuple):
-    """A load (`sign` 1) or driver (-1) over speed: its table, empty for a motor."""
+    """A load (`sign` 1) or driver (-1) over speed: its table, empty for a motor.
+
+    `own` says that the table is over the speed of the load's shaft, the gear ratio times the
+    crank's: the shape F(q) is that at this speed.
+    """
 
     sign: float
+    own: bool
     table: Floats
 
 
@@ -317,12 +322,20 @@ def law_of(
     """
     if len(over_speed) == 1:
         return Power(0.5 * values[at[EXPONENT]] if choice.kind != 0 else 0.0), 1.0
-    speed, table = values[at[SPEED]], over_speed.table
+    speed, table = gear_of(values, at, over_speed) * values[at[SPEED]], over_speed.table
     synchronous, slip = values[at[SYNCHRONOUS]], values[at[BREAKDOWN]]
     shape, _, _ = shape_at(speed, Shape(speed, 1.0, synchronous, slip, table))
     scale = 1.0 / shape if shape != 0.0 else 0.0
     sign = over_speed.sign * scale if covers(over_speed, speed, speed) else math.nan
     return Shape(speed, scale, synchronous, slip, table), sign
+
+
+@inlined
+def gear_of(values: Floats, at: Integers, over_speed: NoShape | OverSpeed) -> float:
+    """Speed that a table is over, over the crank's."""
+    if len(over_speed) == 1:
+        return 1.0
+    return values[at[GEAR_RATIO]] if over_speed.own else 1.0
 
 
 @inlined
@@ -742,11 +755,12 @@ def march(
         cycles = 0
         if answerable:
             code, cycles, mu = solve_one(design, width, choice, segments, scratch)
+            gear = gear_of(values, at, over_speed)
             if code == CONVERGED:
                 high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
                 if not (low > 0.0):
                     code = STALLED
-                elif not covers(over_speed, high, low):
+                elif not covers(over_speed, gear * high, gear * low):
                     code = INVALID_INPUT
                 elif not holds(design, choice.variable, table, scratch.records):
                     code = NO_STEADY_STATE
@@ -1011,8 +1025,9 @@ def write_traces(
             )  # fmt: skip
             fill_levels(table, width, ratio, levels)
             traces.fill_points(
-                crank_ratio, offset, blend, grid, table, levels.fine, ratio, angles, points
-            )
+                crank_ratio, offset, blend, grid, table, levels.fine, ratio, angles, points,
+                scratch.rates,
+            )  # fmt: skip
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
             count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,

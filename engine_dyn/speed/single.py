@@ -148,8 +148,8 @@ def periodic_speed(
     driven : DrivenMachine
         Load over angle, load over speed in place of omega^alpha, or a driver.
     gear_ratio, load_phase, load_scale : float
-        Of a load over its own angle: its speed over the crank's and its angle at firing dead centre
-        [rad]; factor on a load over any angle.
+        Of a load over its own angle or speed: its speed over the crank's; its angle at firing dead
+        centre [rad]; factor on a load over any angle.
     synchronous_speed, breakdown_slip, breakdown_torque : float, optional
         Of a driver that is an induction motor: [rad/s] of the crank, [1] and [N m] at the crank.
     crankcase_pressure : float
@@ -220,24 +220,26 @@ def periodic_speed(
         ):  # fmt: skip
             if given is None or not 0.0 < given < np.inf:
                 raise ValueError(f"{name} = {given}: must be a positive number")
-    gear = 1.0
-    if driven.over_angle is not None and driven.over_angle.own_angle:
-        gear = gear_ratio
+    gear = gear_ratio if driven.geared else 1.0
+    if not 0.0 < gear < np.inf:
+        raise ValueError(f"gear_ratio = {gear:g}: must be a positive number")
+    if driven.over_angle is not None:
         repeats_of(driven.over_angle, gear, diagram.period)
 
     family = _family_of(diagram)
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
     )
-    if not engine.equal_throws:
-        _check_radii(engine, crank_ratio, offset)
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     offset_ratio = offset / (0.5 * throw)
-    means = [
-        radius
-        * float(sweep.mean_gas_torque(crank_ratio * radius, 0.0, family, offset_ratio, factor))
-        for factor, radius in zip(engine.pressure_factors, engine.radius_factors, strict=True)
-    ]
+    engine.check_turning(crank_ratio, offset_ratio)
+    means = []
+    for member in engine.members:
+        own = member.own(crank_ratio, offset_ratio)
+        mean = sweep.mean_gas_torque(
+            own.crank_ratio, 0.0, family, own.offset, member.pressure_factor
+        )
+        means.append(member.radius_factor * float(mean))
     mean_gas = means[0] if engine.equal else sum(means) / cylinders
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
@@ -293,7 +295,7 @@ def periodic_speed(
     with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
         shape = float(np.power(speed, load_exponent))
     if driven.over_speed is not None:
-        shape = float(driven.over_speed(speed))
+        shape = gear * float(driven.over_speed(gear * speed))
     elif driven.motor:
         shape = float(motor_torque(speed, synchronous_speed, breakdown_slip, breakdown_torque))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -339,6 +341,7 @@ def energy_swing(
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
     )
+    engine.check_turning(crank_ratio, offset / (0.5 * throw))
     found = sweep.torque_extremes(
         family=_family_of(diagram),
         wanted=("energy_swing",),
@@ -384,14 +387,3 @@ def _cylinders(
         None if mass_factor is None else tuple(mass_factor),
         None if radius_factor is None else tuple(radius_factor),
     )
-
-
-def _check_radii(engine: Cylinders, crank_ratio: float, offset: float) -> None:
-    largest = max(engine.radius_factors)
-    if not crank_ratio * largest < 1.0:
-        raise ValueError(
-            f"radius_factor = {largest:g}: times crank_ratio = {crank_ratio:g} must be below 1, or "
-            "the crank cannot turn"
-        )
-    if offset != 0.0:
-        raise ValueError("radius_factor: not allowed with an offset; must be 1 for all cylinders")

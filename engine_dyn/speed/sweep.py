@@ -231,9 +231,9 @@ def solve(
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
         start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad]; for a
-        load over angle gear_ratio and load_phase [rad] of its own angle, load_scale (the factor on
-        it), its mean being part of `offset`; for a motor synchronous_speed [rad/s] and
-        breakdown_slip.
+        load over its own angle or speed gear_ratio, for one over angle load_phase [rad] and
+        load_scale (the factor on it), its mean being part of `offset`; for a motor
+        synchronous_speed [rad/s] and breakdown_slip.
 
     Returns
     -------
@@ -752,9 +752,10 @@ def _acting(driven: DrivenMachine) -> tuple[designs.NoShape | designs.OverSpeed,
     if driven.power_law:
         return designs.NoShape(0), angle
     curve, table = driven.over_speed, np.zeros((3, 0))
+    own = curve is not None and curve.own_speed
     if curve is not None:
         table = np.stack([curve.speed, curve.torque, curve.slope])
-    return designs.OverSpeed(-1.0 if driven.has_driver else 1.0, table), angle
+    return designs.OverSpeed(-1.0 if driven.has_driver else 1.0, own, table), angle
 
 
 def _repeats(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:

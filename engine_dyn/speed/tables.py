@@ -270,10 +270,15 @@ def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None
 
 
 @inlined
+def level_of(friction: Friction) -> float:
+    """Level of all parts together."""
+    return friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+
+
+@inlined
 def rubs(friction: Friction) -> bool:
     """Whether any friction varies over the cycle."""
-    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
-    return level != 0.0
+    return level_of(friction) != 0.0
 
 
 @inlined
@@ -327,30 +332,59 @@ def weighted(
 
 @inlined
 def weights_of_friction(
-    ratio: float, offset: float, blend: Blend, grid: Grid, member: int
+    ratio: float, offset: float, blend: Blend, grid: Grid, member: int, speeds: Floats
 ) -> tuple[float, float, float, float]:
-    """Level over cycle mean of each part of the friction of one representative cylinder."""
-    friction = blend.friction
-    if not rubs(friction):
-        return 0.0, 0.0, 0.0, 0.0
-    boundary = mixed = hydrodynamic = skirt = 0.0
+    """Level over cycle mean of each part of the friction of one representative cylinder.
+
+    `ratio` and `offset` are over its own crank radius; `speeds` gets the piston's at its points of
+    quadrature.
+    """
+    sine, cosine, first, second = points_of(blend, grid, member)
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)
-    count = 6 * steps_of(grid)
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    lift, count = blend.friction.ring - blend.crankcase, sine.size
+    boundary = mixed = hydrodynamic = skirt = 0.0
+    # All points with the weight of the outer ones, then the middle ones with what they lack: loops
+    # without a choice in them become vectors.
+    share = 3.0 * _WEIGHTS[0] / count
     for i in range(count):
-        place = member * count + i
-        load = friction.ring + blended(blend, grid.at_quadrature, place) - blend.crankcase
-        sine = grid.quadrature_sine[place]
-        s, c = turned(sine, grid.quadrature_cosine[place], top, upright)
-        parts = friction_parts(load, offset_velocity_at(s, c, ratio, offset), sine)
-        share = _WEIGHTS[i % 3] * 3.0 / count
+        s, c = turned(sine[i], cosine[i], top, upright)
+        speeds[i] = offset_velocity_at(s, c, ratio, offset)
+        load = before * first[i] + behind * second[i] + lift
+        parts = friction_parts(load, speeds[i], sine[i])
         boundary += share * parts[0]
         mixed += share * parts[1]
         hydrodynamic += share * parts[2]
         skirt += share * parts[3]
+    share = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
+    for i in range(1, count, 3):
+        load = before * first[i] + behind * second[i] + lift
+        parts = friction_parts(load, speeds[i], sine[i])
+        boundary += share * parts[0]
+        mixed += share * parts[1]
+        hydrodynamic += share * parts[2]
+        skirt += share * parts[3]
+    friction = blend.friction
     return (
         scaled(friction.boundary, boundary), scaled(friction.mixed, mixed),
         scaled(friction.hydrodynamic, hydrodynamic), scaled(friction.skirt, skirt),
+    )  # fmt: skip
+
+
+@inlined
+def points_of(
+    blend: Blend, grid: Grid, member: int
+) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
+    """Sine, cosine and both pressures of a blend at one representative's points of quadrature.
+
+    Counted from 0: where the compiler sees that no place is negative, loops become vectors.
+    """
+    count = 6 * steps_of(grid)
+    here = slice(member * count, (member + 1) * count)
+    return (
+        grid.quadrature_sine[here], grid.quadrature_cosine[here],
+        grid.at_quadrature[blend.first, here], grid.at_quadrature[blend.second, here],
     )  # fmt: skip
 
 
@@ -363,27 +397,39 @@ def scaled(level: float, mean: float) -> float:
 @inlined
 def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
     """As `rates_of_work`, for an offset over the crank radius, unequal throws and friction."""
-    count = 6 * steps_of(grid)
-    level = blend.friction.boundary + blend.friction.mixed
-    level += blend.friction.hydrodynamic + blend.friction.skirt
     for member in range(grid.masses.size):
-        radius = grid.radii[member]
-        own = ratio * radius
-        weights = weights_of_friction(own, offset, blend, grid, member)
-        top = sine_of_top(own, offset)
+        rates_of_member(ratio, offset, blend, grid, member, rates)
+
+
+@inlined
+def rates_of_member(
+    ratio: float, offset: float, blend: Blend, grid: Grid, member: int, rates: Floats
+) -> tuple[float, float, float, float]:
+    """`rates_with_offset` of one representative cylinder, and the weights of its friction.
+
+    Its crank ratio and offset are over its own radius: the rod and the offset are the engine's.
+    """
+    radius, friction = grid.radii[member], blend.friction
+    own, beside = ratio * radius, offset / radius
+    sine, cosine, first, second = points_of(blend, grid, member)
+    count = sine.size
+    mine = rates[member * count : (member + 1) * count]
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    if not rubs(friction):
+        top = sine_of_top(own, beside)
         upright = math.sqrt(1.0 - top * top)
-        for place in range(member * count, (member + 1) * count):
-            pressure = blended(blend, grid.at_quadrature, place) - blend.crankcase
-            sine, cosine = turned(
-                grid.quadrature_sine[place], grid.quadrature_cosine[place], top, upright
-            )
-            v = offset_velocity_at(sine, cosine, own, offset)
-            rates[place] = radius * pressure * v
-            if level != 0.0:
-                parts = friction_parts(
-                    blend.friction.ring + pressure, v, grid.quadrature_sine[place]
-                )
-                rates[place] -= weighted(weights, parts) - level
+        for i in range(count):
+            s, c = turned(sine[i], cosine[i], top, upright)
+            pressure = before * first[i] + behind * second[i] - blend.crankcase
+            mine[i] = radius * pressure * offset_velocity_at(s, c, own, beside)
+        return 0.0, 0.0, 0.0, 0.0
+    weights = weights_of_friction(own, beside, blend, grid, member, mine)
+    level = level_of(friction)
+    for i in range(count):
+        pressure = before * first[i] + behind * second[i] - blend.crankcase
+        parts = friction_parts(friction.ring + pressure, mine[i], sine[i])
+        mine[i] = radius * pressure * mine[i] - (weighted(weights, parts) - level)
+    return weights
 
 
 @inlined
@@ -449,17 +495,15 @@ def build_unequal(
 ) -> None:
     """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction."""
     clear(table, middles)
-    rates_with_offset(ratio, offset, blend, grid, rates)
     steps = steps_of(grid)
     friction = blend.friction
-    rubbing = rubs(friction)
-    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    rubbing, level = rubs(friction), level_of(friction)
     for member in range(grid.masses.size):
+        weights = rates_of_member(ratio, offset, blend, grid, member, rates)
         radius = grid.radii[member]
-        own = ratio * radius
+        own, beside = ratio * radius, offset / radius
         mass = grid.masses[member] * radius * radius
-        weights = weights_of_friction(own, offset, blend, grid, member)
-        top = sine_of_top(own, offset)
+        top = sine_of_top(own, beside)
         upright = math.sqrt(1.0 - top * top)
         for step in range(member * steps, (member + 1) * steps):
             j = step % nodes
@@ -469,14 +513,14 @@ def build_unequal(
             middles[0, j] += before
 
             sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own, offset)
-            b = offset_acceleration_at(sine, cosine, own, offset)
+            v = offset_velocity_at(sine, cosine, own, beside)
+            b = offset_acceleration_at(sine, cosine, own, beside)
             pressure = blended(blend, grid.at_node, step) - blend.crankcase
             slope = blended(blend, grid.slope_at_node, step)
             table[TORQUE, j] += radius * pressure * v
             table[TORQUE_SLOPE, j] += radius * (slope * v + pressure * b)
             table[SHAPE, j] -= mass * b * v
-            table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, offset))
+            table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, beside))
             table[SQUARE, j] += mass * v * v
             table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
             if rubbing:
@@ -487,11 +531,11 @@ def build_unequal(
                 )
 
             sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own, offset)
+            v = offset_velocity_at(sine, cosine, own, beside)
             pressure = blended(blend, grid.at_middle, step) - blend.crankcase
             middles[1, j] += mass * v * v
             middles[2, j] += radius * pressure * v
-            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, offset) * v
+            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, beside) * v
             if rubbing:
                 parts = friction_parts(friction.ring + pressure, v, grid.middle_sine[step])
                 middles[2, j] -= weighted(weights, parts) - level

@@ -54,6 +54,7 @@ from engine_dyn.speed.tables import (
     Grid,
     blended,
     friction_parts,
+    level_of,
     rubs,
     steps_of,
     weighted,
@@ -259,36 +260,37 @@ def keep(block: int, s: Floats, us: Floats, rs: Floats, places: Integers, kept: 
 @inlined
 def fill_points(
     ratio: float, shift: float, blend: Blend, grid: Grid, table: Floats, fine: Floats, margin: int,
-    angles: Angles, points: Floats,
+    angles: Angles, points: Floats, speeds: Floats,
 ) -> None:  # fmt: skip
     """Fill `points` (angle, POINT_FIELDS) for one crank ratio, offset `shift` and diagram.
 
-    `fine` is the fine level, whose first node has `margin` rows before it.
+    `fine` is the fine level, whose first node has `margin` rows before it. `speeds` is scratch: a
+    number a point of quadrature.
     """
     nodes = table.shape[1]
     cylinders = grid.node_sine.size // nodes
     folds = steps_of(grid) // nodes
     members = grid.masses.size
     friction = blend.friction
-    rubbing = rubs(friction)
-    level = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    rubbing, level = rubs(friction), level_of(friction)
     weights = rows_on_stack(4 * members)
     for i in range(4 * members):
         weights[i] = 0.0
     if rubbing:
         for i in range(members):
-            found = weights_of_friction(ratio * grid.radii[i], shift, blend, grid, i)
+            radius = grid.radii[i]
+            found = weights_of_friction(ratio * radius, shift / radius, blend, grid, i, speeds)
             for j in range(4):
                 weights[4 * i + j] = found[j]
     mean = table[TORQUE, 0] - table[GAS_TORQUE, 0]
     mean_square = -table[SQUARE, 0]
     for i in range(cylinders):
         radius = grid.radii[i // folds]
-        own = ratio * radius
-        top = sine_of_top(own, shift)
+        own, beside = ratio * radius, shift / radius
+        top = sine_of_top(own, beside)
         upright = math.sqrt(1.0 - top * top)
         sine, cosine = turned(grid.node_sine[i * nodes], grid.node_cosine[i * nodes], top, upright)
-        v = offset_velocity_at(sine, cosine, own, shift)
+        v = offset_velocity_at(sine, cosine, own, beside)
         mean_square += grid.masses[i // folds] * radius * radius * v * v
     rates = on_stack(3)
     for j in range(angles.node.size):
@@ -297,7 +299,7 @@ def fill_points(
             at = j * cylinders + i
             member = i // folds
             radius = grid.radii[member]
-            own = ratio * radius
+            own, beside = ratio * radius, shift / radius
             mass = grid.masses[member] * radius * radius
             of_member = (
                 weights[4 * member],
@@ -305,23 +307,23 @@ def fill_points(
                 weights[4 * member + 2],
                 weights[4 * member + 3],
             )
-            top = sine_of_top(own, shift)
+            top = sine_of_top(own, beside)
             upright = math.sqrt(1.0 - top * top)
             sine, cosine = turned(angles.sine[at], angles.cosine[at], top, upright)
-            v = offset_velocity_at(sine, cosine, own, shift)
+            v = offset_velocity_at(sine, cosine, own, beside)
             pressure = blended(blend, angles.pressure, at) - blend.crankcase
             torque += radius * pressure * v
             if rubbing:
                 parts = friction_parts(friction.ring + pressure, v, angles.sine[at])
                 torque -= weighted(of_member, parts) - level
             square += mass * v * v
-            turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, own, shift)
+            turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, own, beside)
             for g in range(3):
                 here = 3 * at + g
                 sine, cosine = turned(
                     angles.between_sine[here], angles.between_cosine[here], top, upright
                 )
-                v = offset_velocity_at(sine, cosine, own, shift)
+                v = offset_velocity_at(sine, cosine, own, beside)
                 pressure = blended(blend, angles.between, here) - blend.crankcase
                 rates[g] = radius * pressure * v
                 if rubbing:

@@ -91,6 +91,19 @@ DESIGNS = {
     "unequal throws, misfire, variable": unequal(
         4, 1.6, "variable", radius_factors=(1.0, 0.9, 0.9, 1.0), pressure_factors=(1, 1, 0, 1)
     ),
+    "unequal throws, offset": unequal(
+        3, 2.0, "constant", offset=0.35, radius_factors=(1.0, 0.8, 1.15)
+    ),
+    "unequal throws, offset, friction, variable": unequal(
+        3,
+        1.6,
+        "variable",
+        offset=-0.3,
+        radius_factors=(1.0, 1.2, 0.9),
+        pressure_factors=(1.0, 0.0, 1.0),
+        mass_factors=(1.0, 1.1, 0.9),
+        friction_shares=SHARES,
+    ),
     "friction, 1 cyl": unequal(1, 2.0, "constant", friction_shares=SHARES),
     "friction, 4 cyl": unequal(4, 1.0, "variable", friction_shares=SHARES),
     "friction, offset": unequal(2, 1.6, "constant", offset=0.3, friction_shares=SHARES),

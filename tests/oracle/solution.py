@@ -310,10 +310,11 @@ def _of_throws(design: Design, angle: Array, motion: Callable[..., Array]) -> Ar
     offset = design.offset / design.radius
     if design.radius_factors is None:
         return motion(angle, design.crank_ratio, offset)
-    # The same rod on another throw: r_i/l and x/r = (x/r_i)(r_i/r).
+    # The same rod and offset on another throw: r_i/l, e/r_i and x/r = (x/r_i)(r_i/r); each turns
+    # by its own angle from its own top dead centre.
     return np.stack(
         [
-            factor * motion(angle[..., i], design.crank_ratio * factor, offset)
+            factor * motion(angle[..., i], design.crank_ratio * factor, offset / factor)
             for i, factor in enumerate(design.radius_factors)
         ],
         axis=-1,
@@ -419,7 +420,7 @@ def mean_torque(design: Design) -> float:
 
     def mean_of(pressure: Curve, radius: float) -> float:
         def one(phi: float) -> float:
-            offset = design.offset / design.radius
+            offset = design.offset / (radius * design.radius)
             lever = radius * design.radius * velocity(phi, design.crank_ratio * radius, offset)
             return float(pressure(np.asarray(phi)) * math.pi / 4.0 * design.bore**2 * lever)
 
@@ -478,7 +479,7 @@ def _varying_inertia(design: Design) -> tuple[Curve, Curve]:
 
     def mean(radius: float) -> float:
         ratio = design.crank_ratio * radius
-        return cycle_mean(lambda phi: (radius * velocity(phi, ratio, offset)) ** 2)
+        return cycle_mean(lambda phi: (radius * velocity(phi, ratio, offset / radius)) ** 2)
 
     means = np.array([mean(radius) for radius in design.radius_factors or (1.0,)])
 

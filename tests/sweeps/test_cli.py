@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from engine_dyn.cylinder_quantities import OF_CYLINDER, PATTERNS
 from engine_dyn.quantities import PARAMETERS, QUANTITIES
 from engine_dyn.status import MEANINGS
 from sweeps.cli import main
@@ -297,7 +298,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ("what", "names"),
     [
         ("quantities", list(QUANTITIES)),
-        ("keys", [*PARAMETERS, *KEYS, *TABLE_KEYS]),
+        ("keys", [*(k for k in PARAMETERS if k not in OF_CYLINDER), *PATTERNS, *KEYS, *TABLE_KEYS]),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
     ],

@@ -13,7 +13,7 @@ import sweeps
 from engine_dyn import periodic_speed
 from engine_dyn.friction import FrictionShape
 from engine_dyn.quantities import QUANTITIES
-from engine_dyn.slider_crank import crank_radius
+from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
 from sweeps.engine_file import load_engine
 from sweeps.errors import SceneError
 from sweeps.forecast import text as plan_text
@@ -128,7 +128,9 @@ def test_archive_keeps_the_arrangement() -> None:
     assert kept["pressure_factor"] == [1.0, 0.9]
     assert kept["banks"] == [0.0, 45.0]
     other = run(quantities=("torque_mean",), set={"cylinders": 3})
-    assert json.loads(other.attrs["arrangement"])["name"] == "in-line 1"
+    assert json.loads(other.attrs["arrangement"])["name"].startswith("in-line 3")
+    several = run(quantities=("torque_mean",), axes={"cylinders": [2, 3]})
+    assert "arrangement" not in several.attrs
 
 
 @pytest.mark.compiled
@@ -453,12 +455,13 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
             "value 2 = 0.9: must be 1 as of the other cylinders on throw 1",
         ),
         (
-            {"set": {"cylinders": 2, "radius_factor": [1.0, 0.9], "pin_offset": 0.01}},
-            "radius_factor: not allowed together with pin_offset or crank_offset",
+            {"set": {"cylinders": 2, "radius_factor": [1, 1.9], "pin_offset": 0.155}},
+            r"pin_offset: radius_factor = 1.9: with crank_ratio = 0.257143 and an offset of 2\.\d+ "
+            r"crank radii the crank cannot turn; must be below 1\.",
         ),
         (
             {"set": {"cylinders": 2, "radius_factor": [1, 1.9]}, "axes": {"crank_ratio": [0.55]}},
-            "radius_factor = 1.9: times the crank ratio, 0.55, must be below 1",
+            "radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be below 1.8",
         ),
         (
             {"set": {"friction_skirt": 0.6}, "axes": {"friction_mixed": [0.2, 0.5]}},
@@ -554,3 +557,116 @@ def test_arrangements_with_other_numbers_of_throws() -> None:
     assert known.values.tolist() == [3, 5]
     throws = np.isfinite(found["torque_after_throw"]).all("crank_angle").sum("cylinder")
     assert throws.values.tolist() == [2, 4]
+
+
+# --- parameters of single cylinders ---------------------------------------------------------------
+
+
+@pytest.mark.compiled
+def test_single_cylinders_are_the_lists_with_one_value_changed() -> None:
+    """Each parameter as an axis, against the list of [set] that says the same."""
+    base: dict[str, Any] = {"cylinders": 3, "reciprocating_mass": 6.67}
+    quantities = (*DELTA, "imep", "friction_torque", "displacement")
+    for key, values, name, lists in (
+        ("pressure_factor_2", [0.0, 0.4], "pressure_factor", [[1, 0, 1], [1, 0.4, 1]]),
+        ("mass_factor_3", [0.9, 1.1], "mass_factor", [[1, 1, 0.9], [1, 1, 1.1]]),
+        ("radius_factor_2", [0.8, 1.0], "radius_factor", [[1, 0.8, 1], [1, 1, 1]]),
+        ("firing_angle_2", [200.0, 480.0], "firing_angles", [[0, 200, 240], [0, 480, 240]]),
+    ):
+        found = run(quantities=quantities, set=base, axes={key: values})
+        for place, each in enumerate(lists):
+            same = run(quantities=quantities, set={**base, name: each})
+            for quantity in quantities:
+                here = found[quantity]
+                here = here.isel({key: place}) if key in here.dims else here
+                assert float(here) == pytest.approx(float(same[quantity]), rel=1e-12), quantity
+    assert found["firing_angle_2"].attrs["units"] == "degree"
+
+
+@pytest.mark.compiled
+def test_a_spread_of_single_cylinders_in_designs() -> None:
+    """Columns go together, beside a misfire and an arrangement along axes of their own."""
+    spread = {"mass_factor_1": [1.02, 0.97], "mass_factor_4": [0.99, 1.03]}
+    found = run(
+        quantities=("delta", "torque_mean"), set={"cylinders": 4},
+        designs=spread, axes={"misfire": [0, 2]},
+    )  # fmt: skip
+    assert found["delta"].dims == ("design", "misfire")
+    one = run(set={"cylinders": 4, "misfire": 2, "mass_factor": [0.97, 1, 1, 1.03]})
+    assert float(found["delta"][1, 1]) == pytest.approx(float(one["delta"]), rel=1e-12)
+    # Masses change no mean torque; the archive says which columns had an effect.
+    np.testing.assert_allclose(found["torque_mean"].isel(design=0), found["torque_mean"][1])
+    assert "axes_without_effect" not in found.attrs
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"set": {"pressure_factor_2": 0.0}}, "pressure_factor_2: must be of one of the 1 cylind"),
+        ({"axes": {"mass_factor_1": [2.5]}}, r"\[axes\] mass_factor_1 = 2.5: must be .* at most 2"),
+        ({"set": {"firing_angle_1": 10}}, "firing_angle_1: unknown key"),
+        ({"set": {"mass_factor_17": 1}}, "mass_factor_17: unknown key"),
+        (
+            {"set": {"cylinders": 2, "arrangement": "V2 60"}, "axes": {"firing_angle_2": [90]}},
+            r"\[axes\] firing_angle_2: cylinders 1 and 2 are on one throw: cylinder 2 must",
+        ),
+        (
+            {"axes": {"cylinders": [2, 3], "mass_factor_2": [0.9]}},
+            r"\[axes\] mass_factor_2: not allowed together with several numbers of cylinders",
+        ),
+        (
+            {"set": {"cylinders": 2}, "axes": {"radius_factor_2": [1.9], "crank_ratio": [0.6]}},
+            "radius_factor = 1.9: with crank_ratio = 0.6 the crank cannot turn",
+        ),
+        ({"axes": {"pressure_factor": [1, 0]}}, "pressure_factor_2 and so on"),
+        ({"axes": {"firing_angles": [0, 90]}}, "firing_angle_2 and so on"),
+    ],
+)
+def test_single_cylinders_that_are_none(tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message) as caught:
+        read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
+    assert "\n" not in str(caught.value)
+
+
+def test_engine_files_have_lists_instead(tmp_path: Path) -> None:
+    path = written(tmp_path, VALUES + "mass_factor_2 = 0.9\n" + modelled())
+    with pytest.raises(SceneError, match="mass_factor_2: not allowed; the file has mass_factor"):
+        load_engine(path, Path())
+
+
+@pytest.mark.compiled
+def test_unequal_throws_with_an_offset_through_a_scene() -> None:
+    """As one design through `periodic_speed`, and work as mean pressure times displacement."""
+    engine = load_engine("ntua", Path())
+    radii, values = [1.0, 0.9, 1.1], engine.values
+    found = run(
+        quantities=(*DELTA, "friction_torque", "displacement", "imep", "torque",
+                    "torque_after_throw", "mean_piston_speed"),
+        axes={"pin_offset": [-0.01, 0.02]},
+        set={"cylinders": 3, "radius_factor": radii, "reciprocating_mass": 6.67},
+    )  # fmt: skip
+    for offset in (-0.01, 0.02):
+        here = found.sel(pin_offset=offset)
+        one = periodic_speed(
+            engine.family.at(values["load"]), bore=values["bore"], stroke=values["stroke"],
+            crank_ratio=values["crank_ratio"], reciprocating_mass=6.67, inertia=values["inertia"],
+            speed=values["speed"] * np.pi / 30.0, cylinders=3, offset=offset,
+            friction_torque=float(here["friction_torque"]),
+            crankcase_pressure=1e5 * values["crankcase_pressure"],
+            firing_angles=np.radians([0.0, 480.0, 240.0]), radius_factor=radii,
+        )  # fmt: skip
+        assert float(here["delta"]) == pytest.approx(one.delta, rel=1e-9)
+        assert float(here["torque_mean"]) == pytest.approx(one.torque_mean, rel=1e-12)
+        # Strokes of the throws, from the closed triangles at both dead centres.
+        crank = crank_radius_of_ratio(values["stroke"], values["crank_ratio"], offset)
+        rod = crank / values["crank_ratio"]
+        strokes = [np.sqrt((rod + r * crank) ** 2 - offset**2)
+                   - np.sqrt((rod - r * crank) ** 2 - offset**2) for r in radii]  # fmt: skip
+        area = 0.25 * np.pi * values["bore"] ** 2
+        assert float(here["displacement"]) == pytest.approx(area * sum(strokes), rel=1e-12)
+        speed = np.mean(strokes) * values["speed"] / 30.0
+        assert float(here["mean_piston_speed"]) == pytest.approx(speed, rel=1e-12)
+    work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
+    np.testing.assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
+    whole, torque = found["torque_after_throw"].isel(cylinder=0), found["torque"].values
+    np.testing.assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))

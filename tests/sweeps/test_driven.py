@@ -214,7 +214,7 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     assert int(back["status"]) == 0
     told = click.testing.CliRunner().invoke(main, ["info", "machines/own.toml"]).output
     assert "load_table: torque over its own angle, 360 degrees, 180 points, mean 1 N m" in told
-    assert "driver_table: torque over speed from 1000 to 1500 rpm, 3 points" in told
+    assert "driver_table: torque over the crank speed from 1000 to 1500 rpm, 3 points" in told
 
 
 @compiled
@@ -305,3 +305,45 @@ def test_engine_files_with_both_are_refused(folder: Path) -> None:
     ):
         (folder / "mine.toml").write_text(text.replace("[values]", f"[values]\n{more}"), "utf-8")
         assert words in refused(engine="mine.toml")
+
+
+@compiled
+def test_a_load_over_its_own_speed_is_one_over_the_cranks_through_the_gear() -> None:
+    """T_L over the load's speed is i T_L(i omega) at the crank: tables of both say the same."""
+    speeds = np.array([600.0, 1000.0, 1500.0, 2000.0])
+    torque = 6e-5 * speeds**2
+    quantities = ["delta", "load_coefficient", "load_torque", "load_torque_nominal", "torque_mean"]
+    gears = [0.5, 1.0, 2.0]
+    for i in gears:
+        write(f"own{i}.csv", "load_speed_rpm", speeds * i, torque / i)
+    at_crank = run(quantities, set={"load_table": "fan.csv"}, axes={"inertia": [2.0, 3.0]})
+    for i in gears:
+        found = run(
+            quantities, set={"load_table": f"own{i}.csv", "gear_ratio": i},
+            axes={"inertia": [2.0, 3.0]},
+        )  # fmt: skip
+        for name in quantities:
+            np.testing.assert_allclose(found[name], at_crank[name], rtol=1e-9)
+    # The gear as an axis: each as alone, and whatever the table means, its mean takes the engine's.
+    table = {"load_table": "own1.0.csv"}
+    swept = run(quantities, set=table, axes={"gear_ratio": [0.6, 1.0, 1.5]})
+    assert swept["delta"].dims == ("gear_ratio",)
+    for i in (0.6, 1.5):
+        one = run(quantities, set={**table, "gear_ratio": i})
+        assert float(one["delta"]) == pytest.approx(float(swept["delta"].sel(gear_ratio=i)))
+    np.testing.assert_allclose(swept["load_torque_nominal"], swept["torque_mean"], rtol=1e-12)
+    # Of a table over the crank's speed the gear is no part.
+    other = run(quantities, set={"load_table": "fan.csv"}, axes={"gear_ratio": [0.6, 1.0]})
+    assert "gear_ratio" not in other["delta"].dims
+
+
+def test_own_speeds_beside_the_table_are_told_in_both_speeds() -> None:
+    write("own.csv", "load_speed_rpm", np.array([600.0, 2000.0]), [10.0, 100.0])
+    message = refused(set={"load_table": "own.csv"}, axes={"gear_ratio": [1.0, 1.9]})
+    assert "speed of engine ntua = 1200 makes 2280 of the load: must be from 600 to 2000" in message
+    columns = {"gear_ratio": [2.0, 1.0], "speed": [900.0, 1900.0]}
+    read_scene(
+        {"engine": "ntua", "set": {"load_table": "own.csv"}, "designs": columns,
+         "output": {"quantities": ["delta"]}}
+    )  # fmt: skip
+    assert "load_speed_rpm" in refused(set={"driver_table": "own.csv"})

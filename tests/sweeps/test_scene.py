@@ -12,6 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from engine_dyn.arrangement import MOST_CYLINDERS
+from engine_dyn.cylinder_quantities import OF_CYLINDER
 from engine_dyn.quantities import (
     CYCLE_KEYS,
     MOTOR_KEYS,
@@ -192,6 +194,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             raw = scene(set={k: 0.5 for k in MOTOR_KEYS if k != other})
         elif key in STROKE_SHARES:
             raw = scene(set={key: 0.5, "ring_pressure": 1.0})
+        elif key in OF_CYLINDER:
+            raw = scene(set={key: value, "cylinders": MOST_CYLINDERS})
         else:
             raw = scene(set={key: value})
         read_scene(raw)
