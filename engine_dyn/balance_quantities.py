@@ -35,7 +35,8 @@ PARAMETERS = (
         "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True,
     ),
     _parameter(
-        "counterweight_mass", "B", "kg", "counterweight of each cylinder, opposite to its throw",
+        "counterweight_mass", "B", "kg",
+        "counterweight of each cylinder, opposite to its throw, in proportion to its crank radius",
         "Asgari eq. 12", low=0.0, low_included=True,
     ),
     _parameter(
@@ -182,6 +183,16 @@ NODES = (
         needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "throw"),
         make=lambda rotating_mass, counterweight_mass, counterweight_radius, throw: rotating_mass
         - counterweight_mass * counterweight_radius / (0.5 * throw),
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="counterweights", needs=("turning_mass",),
+        make=lambda turning_mass: turning_mass,
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="no_counterweights", needs=("rotating_mass",),
+        make=lambda rotating_mass: rotating_mass,
     ),
     Node(
         "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,

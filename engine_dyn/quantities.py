@@ -179,7 +179,7 @@ _PARAMETERS = (
         source="Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
         needs=(
             "characteristic_torque", "characteristic_share", "words", "speed", "family", "cycle",
-            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "pressure_scale", "bore",
+            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale", "bore",
             "throw", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
             "stroke_share", "cycle_known",
             "mean_piston_speed", "friction_constant", "friction_peak_pressure",
@@ -398,19 +398,27 @@ def _row(place: Any, cycle: Any, family: FamilyStack) -> Any:
     return family.row_of(cycle, place)
 
 
+def _some(load: Any, family: Any) -> Any:
+    """Loads to look up: the first where there is none, whose pressure scale is no number."""
+    return np.where(np.isnan(load), family.loads[0], load)
+
+
 def _place(load: Any, family: Family) -> Any:
-    row, weight = family.locate(load)
+    row, weight = family.locate(_some(load, family))
     return row + weight
 
 
 def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
-    return family.place(load, speed)
+    return family.place(_some(load, family), speed)
 
 
 def _load_of_characteristic(
     *, characteristic_torque: Any, characteristic_share: Any, words: tuple[str, ...], **needs: Any
 ) -> Any:  # fmt: skip
-    """Load at which the mean torque, with all that it depends on, is the characteristic's share."""
+    """Load at which the mean torque, with all that it depends on, is the characteristic's share.
+
+    NaN where the engine's diagrams do not give that torque, and where there is no torque.
+    """
 
     def torque_of(load: Any) -> Any:
         known = {**needs, "load": load}
@@ -429,23 +437,7 @@ def _load_of_characteristic(
     wanted = np.broadcast_to(
         wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
     )
-    loads = needs["family"].loads
-    found = load_for_torque(torque_of, loads, wanted)
-    known = np.isfinite(torque_of(np.full(wanted.shape, loads[0])))
-    # Where the parameters are no cycle there is no torque at any load: those designs fail later.
-    found = np.where(np.isnan(found) & ~known, loads[0], found)
-    lost = np.isnan(found)
-    if lost.any():
-        here = np.broadcast_to(np.asarray(needs["speed"]) / RPM, lost.shape)[lost].flat[0]
-        low, high = (
-            np.broadcast_to(torque_of(np.full(lost.shape, end)), lost.shape)[lost].flat[0]
-            for end in (loads[0], loads[-1])
-        )
-        raise ValueError(
-            f"characteristic: at speed = {here:g} rpm it asks for {wanted[lost].flat[0]:.4g} N m; "
-            f"must be from {low:.4g} to {high:.4g} N m, which the engine's diagrams give there"
-        )
-    return found
+    return load_for_torque(torque_of, needs["family"].loads, wanted)
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -711,16 +703,30 @@ _STAGES = (
             friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure,
         ),
     ),
-    Node(
-        "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
-        needs=("speed", "scale_table"), make=_scale, when="given_cycles",
-        source="diesel_105x137: curve times peak pressure over speed",
+    *(
+        node
+        for name, when in (("pressure_scale", "given_load"), ("diagram_scale", "characteristic"))
+        for node in (
+            Node(
+                name, "", "1", "factor on the diagram at this speed", public=False,
+                needs=("speed", "scale_table"), make=_scale, when=f"given_cycles {when}",
+                source="diesel_105x137: curve times peak pressure over speed",
+            ),
+            Node(
+                name, "", "1",
+                "factor on the diagram at this speed, NaN where the parameters are no cycle",
+                public=False, needs=("speed", "scale_table", "cycle_known"),
+                when=f"own_cycles {when}",
+                make=lambda speed, scale_table, cycle_known: cycle_known
+                * _scale(speed, scale_table),
+            ),
+        )
     ),
     Node(
         "pressure_scale", "", "1",
-        "factor on the diagram at this speed, NaN where the parameters are no cycle", public=False,
-        needs=("speed", "scale_table", "cycle_known"), when="own_cycles",
-        make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
+        "factor on the diagram, NaN where none gives the characteristic's torque", public=False,
+        needs=("diagram_scale", "load"), when="characteristic",
+        make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
     ),
     Node(
         "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
