@@ -277,7 +277,7 @@ class RequiredInertia:
     delta : float
         Of the periodic speed with it.
     energy_swing : float
-        Range of the work of the torque less its mean [J].
+        Range of the work of the torque, less a load over angle and the mean [J].
     by_energy_swing, by_triangle : float
         Estimates [kg m2]; the triangle's is NaN without brake power.
     status : int
@@ -306,7 +306,7 @@ class RequiredInertia:
 _OF_TORQUE = (
     "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
     "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
-    "tolerance",
+    "tolerance", "driven", "gear_ratio", "load_phase", "load_scale",
 )  # fmt: skip
 
 

@@ -599,6 +599,9 @@ def _torque_solution(**needs: Any) -> Any:
     needs["stroke"] = needs.pop("throw")
     needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
+    for name, here in _NAMES_OF_LOAD.items():
+        if name in needs:
+            needs[here] = needs.pop(name)
     return sweep.torque_extremes(**needs)
 
 
@@ -666,6 +669,8 @@ def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> No
         make=_speed_solution, source="mathematics: energy form of Kakaitsas eq. 3.1",
     )  # fmt: skip
 
+
+_OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
 
 _STAGES = (
     Node(
@@ -806,16 +811,20 @@ _STAGES = (
         )
         for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
-    Node(
-        "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
-        kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore",
-            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
-            "cylinders_by_count", "family", "period", "tolerance",
-        ),
-        make=_torque_solution,
+    *(
+        Node(
+            "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
+            kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
+            when=load,
+            needs=(
+                "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+                *NO_STROKE_FRICTION, "bore",
+                "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
+                "cylinders_by_count", "family", "period", "tolerance", *more,
+            ),
+            make=_torque_solution,
+        )
+        for load, more in (("steady_load", ()), ("angle_load", ("driven", *_OF_ANGLE)))
     ),
     Node(
         "load_gear", "i", "1", "speed of a load's angle over that of the crank", public=False,
@@ -868,7 +877,7 @@ _STAGES = (
             ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
         )
         for load, of_angle in (
-            ("steady_load", ()), ("angle_load", ("load_gear", "load_phase", "load_table_factor")),
+            ("steady_load", ()), ("angle_load", _OF_ANGLE),
         )
         if (law, load) != ("power_law", "steady_load")
     ),
@@ -1069,7 +1078,8 @@ _QUANTITIES: tuple[Node, ...] = (
     _torque_result("torque_min", "M_{min}", "N m", "smallest torque at nominal speed",
                    "Kakaitsas section 5.4"),
     _torque_result(
-        "energy_swing", "W", "J", "range of the work of torque less mean torque", "Asgari method 2"
+        "energy_swing", "W", "J",
+        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
