@@ -268,7 +268,7 @@ NODES = (
     ),
     Node(
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
-        "unbalance times distance that cancels all first-order moment turning backwards",
+        "unbalance times distance, that cancels all first-order moment turning backwards",
         "this project", needs=(*_MASSES, *_SPACES), throws=True,
         make=_number(lambda gear: gear.couple_required()),
     ),

@@ -76,6 +76,9 @@ MOST_CUTS = 60
 ENOUGH = 1e-12
 """Part of the largest square that a parabola not yet known may have more."""
 
+CANCELLED = 1e-13
+"""Share of the forces of all cylinders, each for itself, below which their sum is but rounding."""
+
 NOTHING = 1e-9
 """Share of one cylinder's force, times the cylinders, that is rounding."""
 
@@ -458,7 +461,13 @@ class RunningGear:
         total = total + first * backward
         for amplitude, turning in zip(second, (forward**2, backward**2), strict=True):
             total = total + amplitude * turning
-        return total
+        return self._without_rounding(total, moment)
+
+    def _without_rounding(self, vector: Any, moment: bool) -> Any:
+        mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
+        weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
+        least = CANCELLED * mass * self.crank_radius * weights
+        return np.where(np.abs(vector) < least, 0.0, vector)
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
@@ -524,7 +533,10 @@ class RunningGear:
         forward = forward + np.where(nu == 1.0, self._turning(moment), 0.0)
         forward = forward + np.where(nu == 2.0, second[0], 0.0)
         backward = backward + np.where(nu == 1.0, first, 0.0)
-        return forward, backward + np.where(nu == 2.0, second[1], 0.0)
+        backward = backward + np.where(nu == 2.0, second[1], 0.0)
+        return (
+            self._without_rounding(forward, moment), self._without_rounding(backward, moment)
+        )  # fmt: skip
 
     def _of_order(self, order: int, phi: Any, moment: bool) -> Any:
         forward, backward = self._orders(float(order), moment)

@@ -162,7 +162,7 @@ _FORCES = (
     ),
     Node(
         "inertia_pressure_order", r"p_{l,\nu}", "bar",
-        "amplitude of the orders of the inertia force over the area of the piston, one cylinder",
+        "amplitude of the orders of the inertia force over the piston's area, one cylinder",
         f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
         needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
         make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
@@ -202,7 +202,7 @@ _FORCES = (
     ),
     Node(
         "rod_torque_error", r"\Delta M_l/M_l", "1",
-        "largest error of the inertia torque of two masses over the largest of the exact rod",
+        "largest error of the inertia torque of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
@@ -212,7 +212,7 @@ _FORCES = (
     ),
     Node(
         "rod_thrust_error", r"\Delta N_l/N_l", "1",
-        "largest error of the inertia wall thrust of two masses over the largest of the exact rod",
+        "largest error of the inertia wall thrust of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:

@@ -189,7 +189,7 @@ _ORDERS = (
     *_polar("cylinder_", "torque", r"M_{1,\nu}",
             "torque of gas and reciprocating masses, cylinder 1"),
     *_polar("throw_", "torque", r"M_{j,\nu}",
-            "torque of gas and reciprocating masses on each throw along the shaft"),
+            "torque on each throw, of gas and reciprocating masses, along the shaft"),
 )  # fmt: skip
 
 NODES: tuple[Node, ...] = (*_HARMONICS, *_ORDERS)
