@@ -55,13 +55,13 @@ PARAMETERS = (
     ),
     _parameter(
         "second_shaft_mass", "m_{s2}", "kg",
-        "each of the two balance shafts at twice the crank's speed", "Lanchester", low=0.0,
-        low_included=True,
+        "each of the two balance shafts at twice the crank's speed",
+        "Lanchester's balancer; derived here", low=0.0, low_included=True,
     ),
     _parameter(
         "second_shaft_radius", "R_{s2}", "m",
         "distance of the centre of gravity from the axis, shafts at twice the speed",
-        "Lanchester", low=0.0,
+        "Lanchester's balancer; derived here", low=0.0,
     ),
     _parameter(
         "balance_couple", "(mRd)_{s1}", "kg m2",
@@ -162,7 +162,7 @@ def _ellipses(
     return tuple(
         Node(
             f"shaking_{what}_{field}", symbol, its, f"shaking {what}: {meaning}",
-            "Biezeno and Grammel, Technische Dynamik: forward and backward vectors", si=si,
+            "after Biezeno and Grammel, Technische Dynamik; derived here", si=si,
             needs=("order", *needs), make=one(field), throws=True,
         )
         for field, symbol, its, si, meaning in ends
@@ -262,7 +262,7 @@ NODES = (
     Node(
         "second_shaft_required", "m_{s2}", "kg",
         "each shaft of the pair that leaves least of the second order, at its radius",
-        "Lanchester", needs=(*_MASSES, "second_shaft_radius"), throws=True,
+        "Lanchester's balancer; derived here", needs=(*_MASSES, "second_shaft_radius"), throws=True,
         make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
         / second_shaft_radius,
     ),

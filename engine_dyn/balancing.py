@@ -768,7 +768,7 @@ def _best_peak(part: _Part, across_weight: float) -> Floats:
 
     At each angle |R + c G|^2 is a parabola in c. From the highest ones at both ends of a bracket,
     the lowest point of the two is what the bracket may have at best; there another one is higher,
-    or that is it (cutting planes, of parabolas). Some steps do, as each is one of the finitely many.
+    or that is it (cutting planes, of parabolas). Each step finds one more of finitely many.
     """
     count = 2 * TURN_SAMPLES
     rest, weights = part.samples(count), part.counterweights(count)

@@ -27,6 +27,7 @@ Source: Rakopoulos notes, harmonics of the tangential force.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -66,6 +67,8 @@ MOST_TURN_OF_PIECE = 1.0
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 ORDERS_AT_ONCE, RATIOS_AT_ONCE = 64, 256
+MANY_RATIOS = 64
+"""More crank ratios than that are taken from the series of the velocity."""
 MOST_KEPT = 4_000_000
 """Values of waves that are kept from one diagram to the next."""
 
@@ -182,6 +185,12 @@ def gas_harmonics(
         diagram = row_with_factor(family, index, pressure_factor)
         share = np.where(first == index, 1.0 - weight, np.where(first + 1 == index, weight, 0.0))
         here = np.flatnonzero(share)
+        if not columns[1].any():
+            ratios, which = np.unique(columns[0, here], return_inverse=True)
+            if ratios.size > MANY_RATIOS:
+                table = waves.of_series(diagram, ratios)
+                result[here] += share[here, None] * table[:, which].T
+                continue
         pairs, which = _distinct(columns[:2, here])
         for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
             some = pairs[:, begin : begin + RATIOS_AT_ONCE]
@@ -202,12 +211,32 @@ class _Waves:
 
     def table(self, diagram: Diagram, pairs: Floats) -> Complexes:
         """Harmonics for each order and each pair of crank ratio and offset."""
+        work = self._work(diagram)
+        velocity = slider_crank.velocity(self.phi, pairs[0][:, None], pairs[1][:, None])
+        return self._transform(work * velocity)
+
+    def of_series(self, diagram: Diagram, ratios: Floats) -> Complexes:
+        """Harmonics for each order and each crank ratio, without offset.
+
+        The velocity is a sum of few sines, whose coefficients alone know the crank ratio.
+        """
+        root = math.sqrt((1.0 - ratios.max()) * (1.0 + ratios.max()))
+        falls = math.log(kinematic_series.REMAINDER) / math.log((1.0 - root) / (1.0 + root))
+        orders = np.array([1.0, *(2.0 * np.arange(1, math.ceil(falls) + 2))])
+        sines = self._transform(self._work(diagram) * np.sin(orders[:, None] * self.phi))
+        gamma = kinematic_series.velocity_coefficients(orders[:, None], ratios)
+        return np.asarray(sines @ gamma)
+
+    def _work(self, diagram: Diagram) -> Floats:
+        """Pressure times weights at the nodes."""
         if self.knots is None or not np.array_equal(diagram.angle, self.knots):
             self.knots, self.kept = diagram.angle, []
             self.phi, self.weight = _nodes(diagram, float(self.orders.max()), self.period)
-        work = self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period)
-        velocity = slider_crank.velocity(self.phi, pairs[0][:, None], pairs[1][:, None])
-        weighted = np.ascontiguousarray((work * velocity).T)
+        return np.asarray(self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period))
+
+    def _transform(self, curves: Floats) -> Complexes:
+        """Harmonics of curves over the nodes, (orders, curves)."""
+        weighted = np.ascontiguousarray(curves.T)
         # Products of real matrices: complex ones would copy the real factor.
         pieces = [(cosine @ weighted, sine @ weighted) for cosine, sine in self._pieces()]
         return np.concatenate([one - 1j * other for one, other in pieces])
@@ -400,7 +429,9 @@ def _summed(part: Part, nu: Floats, members: tuple[Member, ...], ratio: Any, off
     """Sum over cylinders: those of one pressure and one crank radius share their harmonics."""
     total: Any = 0.0
     for factor, radius in sorted({(m.pressure_factor, m.radius_factor) for m in members}):
-        alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor) == (factor, radius))
+        alike = tuple(
+            m for m in members if (m.pressure_factor, m.radius_factor) == (factor, radius)
+        )
         one = part.single(nu, radius * np.asarray(ratio), np.asarray(offset) / radius, factor)
         total = total + one * _vectors(nu, alike, part.lever)
     return total

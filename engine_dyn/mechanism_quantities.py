@@ -155,7 +155,7 @@ _FORCES = (
     ),
     Node(
         "specific_mass", "m/V_h", "kg m-3",
-        "reciprocating mass over displacement of one cylinder", NOTES,
+        "reciprocating mass over displacement of one cylinder", f"{NOTES}, p_l,nu",
         needs=("reciprocating_mass", "bore", "stroke"),
         make=lambda reciprocating_mass, bore, stroke: reciprocating_mass
         / (forces.piston_area(bore) * stroke),

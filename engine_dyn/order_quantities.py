@@ -88,8 +88,9 @@ def _of_equal(part: str) -> Node:
     unit, text, more, made = _PARTS[part]
 
     def make(**needs: Any) -> Any:
-        motion = [needs[name] for name in _MOTION]
-        return made(needs).single(*motion, 1.0)
+        return made(needs).single(
+            needs["order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
+        )  # fmt: skip
 
     return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make)
 

@@ -167,13 +167,13 @@ def acceleration(
     Positive towards bottom dead centre. Parameters and errors as `position`. Kakaitsas (2015),
     eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
     """
-    ratio, offset, sine, cosine, root = _crank(phi, crank_ratio, offset)
+    ratio, beside, sine, cosine, root = _crank(phi, crank_ratio, offset)
     s2 = sine * sine  # products: a power of 4 takes ten times as long
     bracket = cosine * cosine - s2 + ratio**2 * (s2 * s2)
-    if offset.any():
+    if beside.any():
         # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
-        bracket = bracket + offset * sine * (
-            1.0 - ratio**2 * (3.0 * s2 - offset * (3.0 * sine - offset))
+        bracket = bracket + beside * sine * (
+            1.0 - ratio**2 * (3.0 * s2 - beside * (3.0 * sine - beside))
         )
     return cosine + ratio * bracket / (root * root * root)
 

@@ -72,6 +72,17 @@ def test_tables_serve_many_designs(family: Family) -> None:
         assert found[i, j] == pytest.approx(alone, rel=1e-11, abs=1e-6)
 
 
+@pytest.mark.parametrize("highest", [0.4, 0.95])
+def test_many_crank_ratios_come_from_the_series(family: Family, highest: float) -> None:
+    ratio = np.linspace(0.01, highest, 2 * harmonics.MANY_RATIOS)[:, None]
+    found = harmonics.gas_harmonics(ORDERS, ratio, 0.0, 0.0, family, PERIOD)
+    assert found.shape == (ratio.size, ORDERS.size)
+    limit = ROUNDING * forces.pressure(PHI, family, 0.0).max()
+    for i in (0, 50, -1):
+        alone = harmonics.gas_harmonics(ORDERS, ratio[i, 0], 0.0, 0.0, family, PERIOD)
+        assert found[i] == pytest.approx(alone, abs=limit)
+
+
 def test_rows_blend_as_their_pressures_do() -> None:
     whole = family_of(design_of("alpha 1, constant, 3 cyl, power_mean"), 2.0)
     low, high = whole.row(0), whole.row(0).scaled(1.4)
@@ -188,9 +199,7 @@ def test_gravity_of_unequal_throws() -> None:
     curve = mechanism.gravity_torque(PHI, radius / length, mass, turning, radius, 3, by_count)
     # Central differences: third derivative times step^2/6, here below 8 times the largest value.
     assert curve == pytest.approx(-mechanism.GRAVITY * slope, abs=2.0 * step**2 * np.ptp(curve))
-    found = harmonics.gravity_harmonics(
-        ORDERS, radius / length, mass, turning, radius, 3, by_count
-    )
+    found = harmonics.gravity_harmonics(ORDERS, radius / length, mass, turning, radius, 3, by_count)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * 3.0 * np.ptp(curve))
 
 

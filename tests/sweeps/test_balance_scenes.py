@@ -307,9 +307,7 @@ def test_torques_beyond_the_diagrams_are_designs_that_fail(
              "status", "main_journal_load_max", "omega"]  # fmt: skip
     shares = [0.7, 0.9, 40.0]
     curve = {"kind": "diesel"}
-    found = run(
-        names, engine, axes={"characteristic_share": shares}, characteristic=curve, **scene
-    )
+    found = run(names, engine, axes={"characteristic_share": shares}, characteristic=curve, **scene)
     assert found["status"].values.tolist() == [0, 0, 4]
     for name in names:
         if name in ("status", "characteristic_torque"):

@@ -304,7 +304,7 @@ def test_orders_of_unequal_throws_are_the_transform(radii: list[float]) -> None:
         assert found[f"{name}_order"].values == pytest.approx(wave, abs=1e-6 * np.ptp(curve))
     whole = found["gas_torque"] + found["inertia_torque"]
     phi = np.radians(found["crank_angle"])
-    order, phase = found["order"], np.radians(found["torque_phase"])
+    phase = np.radians(found["torque_phase"])
     for one in (1.5, 3.0):
         wave = (2.0 * whole * np.exp(-1j * one * phi)).mean("crank_angle")
         mine = found["torque_order"] * np.exp(1j * phase)
