@@ -35,7 +35,8 @@ PARAMETERS = (
         "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True,
     ),
     _parameter(
-        "counterweight_mass", "B", "kg", "counterweight of each cylinder, opposite to its throw",
+        "counterweight_mass", "B", "kg",
+        "counterweight of each cylinder, opposite to its throw, in proportion to its crank radius",
         "Asgari eq. 12", low=0.0, low_included=True,
     ),
     _parameter(
@@ -54,13 +55,13 @@ PARAMETERS = (
     ),
     _parameter(
         "second_shaft_mass", "m_{s2}", "kg",
-        "each of the two balance shafts at twice the crank's speed", "Lanchester", low=0.0,
-        low_included=True,
+        "each of the two balance shafts at twice the crank's speed",
+        "Lanchester's balancer; derived here", low=0.0, low_included=True,
     ),
     _parameter(
         "second_shaft_radius", "R_{s2}", "m",
         "distance of the centre of gravity from the axis, shafts at twice the speed",
-        "Lanchester", low=0.0,
+        "Lanchester's balancer; derived here", low=0.0,
     ),
     _parameter(
         "balance_couple", "(mRd)_{s1}", "kg m2",
@@ -161,7 +162,7 @@ def _ellipses(
     return tuple(
         Node(
             f"shaking_{what}_{field}", symbol, its, f"shaking {what}: {meaning}",
-            "Biezeno and Grammel, Technische Dynamik: forward and backward vectors", si=si,
+            "after Biezeno and Grammel, Technische Dynamik; derived here", si=si,
             needs=("order", *needs), make=one(field), throws=True,
         )
         for field, symbol, its, si, meaning in ends
@@ -182,6 +183,16 @@ NODES = (
         needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "throw"),
         make=lambda rotating_mass, counterweight_mass, counterweight_radius, throw: rotating_mass
         - counterweight_mass * counterweight_radius / (0.5 * throw),
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="counterweights", needs=("turning_mass",),
+        make=lambda turning_mass: turning_mass,
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="no_counterweights", needs=("rotating_mass",),
+        make=lambda rotating_mass: rotating_mass,
     ),
     Node(
         "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
@@ -251,13 +262,13 @@ NODES = (
     Node(
         "second_shaft_required", "m_{s2}", "kg",
         "each shaft of the pair that leaves least of the second order, at its radius",
-        "Lanchester", needs=(*_MASSES, "second_shaft_radius"), throws=True,
+        "Lanchester's balancer; derived here", needs=(*_MASSES, "second_shaft_radius"), throws=True,
         make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
         / second_shaft_radius,
     ),
     Node(
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
-        "unbalance times distance that cancels all first-order moment turning backwards",
+        "unbalance times distance, that cancels all first-order moment turning backwards",
         "this project", needs=(*_MASSES, *_SPACES), throws=True,
         make=_number(lambda gear: gear.couple_required()),
     ),

@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn import slider_crank
+from engine_dyn import kinematic_series, slider_crank
 from engine_dyn.cylinders import Cylinders, CylindersByCount
 
 __all__ = [
@@ -69,6 +69,15 @@ _ARRAYS = (
 """Attributes of `RunningGear` that broadcast."""
 
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
+MOST_CUTS = 60
+"""Of parabolas; each is one that was not known, some ten are met."""
+
+ENOUGH = 1e-12
+"""Part of the largest square that a parabola not yet known may have more."""
+
+CANCELLED = 1e-13
+"""Share of the forces of all cylinders, each for itself, below which their sum is but rounding."""
 
 NOTHING = 1e-9
 """Share of one cylinder's force, times the cylinders, that is rounding."""
@@ -152,6 +161,10 @@ def acceleration_harmonics(
     ratio, beside = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     )
+    if not beside.any():
+        among = np.where(whole, nu, 1.0)
+        found_here = kinematic_series.acceleration_coefficients(among, ratio)
+        return np.where(whole, found_here, 0.0).astype(np.complex128)
     phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     b = slider_crank.acceleration(phi, ratio[..., None], beside[..., None])
     found: Complexes = np.fft.rfft(b, axis=-1) * (2.0 / SAMPLES)
@@ -384,7 +397,7 @@ class RunningGear:
         ----------
         norm : str
             "rms": least mean square over a revolution, in closed form. "peak": least largest
-            force, by golden section on samples (c is exact to 1e-4).
+            force of 720 samples (c is exact to 1e-4).
         across_weight : float
             Factor on the component across cylinder 1: how much worse it is than that along it.
 
@@ -448,7 +461,13 @@ class RunningGear:
         total = total + first * backward
         for amplitude, turning in zip(second, (forward**2, backward**2), strict=True):
             total = total + amplitude * turning
-        return total
+        return self._without_rounding(total, moment)
+
+    def _without_rounding(self, vector: Any, moment: bool) -> Any:
+        mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
+        weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
+        least = CANCELLED * mass * self.crank_radius * weights
+        return np.where(np.abs(vector) < least, 0.0, vector)
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
@@ -514,7 +533,10 @@ class RunningGear:
         forward = forward + np.where(nu == 1.0, self._turning(moment), 0.0)
         forward = forward + np.where(nu == 2.0, second[0], 0.0)
         backward = backward + np.where(nu == 1.0, first, 0.0)
-        return forward, backward + np.where(nu == 2.0, second[1], 0.0)
+        backward = backward + np.where(nu == 2.0, second[1], 0.0)
+        return (
+            self._without_rounding(forward, moment), self._without_rounding(backward, moment)
+        )  # fmt: skip
 
     def _of_order(self, order: int, phi: Any, moment: bool) -> Any:
         forward, backward = self._orders(float(order), moment)
@@ -742,22 +764,69 @@ def _best_rms(part: _Part, across_weight: float) -> Floats:
 
 
 def _best_peak(part: _Part, across_weight: float) -> Floats:
-    scale = np.array([1.0, across_weight])
+    """Fraction that leaves the least largest force: where the highest of parabolas is lowest.
 
-    def components(vector: Complexes) -> Floats:
-        return np.stack([vector.real, vector.imag], axis=-1) * scale
-
+    At each angle |R + c G|^2 is a parabola in c. From the highest ones at both ends of a bracket,
+    the lowest point of the two is what the bracket may have at best; there another one is higher,
+    or that is it (cutting planes, of parabolas). Each step finds one more of finitely many.
+    """
     count = 2 * TURN_SAMPLES
-    rest, weights = components(part.samples(count)), components(part.counterweights(count))
-    # |R + c G|^2, a parabola in c at each angle
-    square, slope, bend = (
-        (one * other).sum(axis=-1) for one, other in ((rest, rest), (rest, weights), (weights,) * 2)
-    )
-    fraction = _golden(
-        lambda c: (square + c[:, None] * (2.0 * slope + c[:, None] * bend)).max(axis=1),
-        0.0, 1.0, len(rest),
-    )  # fmt: skip
-    return np.where(bend.any(axis=1), fraction, np.nan)
+    rest, weights = part.samples(count), part.counterweights(count)
+    parabolas = np.stack([
+        one.real * other.real + across_weight**2 * (one.imag * other.imag)
+        for one, other in ((rest, rest), (rest, weights), (weights, weights))
+    ])  # fmt: skip
+    there = parabolas[2].any(axis=1)
+    fraction = np.full(len(rest), np.nan)
+    active = np.flatnonzero(there)
+    ends = np.zeros(active.size), np.ones(active.size)
+    low, high = (_highest(parabolas[:, active], end) for end in ends)
+    below, above = ends
+    for _ in range(MOST_CUTS):
+        if not active.size:
+            break
+        here = np.clip(_lowest_of_two(low, high), below, above)
+        known = np.maximum(_value(low, here), _value(high, here))
+        new = _highest(parabolas[:, active], here)
+        fraction[active] = here
+        go = _value(new, here) > known * (1.0 + ENOUGH)
+        rises = new[1] + here * new[2] > 0.0
+        low, high = np.where(rises, low, new), np.where(rises, new, high)
+        below, above = np.where(rises, below, here), np.where(rises, here, above)
+        active, low, high = active[go], low[:, go], high[:, go]
+        below, above = below[go], above[go]
+    return fraction
+
+
+def _highest(parabolas: Floats, fraction: Floats) -> Floats:
+    """Parabolas (square, half its slope, bend at 0) that are highest at a fraction, by design."""
+    place = np.argmax(_value(parabolas, fraction[:, None]), axis=1)
+    return np.asarray(np.take_along_axis(parabolas, place[None, :, None], axis=2)[..., 0])
+
+
+def _value(parabola: Floats, fraction: Floats) -> Floats:
+    square, slope, bend = parabola
+    return np.asarray(square + fraction * (2.0 * slope + fraction * bend))
+
+
+def _lowest_of_two(one: Floats, other: Floats) -> Floats:
+    """Where the higher of two parabolas is lowest: at the foot of one of them, or where they meet.
+
+    They meet once between their feet, as each is higher at the foot of the other.
+    """
+    foot, foot_of_other = (-p[1] / np.where(p[2] > 0.0, p[2], np.inf) for p in (one, other))
+    square, slope, bend = one - other
+    root = np.sqrt(np.maximum(slope * slope - bend * square, 0.0))
+    # Both roots of bend c^2 + 2 slope c + square, without the difference of near numbers.
+    turned = -(slope + np.copysign(root, slope))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = square / turned, turned / bend
+    left, right = np.minimum(foot, foot_of_other), np.maximum(foot, foot_of_other)
+    meets = np.where((roots[0] >= left) & (roots[0] <= right), roots[0], roots[1])
+    meets = np.where(np.isfinite(meets), meets, 0.5 * (left + right))
+    higher = _value(one, foot) >= _value(other, foot)
+    other_higher = _value(other, foot_of_other) >= _value(one, foot_of_other)
+    return np.where(higher, foot, np.where(other_higher, foot_of_other, meets))
 
 
 def _golden(value: Callable[[Floats], Floats], low: float, high: float, count: int) -> Floats:

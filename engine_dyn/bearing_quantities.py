@@ -47,7 +47,7 @@ def _piston_pin_factors(needs: dict[str, Any]) -> bearings.Factors:
 
 
 def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
-    return _factors(needs["rotating_mass"], needs)
+    return _factors(needs["throw_turning_mass"], needs)
 
 
 def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
@@ -76,7 +76,7 @@ def _load_nodes(
         )  # fmt: skip
 
     whole, extreme = f"{load}_components", f"{load}_extremes"
-    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("equal_throws", _COUNTED),)
+    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
         variants = (("equal", ()), ("unequal", _COUNTED))
     made = [
@@ -137,7 +137,8 @@ _BEARINGS = (
     *_load_nodes("piston_pin", "load of the piston pin, cylinder 1", "F_{P}", _RODS,
                  _piston_pin_factors, bearings.piston_pin_load),
     *_load_nodes("main_journal", "load of the main journals, on their bearings", "F_{H}",
-                 ("rotating_mass", "main_bearing"), _journal_factors, bearings.main_journal_load),
+                 ("throw_turning_mass", "main_bearing"), _journal_factors,
+                 bearings.main_journal_load),
     _part("crank_pin_radial", "F_{C,r}",
           "load of the crank pin along the crank, outwards, cylinder 1"),
     _part("crank_pin_tangential", "F_{C,t}",

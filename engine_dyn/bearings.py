@@ -19,10 +19,11 @@ Loads
 - Main journals, the force of the journal on its bearing: each throw is a beam of its own on the
   journals beside it, loaded in the middle, so each of the two bears half (statically determinate
   shares; continuity of the shaft and clearances are left out). A throw bears the loads of all its
-  rods and the centrifugal force of its own mass, m_crank r omega^2 e for each cylinder, without
-  counterweights. Journal j lies before throw j and the last one behind the last throw: one more
-  than there are throws. The loads of all journals add up to the forces of all cylinders,
-  N s - P a + m_r r omega^2 e.
+  rods and the centrifugal force of its own mass less that of its counterweights (those on its two
+  webs together act in its middle): with the part of the rod m_t r omega^2 e for each cylinder.
+  Journal j lies before throw j and the last one behind the last throw: one more than there are
+  throws. The loads of all journals add up to the forces of all cylinders, N s - P a +
+  m_t r omega^2 e.
 - Piston pin, the force of the piston on pin and rod: P_g - m_piston b along the cylinder towards
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
@@ -96,9 +97,13 @@ class Factors(NamedTuple):
 def _forces_on_crank(
     phi: Any, member: Member, ratio: Any, offset: Any, family: Family, row: Any
 ) -> tuple[Any, Any]:
-    """Parts of P of a cylinder (four, last axis of the first), and tan(beta)."""
+    """Parts of P of a cylinder (four, last axis of the first), and tan(beta).
+
+    `ratio` and `offset` are those of the cylinder's own crank radius, the factors of the engine's.
+    """
     gas = forces.pressure(phi, family, row, 1.0, member.pressure_factor)
-    inertia = -slider_crank.acceleration(phi, ratio, offset) * member.mass_factor
+    share = member.mass_factor * member.radius_factor
+    inertia = -share * slider_crank.acceleration(phi, ratio, offset)
     none = np.zeros(np.shape(inertia))
     parts = np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none), axis=-1)
     return parts, mechanism.thrust_ratio(phi, ratio, offset)
@@ -142,17 +147,18 @@ def _main_journal(
     if places is None:
         raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
     banks = mechanism.banks_of(engine)
-    top = slider_crank.dead_centres(ratio, offset).top
     total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(ratio)), PARTS, 2))
     beside = [places[i] for i in (number - 2, number - 1) if 0 <= i < len(places)]
     for cylinder in (c for place in beside for c in place):
         member, bank = engine.members[cylinder], banks[cylinder]
-        angle = phi + member.phase
-        pushed, lean = _forces_on_crank(angle, member, ratio, offset, family, row)
+        angle, radius = phi + member.phase, member.radius_factor
+        own, beside_line = radius * np.asarray(ratio), np.asarray(offset) / radius
+        pushed, lean = _forces_on_crank(angle, member, own, beside_line, family, row)
+        crank = angle + slider_crank.dead_centres(own, beside_line).top + bank
         side = lean[..., None] * pushed
         x = side * np.cos(bank) - pushed * np.sin(bank)
         y = -side * np.sin(bank) - pushed * np.cos(bank)
-        x[..., 3], y[..., 3] = np.sin(angle + top + bank), np.cos(angle + top + bank)
+        x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
         total = total + 0.5 * np.stack([x, y], axis=-1)
     return total
 
@@ -206,7 +212,8 @@ def main_journal_load(
 ) -> tuple[Any, Any]:  # fmt: skip
     """Loads of the main journals [N], x and y (engine-fixed); NaN past an engine's last journal.
 
-    Parameters as `crank_pin_load`; `factors.rotating` with all that turns, per cylinder;
+    Parameters as `crank_pin_load`; `factors.rotating` with all that turns, per cylinder, less its
+    counterweights;
     `journals` are their numbers, from 1, and broadcast.
     """
     numbers = np.asarray(journals)

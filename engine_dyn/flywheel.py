@@ -68,17 +68,26 @@ road vehicle: Power units, lecture 18."""
 
 
 def rim_speed(outer_diameter: Any, speed: Any) -> Any:
-    """Speed of the rim [m/s] at a crank speed [rad/s]: pi D n/60 with n in rpm. Asgari, eq. 15."""
+    """Speed of the rim [m/s] at a crank speed [rad/s]: pi D n/60 with n in rpm. Asgari, eq. 15.
+
+    Raises
+    ------
+    ValueError
+        Here and below: for a value that is not above 0.
+    """
+    _check_positive(outer_diameter=outer_diameter, speed=speed)
     return 0.5 * np.asarray(outer_diameter) * speed
 
 
 def largest_diameter(limit: Any, speed: Any) -> Any:
     """Outer diameter [m] at which the rim has its largest speed [m/s]. Asgari, eqs. 14, 15."""
+    _check_positive(limit=limit, speed=speed)
     return 2.0 * np.asarray(limit) / speed
 
 
 def mean_diameter(outer_diameter: Any, inner_diameter: Any) -> Any:
     """Mean diameter of a ring [m]. Asgari, eq. 17."""
+    _check_ring(outer_diameter, inner_diameter)
     return 0.5 * (np.asarray(outer_diameter) + inner_diameter)
 
 
@@ -205,6 +214,7 @@ def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
     Exact in the limit of small delta, where the load torque has no time to follow the speed and
     mean and nominal speed are one.
     """
+    _check_positive(delta=delta, speed=speed)
     return np.asarray(energy_swing) / (np.asarray(delta) * np.square(np.asarray(speed, float)))
 
 
@@ -277,7 +287,7 @@ class RequiredInertia:
     delta : float
         Of the periodic speed with it.
     energy_swing : float
-        Range of the work of the torque less its mean [J].
+        Range of the work of the torque, less a load over angle and the mean [J].
     by_energy_swing, by_triangle : float
         Estimates [kg m2]; the triangle's is NaN without brake power.
     status : int
@@ -306,7 +316,7 @@ class RequiredInertia:
 _OF_TORQUE = (
     "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
     "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
-    "tolerance",
+    "tolerance", "driven", "gear_ratio", "load_phase", "load_scale",
 )  # fmt: skip
 
 

@@ -41,8 +41,8 @@ PARAMETERS = (
         "Asgari eq. 17", low=0.0, low_included=True,
     ),
     _parameter(
-        "flywheel_density", r"\rho", "kg m-3", "density of the flywheel", "handbooks", low=0.0,
-        named=tuple(flywheel.DENSITIES.items()),
+        "flywheel_density", r"\rho", "kg m-3", "density of the flywheel", "handbook values",
+        low=0.0, named=tuple(flywheel.DENSITIES.items()),
     ),
     _parameter(
         "rim_speed_limit", r"v_{max}", "m s-1", "largest speed of the flywheel's rim",

@@ -18,15 +18,18 @@ called harmonics here.
   ratio serves all designs.
 
 A cylinder whose phase is psi_k adds C_nu exp(i nu psi_k). Of equal cylinders the sum is C_nu times
-the sum of phase vectors: 0 where an order cancels, Z for the major orders.
+the sum of phase vectors: 0 where an order cancels, Z for the major orders. Cylinders may have
+pressures, masses and crank radii of their own: on a throw of rho engine's radii, with a rod of the
+same length, the crank ratio is rho lambda, and gas has rho, inertia rho^2 times the lever.
 
 Source: Rakopoulos notes, harmonics of the tangential force.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,14 +41,18 @@ from engine_dyn.mechanism import GRAVITY, banks_of
 from engine_dyn.motored import row_with_factor
 
 __all__ = [
-    "engine_gas_harmonics",
-    "first_gas_harmonics",
+    "INERTIA",
+    "VELOCITY",
+    "Part",
     "gas_harmonics",
+    "gas_part",
     "gravity_harmonics",
     "inertia_harmonics",
+    "of_engine",
+    "of_first",
+    "of_throws",
     "phase_of",
     "phase_vectors",
-    "throw_gas_harmonics",
     "throw_phase_vectors",
     "velocity_harmonics",
 ]
@@ -60,6 +67,8 @@ MOST_TURN_OF_PIECE = 1.0
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 ORDERS_AT_ONCE, RATIOS_AT_ONCE = 64, 256
+MANY_RATIOS = 64
+"""More crank ratios than that are taken from the series of the velocity."""
 MOST_KEPT = 4_000_000
 """Values of waves that are kept from one diagram to the next."""
 
@@ -176,6 +185,12 @@ def gas_harmonics(
         diagram = row_with_factor(family, index, pressure_factor)
         share = np.where(first == index, 1.0 - weight, np.where(first + 1 == index, weight, 0.0))
         here = np.flatnonzero(share)
+        if not columns[1].any():
+            ratios, which = np.unique(columns[0, here], return_inverse=True)
+            if ratios.size > MANY_RATIOS:
+                table = waves.of_series(diagram, ratios)
+                result[here] += share[here, None] * table[:, which].T
+                continue
         pairs, which = _distinct(columns[:2, here])
         for begin in range(0, pairs.shape[1], RATIOS_AT_ONCE):
             some = pairs[:, begin : begin + RATIOS_AT_ONCE]
@@ -196,12 +211,32 @@ class _Waves:
 
     def table(self, diagram: Diagram, pairs: Floats) -> Complexes:
         """Harmonics for each order and each pair of crank ratio and offset."""
+        work = self._work(diagram)
+        velocity = slider_crank.velocity(self.phi, pairs[0][:, None], pairs[1][:, None])
+        return self._transform(work * velocity)
+
+    def of_series(self, diagram: Diagram, ratios: Floats) -> Complexes:
+        """Harmonics for each order and each crank ratio, without offset.
+
+        The velocity is a sum of few sines, whose coefficients alone know the crank ratio.
+        """
+        root = math.sqrt((1.0 - ratios.max()) * (1.0 + ratios.max()))
+        falls = math.log(kinematic_series.REMAINDER) / math.log((1.0 - root) / (1.0 + root))
+        orders = np.array([1.0, *(2.0 * np.arange(1, math.ceil(falls) + 2))])
+        sines = self._transform(self._work(diagram) * np.sin(orders[:, None] * self.phi))
+        gamma = kinematic_series.velocity_coefficients(orders[:, None], ratios)
+        return np.asarray(sines @ gamma)
+
+    def _work(self, diagram: Diagram) -> Floats:
+        """Pressure times weights at the nodes."""
         if self.knots is None or not np.array_equal(diagram.angle, self.knots):
             self.knots, self.kept = diagram.angle, []
             self.phi, self.weight = _nodes(diagram, float(self.orders.max()), self.period)
-        work = self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period)
-        velocity = slider_crank.velocity(self.phi, pairs[0][:, None], pairs[1][:, None])
-        weighted = np.ascontiguousarray((work * velocity).T)
+        return np.asarray(self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period))
+
+    def _transform(self, curves: Floats) -> Complexes:
+        """Harmonics of curves over the nodes, (orders, curves)."""
+        weighted = np.ascontiguousarray(curves.T)
         # Products of real matrices: complex ones would copy the real factor.
         pieces = [(cosine @ weighted, sine @ weighted) for cosine, sine in self._pieces()]
         return np.concatenate([one - 1j * other for one, other in pieces])
@@ -232,96 +267,109 @@ def _nodes(diagram: Diagram, highest: float, period: float) -> tuple[Floats, Flo
     return phi.reshape(-1), (0.5 * size[:, None] * WEIGHTS).reshape(-1)
 
 
-def phase_vectors(
-    orders: Any,
-    cylinders: Any,
-    by_count: CylindersByCount,
-    weight: Callable[[Member], float] | None = None,
-) -> Complexes:
-    """Sum of the phase vectors of all cylinders, sum_k w_k exp(i nu psi_k); w = 1 unless given.
+def phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Complexes:
+    """Sum of the phase vectors of all cylinders, sum_k exp(i nu psi_k).
 
     Its size says what is left of an order of equal cylinders: 0 where it cancels, Z for the major
     orders. What is only rounding is 0. See also `arrangement.phase_sums`.
+
+    Parameters
+    ----------
+    orders : array_like
+        Orders above 0; broadcasts.
+    cylinders, by_count
+        Number of cylinders (broadcasts), and the cylinders of each number.
     """
-
-    def summed(engine: Cylinders, nu: Floats) -> Any:
-        return _vectors(nu, engine.members, weight)
-
-    return _by_count(summed, orders, cylinders, by_count)
+    return _by_count(
+        lambda nu, engine: _vectors(nu, engine.members), orders, cylinders, by_count
+    )  # fmt: skip
 
 
 def throw_phase_vectors(
-    orders: Any, cylinders: Any, by_count: CylindersByCount, throws: Any,
-    weight: Callable[[Member], float] | None = None,
-) -> Complexes:  # fmt: skip
+    orders: Any, cylinders: Any, by_count: CylindersByCount, throws: Any
+) -> Complexes:
     """Sums of the phase vectors of the cylinders on each throw.
 
     `throws` are the numbers of the throws along the shaft, from 1, and broadcast; NaN past the
     last throw of an engine.
     """
-
-    def summed(engine: Cylinders, nu: Floats, number: int) -> Any:
-        return _vectors(nu, _on_throw(engine, number), weight)
-
-    return _by_throw(summed, orders, cylinders, by_count, throws)
+    return _by_throw(_vectors, orders, cylinders, by_count, throws)
 
 
-def engine_gas_harmonics(
-    orders: Any,
-    crank_ratio: Any,
-    offset: Any,
-    row: Any,
-    family: Family,
-    period: float,
-    cylinders: Any,
-    by_count: CylindersByCount,
-) -> Complexes:
-    """Harmonics of the sum over all cylinders of p c/(r omega) [Pa], each with its own factor.
+Single = Callable[[Floats, Any, Any, float], Any]
+"""Harmonics of a cylinder, of orders, crank ratio, offset ratio and its factor on the pressure."""
 
-    Parameters as `gas_harmonics`.
+
+class Part(NamedTuple):
+    """A part of the torque of one cylinder.
+
+    Attributes
+    ----------
+    single : callable
+        Its harmonics, over the lever of the cylinder: see `Single`.
+    lever : callable
+        What a cylinder multiplies them with. On a throw of rho engine's radii the force has rho
+        times the lever, and the acceleration is rho times as large besides.
     """
 
-    def summed(engine: Cylinders, nu: Floats) -> Any:
-        return _with_factors(nu, engine.members, crank_ratio, offset, row, family, period)
+    single: Single
+    lever: Callable[[Member], float]
+
+
+VELOCITY = Part(
+    lambda nu, ratio, offset, _: velocity_harmonics(nu, ratio, offset), lambda m: m.radius_factor
+)
+INERTIA = Part(
+    lambda nu, ratio, offset, _: inertia_harmonics(nu, ratio, offset),
+    lambda m: m.mass_factor * m.radius_factor**2,
+)
+
+
+def gas_part(row: Any, family: Family, period: float) -> Part:
+    """Return the part of the gas; parameters as `gas_harmonics`."""
+
+    def single(nu: Floats, ratio: Any, offset: Any, factor: float) -> Any:
+        return gas_harmonics(nu, ratio, offset, row, family, period, factor)
+
+    return Part(single, lambda m: m.radius_factor)
+
+
+def of_engine(
+    part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:  # fmt: skip
+    """Harmonics of the sum of a part over all cylinders, each with its factors and crank radius.
+
+    Parameters as `velocity_harmonics` and `phase_vectors`; crank ratio and offset are those of the
+    engine's crank radius (rods are equally long).
+    """
+
+    def summed(nu: Floats, engine: Cylinders) -> Any:
+        return _summed(part, nu, engine.members, crank_ratio, offset)
 
     return _by_count(summed, orders, cylinders, by_count)
 
 
-def first_gas_harmonics(
-    orders: Any,
-    crank_ratio: Any,
-    offset: Any,
-    row: Any,
-    family: Family,
-    period: float,
-    cylinders: Any,
+def of_first(
+    part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount,
-) -> Complexes:
-    """As `engine_gas_harmonics`, of cylinder 1 alone."""
+) -> Complexes:  # fmt: skip
+    """As `of_engine`, of cylinder 1 alone."""
 
-    def own(engine: Cylinders, nu: Floats) -> Any:
-        factor = engine.members[0].pressure_factor
-        return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor)
+    def summed(nu: Floats, engine: Cylinders) -> Any:
+        return _summed(part, nu, engine.members[:1], crank_ratio, offset)
 
-    return _by_count(own, orders, cylinders, by_count)
+    return _by_count(summed, orders, cylinders, by_count)
 
 
-def throw_gas_harmonics(
-    orders: Any,
-    crank_ratio: Any,
-    offset: Any,
-    row: Any,
-    family: Family,
-    period: float,
-    cylinders: Any,
-    by_count: CylindersByCount,
-    throws: Any,
-) -> Complexes:
-    """As `engine_gas_harmonics`, of the cylinders on each throw; `throws` as above."""
+def of_throws(
+    part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
+    by_count: CylindersByCount, throws: Any,
+) -> Complexes:  # fmt: skip
+    """As `of_engine`, of the cylinders on each throw; `throws` as `throw_phase_vectors`."""
 
-    def summed(engine: Cylinders, nu: Floats, number: int) -> Any:
-        members = _on_throw(engine, number)
-        return _with_factors(nu, members, crank_ratio, offset, row, family, period)
+    def summed(nu: Floats, members: tuple[Member, ...]) -> Any:
+        return _summed(part, nu, members, crank_ratio, offset)
 
     return _by_throw(summed, orders, cylinders, by_count, throws)
 
@@ -341,16 +389,20 @@ def gravity_harmonics(
 
     `first_only`: of cylinder 1 alone.
     """
-    speed = velocity_harmonics(orders, crank_ratio, offset)
-    top = slider_crank.dead_centres(crank_ratio, offset).top
+    of_radius = {}
+    for radius in {m.radius_factor for engine in by_count.values() for m in engine.members}:
+        ratio, beside = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
+        speed = velocity_harmonics(orders, ratio, beside)
+        of_radius[radius] = speed, slider_crank.dead_centres(ratio, beside).top
 
-    def summed(engine: Cylinders, nu: Floats) -> Any:
+    def summed(nu: Floats, engine: Cylinders) -> Any:
         pairs = list(zip(engine.members, banks_of(engine), strict=True))
         total: Any = 0.0
         for member, bank in pairs[:1] if first_only else pairs:
+            speed, top = of_radius[member.radius_factor]
             lean = np.where(nu == 1.0, -1j * np.exp(1j * (top + bank)), 0.0)
             along = member.mass_factor * np.cos(bank) * reciprocating_mass * speed
-            turned = np.exp(1j * nu * member.phase)
+            turned = member.radius_factor * np.exp(1j * nu * member.phase)
             total = total + turned * (along + rotating_mass * lean)
         most = len(pairs) * (reciprocating_mass + rotating_mass)
         return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
@@ -365,25 +417,23 @@ def phase_of(harmonics: Any) -> Any:
 
 
 def _vectors(
-    nu: Floats, members: tuple[Member, ...], weight: Callable[[Member], float] | None
+    nu: Floats, members: tuple[Member, ...], lever: Callable[[Member], float] = lambda _: 1.0
 ) -> Any:
     total: Any = np.zeros(nu.shape, dtype=np.complex128)
     for member in members:
-        factor = 1.0 if weight is None else weight(member)
-        total = total + factor * np.exp(1j * nu * member.phase)
+        total = total + lever(member) * np.exp(1j * nu * member.phase)
     return np.where(np.abs(total) < CANCELLED * len(members), 0.0, total)
 
 
-def _with_factors(
-    nu: Floats, members: tuple[Member, ...], ratio: Any, offset: Any, row: Any, family: Family,
-    period: float,
-) -> Any:  # fmt: skip
-    """Sum over cylinders whose pressures have unlike factors."""
+def _summed(part: Part, nu: Floats, members: tuple[Member, ...], ratio: Any, offset: Any) -> Any:
+    """Sum over cylinders: those of one pressure and one crank radius share their harmonics."""
     total: Any = 0.0
-    for factor in sorted({member.pressure_factor for member in members}):
-        alike = tuple(member for member in members if member.pressure_factor == factor)
-        one = gas_harmonics(nu, ratio, offset, row, family, period, factor)
-        total = total + one * _vectors(nu, alike, None)
+    for factor, radius in sorted({(m.pressure_factor, m.radius_factor) for m in members}):
+        alike = tuple(
+            m for m in members if (m.pressure_factor, m.radius_factor) == (factor, radius)
+        )
+        one = part.single(nu, radius * np.asarray(ratio), np.asarray(offset) / radius, factor)
+        total = total + one * _vectors(nu, alike, part.lever)
     return total
 
 
@@ -395,28 +445,27 @@ def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:
 
 
 def _by_count(
-    summed: Callable[[Cylinders, Floats], Any], orders: Any, cylinders: Any,
+    summed: Callable[[Floats, Cylinders], Any], orders: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
     nu, counts = np.asarray(orders, dtype=float), np.asarray(cylinders)
     total: Any = np.nan
     for count in np.unique(counts):
-        total = np.where(counts == count, summed(by_count[int(count)], nu), total)
+        total = np.where(counts == count, summed(nu, by_count[int(count)]), total)
     return np.asarray(total)
 
 
 def _by_throw(
-    summed: Callable[[Cylinders, Floats, int], Any], orders: Any, cylinders: Any,
+    summed: Callable[[Floats, tuple[Member, ...]], Any], orders: Any, cylinders: Any,
     by_count: CylindersByCount, throws: Any,
 ) -> Complexes:  # fmt: skip
     numbers = np.asarray(throws)
     total: Any = np.nan
     for number in np.unique(numbers).astype(int):
 
-        def of_throw(engine: Cylinders, nu: Floats, number: int = number) -> Any:
-            if number > len(engine.along_shaft or ()) and engine.along_shaft is not None:
-                return np.full(nu.shape, np.nan)
-            return summed(engine, nu, number)
+        def of_throw(nu: Floats, engine: Cylinders, number: int = number) -> Any:
+            members = _on_throw(engine, number)
+            return summed(nu, members) if members else np.full(nu.shape, np.nan)
 
         here = _by_count(of_throw, orders, cylinders, by_count)
         total = np.where(numbers == number, here, total)

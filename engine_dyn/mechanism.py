@@ -145,9 +145,8 @@ def gravity_torque(
 
     A cylinder at angle g from upright (see `banks_of`) feels G_l cos(g) along its axis, and its
     throw stands at theta + g.
-    `rotating_mass` is per cylinder at the crank radius [kg], without counterweights (they take its
-    torque away); `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two
-    errors).
+    `rotating_mass` is per cylinder at its own crank radius [kg], less what its counterweight is
+    there; `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two errors).
     """
     counts = np.asarray(cylinders)
     total: Any = np.nan
@@ -155,12 +154,14 @@ def gravity_torque(
         engine = by_count[int(count)]
         whole: Any = 0.0
         for member, bank in zip(engine.members, banks_of(engine), strict=True):
-            angle = phi + member.phase
-            sine, cosine = _turned(angle, crank_ratio, offset)
+            angle, radius = phi + member.phase, member.radius_factor
+            ratio, beside = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
+            sine, cosine = _turned(angle, ratio, beside)
             lean = sine * np.cos(bank) + cosine * np.sin(bank)
             along = member.mass_factor * np.cos(bank)
-            velocity = slider_crank.velocity(angle, crank_ratio, offset)
-            whole = whole + reciprocating_mass * along * velocity + rotating_mass * lean
+            velocity = slider_crank.velocity(angle, ratio, beside)
+            one = reciprocating_mass * along * velocity + rotating_mass * lean
+            whole = whole + radius * one
         total = np.where(counts == count, whole, total)
     return GRAVITY * crank_radius * total
 

@@ -118,14 +118,14 @@ _FORCES = (
     ),
     Node(
         "gravity_torque", "M_G", "N m",
-        "torque of the weight of the running gear without counterweights, all cylinders",
-        f"{NOTES}, T_G", kind="curve", when="equal_throws",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "rotating_mass", "throw",
+        "torque of the weight of the running gear, with the counterweights given, all cylinders",
+        f"{NOTES}, T_G", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass", "throw",
                "cylinder_set", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, rotating_mass, throw,
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, throw,
         cylinder_set, cylinders_by_count, offset_ratio: mechanism.gravity_torque(
-            crank_angle, crank_ratio, reciprocating_mass, rotating_mass, 0.5 * throw, cylinder_set,
-            cylinders_by_count, offset_ratio,
+            crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, 0.5 * throw,
+            cylinder_set, cylinders_by_count, offset_ratio,
         ),
     ),
     _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
@@ -155,14 +155,14 @@ _FORCES = (
     ),
     Node(
         "specific_mass", "m/V_h", "kg m-3",
-        "reciprocating mass over displacement of one cylinder", NOTES,
+        "reciprocating mass over displacement of one cylinder", f"{NOTES}, p_l,nu",
         needs=("reciprocating_mass", "bore", "stroke"),
         make=lambda reciprocating_mass, bore, stroke: reciprocating_mass
         / (forces.piston_area(bore) * stroke),
     ),
     Node(
         "inertia_pressure_order", r"p_{l,\nu}", "bar",
-        "amplitude of the orders of the inertia force over the area of the piston, one cylinder",
+        "amplitude of the orders of the inertia force over the piston's area, one cylinder",
         f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
         needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
         make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
@@ -202,7 +202,7 @@ _FORCES = (
     ),
     Node(
         "rod_torque_error", r"\Delta M_l/M_l", "1",
-        "largest error of the inertia torque of two masses over the largest of the exact rod",
+        "largest error of the inertia torque of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
@@ -212,7 +212,7 @@ _FORCES = (
     ),
     Node(
         "rod_thrust_error", r"\Delta N_l/N_l", "1",
-        "largest error of the inertia wall thrust of two masses over the largest of the exact rod",
+        "largest error of the inertia wall thrust of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
         needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:

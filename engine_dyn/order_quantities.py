@@ -5,11 +5,12 @@ Part of the table in `engine_dyn.quantities`, which see.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from engine_dyn import forces, harmonics, mechanism
+from engine_dyn import forces, harmonics
 from engine_dyn.node import DEGREE, Node, hidden
 
 __all__ = ["NODES"]
@@ -22,14 +23,7 @@ COMPLEX = 16
 _MOTION = ("order", "crank_ratio", "offset_ratio")
 
 
-def _gas_torque_of(work: Any, speed: Any, pressure_scale: Any, crankcase_pressure: Any, bore: Any,
-                   throw: Any) -> Any:  # fmt: skip
-    lever = forces.piston_area(bore) * 0.5 * throw
-    return lever * (pressure_scale * work - crankcase_pressure * speed)
-
-
 _COUNTED = ("cylinder_set", "cylinders_by_count")
-_GAS = ("pressure_scale", "crankcase_pressure", "bore", "throw")
 
 
 def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Any,
@@ -37,48 +31,17 @@ def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make
     return hidden(name, unit, long_name, needs, make, width=COMPLEX, **more)
 
 
-def _complex_torques(scope: str, work: str, speed: str, inertia: str, long_name: str) -> list[Node]:
-    """Harmonics of gas, inertia and total torque of one cylinder, all, or each throw."""
-
-    def gas(**needs: Any) -> Any:
-        return _gas_torque_of(needs.pop(work), needs.pop(speed), **needs)
-
-    def masses_torque(**needs: Any) -> Any:
-        moment = needs["reciprocating_mass"] * (0.5 * needs["throw"] * needs["speed"]) ** 2
-        return moment * needs[inertia]
-
-    def total(**needs: Any) -> Any:
-        return needs[f"{scope}gas_torque_harmonics"] + needs[f"{scope}inertia_torque_harmonics"]
-
-    return [
-        _harmonic(
-            f"{scope}gas_torque_harmonics", "N m", f"harmonics of the gas torque, {long_name}",
-            (work, speed, *_GAS), gas,
-        ),
-        _harmonic(
-            f"{scope}inertia_torque_harmonics", "N m",
-            f"harmonics of the inertia torque, {long_name}",
-            (inertia, "reciprocating_mass", "throw", "speed"), masses_torque,
-        ),
-        _harmonic(
-            f"{scope}torque_harmonics", "N m", f"harmonics of the torque, {long_name}",
-            (f"{scope}gas_torque_harmonics", f"{scope}inertia_torque_harmonics"), total,
-        ),
-    ]  # fmt: skip
-
-
 def _gravity(scope: str, first_only: bool) -> Node:
     def make(**needs: Any) -> Any:
         return harmonics.gravity_harmonics(
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
-            needs["rotating_mass"], 0.5 * needs["throw"], needs["cylinder_set"],
+            needs["throw_turning_mass"], 0.5 * needs["throw"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
-        (*_MOTION, "reciprocating_mass", "rotating_mass", "throw", *_COUNTED), make,
-        when="" if first_only else "equal_throws",
+        (*_MOTION, "reciprocating_mass", "throw_turning_mass", "throw", *_COUNTED), make,
     )  # fmt: skip
 
 
@@ -100,93 +63,97 @@ def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
     ]  # fmt: skip
 
 
-_DIAGRAM = ("order", "crank_ratio", "offset_ratio", "row", "family", "period")
+_PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], harmonics.Part]]] = {
+    "gas": (
+        "Pa", "pressure times reduced piston velocity", ("row", "family", "period"),
+        lambda needs: harmonics.gas_part(needs["row"], needs["family"], needs["period"]),
+    ),
+    "speed": ("1", "the reduced piston velocity", (), lambda _: harmonics.VELOCITY),
+    "inertia": (
+        "1", "the inertia torque over m r^2 omega^2", (), lambda _: harmonics.INERTIA,
+    ),
+}  # fmt: skip
+"""Unit, meaning, needs beside the motion, and the part itself."""
+
+_SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
+    "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
+    "": ("all cylinders", (), ("phase_vectors",), harmonics.of_engine),
+    "throw_": ("each throw", ("cylinder",), ("throw_phase_vectors",), harmonics.of_throws),
+}
+"""Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
+
+
+def _of_equal(part: str) -> Node:
+    """Harmonics of one of equal cylinders."""
+    unit, text, more, made = _PARTS[part]
+
+    def make(**needs: Any) -> Any:
+        return made(needs).single(
+            needs["order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
+        )  # fmt: skip
+
+    return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make)
+
+
+def _of_scope(scope: str, part: str) -> list[Node]:
+    """Harmonics of a part of the torque: of equal cylinders from one, of others from each."""
+    unit, text, more, made = _PARTS[part]
+    whose, dimension, vectors, add = _SCOPES[scope]
+    name, one = f"{scope or 'engine_'}{part}_sum", f"{part}_harmonics"
+
+    def turned(**needs: Any) -> Any:
+        return needs[one] * needs[vectors[0]] if vectors else needs[one]
+
+    def summed(**needs: Any) -> Any:
+        arguments = (*_MOTION, *_COUNTED, *dimension)
+        return add(made(needs), *(needs[argument] for argument in arguments))
+
+    text = f"harmonics of {text}, {whose}"
+    return [
+        _harmonic(name, unit, text, (one, *vectors), turned, when="equal"),
+        _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
+                  when="unequal"),
+    ]  # fmt: skip
+
+
+def _complex_torques(scope: str) -> list[Node]:
+    """Harmonics of gas, inertia and total torque of one cylinder, all, or each throw."""
+    whose = _SCOPES[scope][0]
+    work, speed, inertia = (f"{scope or 'engine_'}{part}_sum" for part in _PARTS)
+    names = [f"{scope}{what}torque_harmonics" for what in ("gas_", "inertia_", "")]
+
+    def gas(**needs: Any) -> Any:
+        lever = forces.piston_area(needs["bore"]) * 0.5 * needs["throw"]
+        work_of_gas = needs["pressure_scale"] * needs[work]
+        return lever * (work_of_gas - needs["crankcase_pressure"] * needs[speed])
+
+    def masses_torque(**needs: Any) -> Any:
+        moment = needs["reciprocating_mass"] * (0.5 * needs["throw"] * needs["speed"]) ** 2
+        return moment * needs[inertia]
+
+    def total(**needs: Any) -> Any:
+        return needs[names[0]] + needs[names[1]]
+
+    return [
+        _harmonic(
+            names[0], "N m", f"harmonics of the gas torque, {whose}",
+            (work, speed, "pressure_scale", "crankcase_pressure", "bore", "throw"), gas,
+        ),
+        _harmonic(
+            names[1], "N m", f"harmonics of the inertia torque, {whose}",
+            (inertia, "reciprocating_mass", "throw", "speed"), masses_torque,
+        ),
+        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total),
+    ]  # fmt: skip
+
 
 _HARMONICS = (
-    _harmonic(
-        "speed_harmonics", "1", "harmonics of the reduced piston velocity", _MOTION,
-        lambda order, crank_ratio, offset_ratio: harmonics.velocity_harmonics(
-            order, crank_ratio, offset_ratio
-        ),
-    ),
-    _harmonic(
-        "inertia_harmonics", "1", "harmonics of the inertia torque over m r^2 omega^2",
-        _MOTION,
-        lambda order, crank_ratio, offset_ratio: harmonics.inertia_harmonics(
-            order, crank_ratio, offset_ratio
-        ),
-    ),
-    _harmonic(
-        "gas_harmonics", "Pa", "harmonics of pressure times reduced piston velocity, cylinder 1",
-        _DIAGRAM,
-        lambda order, crank_ratio, offset_ratio, row, family, period: harmonics.gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period
-        ),
-        when="equal",
-    ),
-    _harmonic(
-        "gas_harmonics", "Pa", "harmonics of pressure times reduced piston velocity, cylinder 1",
-        (*_DIAGRAM, *_COUNTED),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
-        cylinders_by_count: harmonics.first_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count
-        ),
-        when="unequal",
-    ),
+    *(_of_equal(part) for part in _PARTS),
     _harmonic(
         "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
         lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
             order, cylinder_set, cylinders_by_count
         ),
-    ),
-    _harmonic(
-        "mass_vectors", "1", "sum of the phase vectors, weighted with the masses",
-        ("order", *_COUNTED),
-        lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
-            order, cylinder_set, cylinders_by_count, lambda member: member.mass_factor
-        ),
-    ),
-    _harmonic(
-        "engine_gas_harmonics", "Pa",
-        "harmonics of pressure times reduced piston velocity, all cylinders",
-        ("gas_harmonics", "phase_vectors"),
-        lambda gas_harmonics, phase_vectors: gas_harmonics * phase_vectors, when="equal",
-    ),
-    _harmonic(
-        "engine_gas_harmonics", "Pa",
-        "harmonics of pressure times reduced piston velocity, all cylinders",
-        (*_DIAGRAM, *_COUNTED),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
-        cylinders_by_count: harmonics.engine_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count
-        ),
-        when="unequal equal_throws",
-    ),
-    _harmonic(
-        "engine_speed_harmonics", "1", "harmonics of the reduced piston velocity, all cylinders",
-        ("speed_harmonics", "phase_vectors"),
-        lambda speed_harmonics, phase_vectors: speed_harmonics * phase_vectors,
-        when="equal_throws",
-    ),
-    _harmonic(
-        "engine_inertia_harmonics", "1",
-        "harmonics of the inertia torque over m r^2 omega^2, all cylinders",
-        ("inertia_harmonics", "mass_vectors"),
-        lambda inertia_harmonics, mass_vectors: inertia_harmonics * mass_vectors,
-        when="equal_throws",
-    ),
-    _harmonic(
-        "first_inertia_harmonics", "1",
-        "harmonics of the inertia torque over m r^2 omega^2, cylinder 1",
-        ("inertia_harmonics", *_COUNTED),
-        lambda inertia_harmonics, cylinder_set, cylinders_by_count: inertia_harmonics
-        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinder_set, cylinders_by_count),
-        when="unequal",
-    ),
-    _harmonic(
-        "first_inertia_harmonics", "1",
-        "harmonics of the inertia torque over m r^2 omega^2, cylinder 1", ("inertia_harmonics",),
-        lambda inertia_harmonics: inertia_harmonics, when="equal",
     ),
     _harmonic(
         "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
@@ -195,46 +162,8 @@ _HARMONICS = (
             order, cylinder_set, cylinders_by_count, cylinder
         ),
     ),
-    _harmonic(
-        "throw_gas_harmonics", "Pa",
-        "harmonics of pressure times reduced piston velocity of each throw",
-        ("gas_harmonics", "throw_phase_vectors"),
-        lambda gas_harmonics, throw_phase_vectors: gas_harmonics * throw_phase_vectors,
-        when="equal",
-    ),
-    _harmonic(
-        "throw_gas_harmonics", "Pa",
-        "harmonics of pressure times reduced piston velocity of each throw",
-        (*_DIAGRAM, *_COUNTED, "cylinder"),
-        lambda order, crank_ratio, offset_ratio, row, family, period, cylinder_set,
-        cylinders_by_count, cylinder: harmonics.throw_gas_harmonics(
-            order, crank_ratio, offset_ratio, row, family, period, cylinder_set, cylinders_by_count,
-            cylinder,
-        ),
-        when="unequal equal_throws",
-    ),
-    _harmonic(
-        "throw_speed_harmonics", "1", "harmonics of the reduced piston velocity of each throw",
-        ("speed_harmonics", "throw_phase_vectors"),
-        lambda speed_harmonics, throw_phase_vectors: speed_harmonics * throw_phase_vectors,
-        when="equal_throws",
-    ),
-    _harmonic(
-        "throw_inertia_harmonics", "1",
-        "harmonics of the inertia torque over m r^2 omega^2 of each throw",
-        ("inertia_harmonics", "order", *_COUNTED, "cylinder"),
-        lambda inertia_harmonics, order, cylinder_set, cylinders_by_count, cylinder:
-        inertia_harmonics * harmonics.throw_phase_vectors(
-            order, cylinder_set, cylinders_by_count, cylinder, lambda member: member.mass_factor
-        ),
-        when="equal_throws",
-    ),
-    *_complex_torques("cylinder_", "gas_harmonics", "speed_harmonics", "first_inertia_harmonics",
-                      "cylinder 1"),
-    *_complex_torques("", "engine_gas_harmonics", "engine_speed_harmonics",
-                      "engine_inertia_harmonics", "all cylinders"),
-    *_complex_torques("throw_", "throw_gas_harmonics", "throw_speed_harmonics",
-                      "throw_inertia_harmonics", "each throw"),
+    *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),
+    *(node for scope in _SCOPES for node in _complex_torques(scope)),
     _gravity("", False),
     _gravity("cylinder_", True),
 )  # fmt: skip
@@ -261,7 +190,7 @@ _ORDERS = (
     *_polar("cylinder_", "torque", r"M_{1,\nu}",
             "torque of gas and reciprocating masses, cylinder 1"),
     *_polar("throw_", "torque", r"M_{j,\nu}",
-            "torque of gas and reciprocating masses on each throw along the shaft"),
+            "torque on each throw, of gas and reciprocating masses, along the shaft"),
 )  # fmt: skip
 
 NODES: tuple[Node, ...] = (*_HARMONICS, *_ORDERS)

@@ -180,7 +180,7 @@ _PARAMETERS = (
         source="Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
         needs=(
             "characteristic_torque", "characteristic_share", "words", "speed", "family", "cycle",
-            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "pressure_scale", "bore",
+            "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale", "bore",
             "throw", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
             "stroke_share", "cycle_known",
             "mean_piston_speed", "friction_constant", "friction_peak_pressure",
@@ -402,19 +402,27 @@ def _row(place: Any, cycle: Any, family: FamilyStack) -> Any:
     return family.row_of(cycle, place)
 
 
+def _some(load: Any, family: Any) -> Any:
+    """Loads to look up: the first where there is none, whose pressure scale is no number."""
+    return np.where(np.isnan(load), family.loads[0], load)
+
+
 def _place(load: Any, family: Family) -> Any:
-    row, weight = family.locate(load)
+    row, weight = family.locate(_some(load, family))
     return row + weight
 
 
 def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
-    return family.place(load, speed)
+    return family.place(_some(load, family), speed)
 
 
 def _load_of_characteristic(
     *, characteristic_torque: Any, characteristic_share: Any, words: tuple[str, ...], **needs: Any
 ) -> Any:  # fmt: skip
-    """Load at which the mean torque, with all that it depends on, is the characteristic's share."""
+    """Load at which the mean torque, with all that it depends on, is the characteristic's share.
+
+    NaN where the engine's diagrams do not give that torque, and where there is no torque.
+    """
 
     def torque_of(load: Any) -> Any:
         known = {**needs, "load": load}
@@ -433,23 +441,7 @@ def _load_of_characteristic(
     wanted = np.broadcast_to(
         wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
     )
-    loads = needs["family"].loads
-    found = load_for_torque(torque_of, loads, wanted)
-    known = np.isfinite(torque_of(np.full(wanted.shape, loads[0])))
-    # Where the parameters are no cycle there is no torque at any load: those designs fail later.
-    found = np.where(np.isnan(found) & ~known, loads[0], found)
-    lost = np.isnan(found)
-    if lost.any():
-        here = np.broadcast_to(np.asarray(needs["speed"]) / RPM, lost.shape)[lost].flat[0]
-        low, high = (
-            np.broadcast_to(torque_of(np.full(lost.shape, end)), lost.shape)[lost].flat[0]
-            for end in (loads[0], loads[-1])
-        )
-        raise ValueError(
-            f"characteristic: at speed = {here:g} rpm it asks for {wanted[lost].flat[0]:.4g} N m; "
-            f"must be from {low:.4g} to {high:.4g} N m, which the engine's diagrams give there"
-        )
-    return found
+    return load_for_torque(torque_of, needs["family"].loads, wanted)
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -626,6 +618,9 @@ def _torque_solution(**needs: Any) -> Any:
     needs["stroke"] = needs.pop("throw")
     needs["cylinders"] = needs.pop("cylinder_set")
     needs.pop("period")
+    for name, here in _NAMES_OF_LOAD.items():
+        if name in needs:
+            needs[here] = needs.pop(name)
     return sweep.torque_extremes(**needs)
 
 
@@ -694,6 +689,8 @@ def _speed_solution_node(when: str, load: str = "load_offset", *more: str) -> No
     )  # fmt: skip
 
 
+_OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
+
 _STAGES = (
     Node(
         "place", "", "1", "place of load and speed in the table of one family", kind="value",
@@ -730,16 +727,30 @@ _STAGES = (
             friction_mean_piston_speed_square, mean_piston_speed, mean_peak_pressure,
         ),
     ),
-    Node(
-        "pressure_scale", "", "1", "factor on the diagram at this speed", public=False,
-        needs=("speed", "scale_table"), make=_scale, when="given_cycles",
-        source="diesel_105x137: curve times peak pressure over speed",
+    *(
+        node
+        for name, when in (("pressure_scale", "given_load"), ("diagram_scale", "characteristic"))
+        for node in (
+            Node(
+                name, "", "1", "factor on the diagram at this speed", public=False,
+                needs=("speed", "scale_table"), make=_scale, when=f"given_cycles {when}",
+                source="diesel_105x137: curve times peak pressure over speed",
+            ),
+            Node(
+                name, "", "1",
+                "factor on the diagram at this speed, NaN where the parameters are no cycle",
+                public=False, needs=("speed", "scale_table", "cycle_known"),
+                when=f"own_cycles {when}",
+                make=lambda speed, scale_table, cycle_known: cycle_known
+                * _scale(speed, scale_table),
+            ),
+        )
     ),
     Node(
         "pressure_scale", "", "1",
-        "factor on the diagram at this speed, NaN where the parameters are no cycle", public=False,
-        needs=("speed", "scale_table", "cycle_known"), when="own_cycles",
-        make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
+        "factor on the diagram, NaN where none gives the characteristic's torque", public=False,
+        needs=("diagram_scale", "load"), when="characteristic",
+        make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
     ),
     Node(
         "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
@@ -826,16 +837,20 @@ _STAGES = (
         )
         for part in ("boundary", "mixed", "hydrodynamic", "skirt")
     ),
-    Node(
-        "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
-        kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore",
-            "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
-            "cylinders_by_count", "family", "period", "tolerance",
-        ),
-        make=_torque_solution,
+    *(
+        Node(
+            "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
+            kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"),
+            when=load,
+            needs=(
+                "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+                *NO_STROKE_FRICTION, "bore",
+                "throw", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
+                "cylinders_by_count", "family", "period", "tolerance", *more,
+            ),
+            make=_torque_solution,
+        )
+        for load, more in (("steady_load", ()), ("angle_load", ("driven", *_OF_ANGLE)))
     ),
     Node(
         "load_gear", "i", "1", "speed of a load over its own angle or speed over the crank's",
@@ -894,7 +909,7 @@ _STAGES = (
             ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
         )
         for load, of_angle in (
-            ("steady_load", ()), ("angle_load", ("load_gear", "load_phase", "load_table_factor")),
+            ("steady_load", ()), ("angle_load", _OF_ANGLE),
         )
         if (law, load) != ("power_law", "steady_load")
     ),
@@ -1095,7 +1110,8 @@ _QUANTITIES: tuple[Node, ...] = (
     _torque_result("torque_min", "M_{min}", "N m", "smallest torque at nominal speed",
                    "Kakaitsas section 5.4"),
     _torque_result(
-        "energy_swing", "W", "J", "range of the work of torque less mean torque", "Asgari method 2"
+        "energy_swing", "W", "J",
+        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",

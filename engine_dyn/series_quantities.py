@@ -80,8 +80,8 @@ _SERIES = (
     ),
     Node(
         "inertia_torque_coefficient", r"\Delta T_\nu", "1",
-        "coefficients of the inertia torque over m r^2 omega^2, of sin(nu phi), one cylinder",
-        NOTES, needs=_SERIES_NEEDS,
+        "coefficients of the reduced inertia torque, over m r^2 omega^2, of sin(nu phi), one "
+        "cylinder", f"{NOTES}, Delta T_l", needs=_SERIES_NEEDS,
         make=_coefficients(
             kinematic_series.inertia_torque_coefficients, "inertia_torque_coefficient"
         ),

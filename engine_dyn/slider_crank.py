@@ -167,14 +167,15 @@ def acceleration(
     Positive towards bottom dead centre. Parameters and errors as `position`. Kakaitsas (2015),
     eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
     """
-    ratio, offset, sine, cosine, _ = _crank(phi, crank_ratio, offset)
-    square = 1.0 - (ratio * (sine - offset)) ** 2
-    bracket = cosine**2 - sine**2 + ratio**2 * sine**4
-    # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
-    bracket = bracket + offset * sine * (
-        1.0 - ratio**2 * (3.0 * sine**2 - offset * (3.0 * sine - offset))
-    )
-    return cosine + ratio * bracket / (square * np.sqrt(square))
+    ratio, beside, sine, cosine, root = _crank(phi, crank_ratio, offset)
+    s2 = sine * sine  # products: a power of 4 takes ten times as long
+    bracket = cosine * cosine - s2 + ratio**2 * (s2 * s2)
+    if beside.any():
+        # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
+        bracket = bracket + beside * sine * (
+            1.0 - ratio**2 * (3.0 * s2 - beside * (3.0 * sine - beside))
+        )
+    return cosine + ratio * bracket / (root * root * root)
 
 
 def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:

@@ -330,7 +330,8 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
     family, leaves["cycle"], leaves["cycle_known"] = _with_cycles(scene, family, leaves)
     if engine.pressure_scale is None or scene.indicator is not None:
-        leaves["pressure_scale"] = leaves["cycle_known"]
+        follows = scene.characteristic is not None  # the scale then tells whether it is reached
+        leaves["diagram_scale" if follows else "pressure_scale"] = leaves["cycle_known"]
     if "centred" in scene.words:
         leaves["offset_ratio"] = Value(np.float64(0.0))
     if "equal" in scene.words:

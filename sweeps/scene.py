@@ -315,6 +315,7 @@ class Scene:
             "characteristic" if self.characteristic is not None else "given_load",
             *self._inertia_words,
             "weights_given" if self.weights_given else "weights_by_fraction",
+            "counterweights" if self._has_counterweights else "no_counterweights",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
             "pair" if self._has("second_shaft_mass") else "no_pair",
         )
@@ -398,6 +399,13 @@ class Scene:
         if self._gives(("counterweight_fraction",)):
             return False
         return self._gives(("counterweight_mass",)) or self._engine_gives(("counterweight_mass",))
+
+    @property
+    def _has_counterweights(self) -> bool:
+        """Whether scene or engine says what the counterweights are; 0 is said too."""
+        return self.weights_given or any(
+            given(("counterweight_fraction",)) for given in (self._gives, self._engine_gives)
+        )
 
     def _has(self, key: str) -> bool:
         """Whether a parameter is anything but zero somewhere in the scene."""
@@ -1074,13 +1082,7 @@ def _check_needs(scene: Scene, name: str) -> None:
             if need in seen:
                 continue
             seen.add(need)
-            try:
-                node = select(need, *scene.words)
-            except KeyError:
-                raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' is not known for throws of unequal "
-                    "radius; radius_factor must be 1 for all cylinders"
-                ) from None
+            node = select(need, *scene.words)
             along_shaft |= node.throws
             if node.make is None and need in PARAMETERS:
                 raise SceneError(

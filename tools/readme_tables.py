@@ -30,8 +30,9 @@ OUTCOMES = {
     "driver makes up for it, or load or driver do not hold the speed",
     "not_converged": "the iteration did not end",
     "invalid_input": "no such solution: the moment of inertia would vanish somewhere in the cycle, "
-    "the parameters are no modelled cycle, a table does not cover the speeds of the solution, or "
-    "method `closed` at an exponent other than 0 and 2",
+    "the parameters are no modelled cycle, a table does not cover the speeds of the solution, the "
+    "diagrams do not give the torque of the speed characteristic, or method `closed` at an "
+    "exponent other than 0 and 2",
     "tolerance_not_met": "a solution, but `delta_error` is above the tolerance",
     "passes_done": "the cycles asked for (`passes`) are done",
 }

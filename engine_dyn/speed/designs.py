@@ -1238,20 +1238,24 @@ def extremes_of_torque(
     grid: Grid,
     wanted: Integers,
     scalars: Floats,
+    over_angle: Floats,
     table: Floats,
     middles: Floats,
     rates: Floats,
+    plain: Floats,
 ) -> None:
     """Extremes of the torque at nominal speed and the energy swing of the designs begin .. end - 1.
 
-    Rows of `wanted`: largest torque, smallest torque, energy swing. `table`, `middles` and
-    `rates` are scratch.
+    Rows of `wanted`: largest torque, smallest torque, energy swing, which is of the torque less a
+    load over angle (`over_angle` as in `march`). `table`, `middles`, `rates` and `plain` are
+    scratch.
     """
     values = product.values
     designs = count_of(product.other_axes, product)
     shared, at = indices_on_stack(INPUTS), indices_on_stack(INPUTS)
     for i in range(INPUTS):
         shared[i] = at[i] = 0
+    loaded = over_angle.shape[1] > 0
     current = -1
     for index in range(begin, end):
         which = index // designs
@@ -1263,12 +1267,17 @@ def extremes_of_torque(
                 blend_of(values, shared, row_of), table.shape[1], width, grid, table, middles,
                 rates,
             )  # fmt: skip
+            if loaded:
+                keep_gas(table, plain)
         offsets_at(index % designs, product.other_axes, product, shared, at)
         radius = 0.5 * values[at[STROKE]]
         lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
         moment = values[at[MASS]] * (radius * values[at[SPEED]]) ** 2
         target = at[OUTPUT]
         if wanted[0] >= 0 or wanted[1] >= 0:
+            if loaded:  # of the engine alone
+                for j in range(table.shape[1]):
+                    table[TORQUE, j] = plain[3, j]
             high, low = range_of_sum(
                 width, lever, moment, table,
                 (TORQUE, TORQUE_SLOPE, TORQUE_MIDDLE), (SHAPE, SHAPE_SLOPE, SHAPE_MIDDLE),
@@ -1278,6 +1287,11 @@ def extremes_of_torque(
             if wanted[1] >= 0:
                 scalars[wanted[1], target] = low - values[at[FRICTION]]
         if wanted[2] >= 0:
+            if loaded:
+                join_load(
+                    values[at[LOAD_SCALE]], values[at[GEAR_RATIO]], values[at[LOAD_PHASE]], lever,
+                    width, over_angle, plain, table,
+                )  # fmt: skip
             high, low = range_of_sum(
                 width, lever, -0.5 * moment, table,
                 (GAS_WORK, GAS_TORQUE, GAS_WORK_MIDDLE),

@@ -86,7 +86,8 @@ def solve_for_inertia(
     wanted_delta : array_like
         Coefficient of speed fluctuation wanted, above 0.
     energy_swing : array_like
-        Range of the work of the torque less its mean [J], from which the search starts.
+        Range of the work of the torque, less a load over angle and the mean [J], from which the
+        search starts.
     tolerance : float
         Relative error of delta aimed at.
     **given

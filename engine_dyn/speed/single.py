@@ -220,12 +220,7 @@ def periodic_speed(
         ):  # fmt: skip
             if given is None or not 0.0 < given < np.inf:
                 raise ValueError(f"{name} = {given}: must be a positive number")
-    gear = gear_ratio if driven.geared else 1.0
-    if not 0.0 < gear < np.inf:
-        raise ValueError(f"gear_ratio = {gear:g}: must be a positive number")
-    if driven.over_angle is not None:
-        repeats_of(driven.over_angle, gear, diagram.period)
-
+    gear = _gear(driven, gear_ratio, diagram.period)
     family = _family_of(diagram)
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
@@ -330,12 +325,17 @@ def energy_swing(
     pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None,
     radius_factor: Sequence[float] | None = None,
+    driven: DrivenMachine = NOTHING_DRIVEN,
+    gear_ratio: float = 1.0,
+    load_phase: float = 0.0,
+    load_scale: float = 1.0,
     crankcase_pressure: float = 101325.0,
     tolerance: float = 1e-6,
 ) -> float:
-    """Range of the work of the torque at nominal speed, less its mean [J].
+    """Range of the work of the torque at nominal speed, less a load over angle and the mean [J].
 
-    Parameters as `periodic_speed`; friction that does not change over the cycle has no part in it.
+    Parameters as `periodic_speed`; friction has no part in it, which does not change over the
+    cycle.
     """
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     engine = _cylinders(
@@ -345,6 +345,10 @@ def energy_swing(
     found = sweep.torque_extremes(
         family=_family_of(diagram),
         wanted=("energy_swing",),
+        driven=driven,
+        gear_ratio=_gear(driven, gear_ratio, diagram.period),
+        load_phase=load_phase,
+        load_scale=load_scale,
         cylinders=cylinders,
         cylinders_by_count={cylinders: engine},
         tolerance=tolerance,
@@ -361,6 +365,16 @@ def energy_swing(
         friction_torque=0.0,
     )
     return float(found["energy_swing"])
+
+
+def _gear(driven: DrivenMachine, gear_ratio: float, period: float) -> float:
+    """Speed of a load's shaft over the crank's: 1 where the load is over the crank's own."""
+    gear = gear_ratio if driven.geared else 1.0
+    if not 0.0 < gear < np.inf:
+        raise ValueError(f"gear_ratio = {gear:g}: must be a positive number")
+    if driven.over_angle is not None:
+        repeats_of(driven.over_angle, gear, period)  # refused where it does not repeat
+    return gear
 
 
 def _cylinders(

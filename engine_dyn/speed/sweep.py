@@ -28,6 +28,7 @@ from engine_dyn.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.indicator import Diagram, Family, family_from_diagrams
 from engine_dyn.motored import row_with_factor
 from engine_dyn.speed import designs, lanes, panels, traces
+from engine_dyn.speed.angle_load import PLAIN_ROWS
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
@@ -453,12 +454,14 @@ def torque_extremes(
     tolerance: float = 1e-6,
     threads: int | None = None,
     progress: Progress | None = None,
+    driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
 ) -> dict[str, Any]:
     """Largest and smallest torque at nominal speed [N m] and energy swing [J] of every design.
 
     Arguments as `solve`, without what only the periodic speed needs. `wanted` of
-    `TORQUE_RESULTS`. The energy swing is the range of the work of the torque less its mean.
+    `TORQUE_RESULTS`. The energy swing is the range of the work of the torque, less a load over
+    angle of `driven`, less the mean.
     """
     neutral = ("inertia", "exponent", "offset", "mean_torque", "start_speed", "passes",
                "start_angle", "offset_ratio", "gear_ratio", "load_phase", "load_scale",
@@ -468,25 +471,36 @@ def torque_extremes(
     shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
     sets = aligned(counts, len(shape))
-    keys = [_fewest_nodes(family, row, tolerance), *_along_axes(sets)]
+    period = family.row(0).period
+    gear = np.zeros((1,) * len(shape))
+    if driven.over_angle is not None:
+        inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
+        gear = aligned(inputs["gear_ratio"], len(shape))
+    keys = [
+        _fewest_nodes(family, row, tolerance),
+        _repeats(driven.over_angle, gear, period),
+        _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
+        *_along_axes(sets),
+    ]
     names = [name for name in TORQUE_RESULTS if name in wanted]
     scalars = np.empty((max(len(names), 1), int(np.prod(shape, dtype=np.int64))))
     places = np.array([names.index(n) if n in names else -1 for n in TORQUE_RESULTS])
     packed = Packed.of(inputs, shape)
-    period = family.row(0).period
+    _, over_angle = _acting(driven)
     for part in split(shape, keys):
-        fewest = int(part.keys[0])
+        fewest, repeats, of_load = map(int, part.keys[:3])
         engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
-        steps = steps_per_cycle(engine.symmetry, fewest, PIECES)
+        times = math.gcd(engine.symmetry, repeats)
+        steps = steps_per_cycle(times, max(fewest, of_load), PIECES)
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
-        grid = make_grid(family, rows, steps, engine.representatives)
+        grid = make_grid(family, rows, steps, engine.representatives_of(times))
         product = packed.product(part)
 
         job = partial(
             _extremes,
-            product=product, row_of=row_of, width=period / steps,
-            grid=grid, nodes=steps // engine.symmetry, wanted=places, scalars=scalars,
+            product=product, row_of=row_of, width=period / steps, grid=grid, nodes=steps // times,
+            wanted=places, scalars=scalars, over_angle=over_angle,
         )  # fmt: skip
         run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
@@ -677,11 +691,12 @@ def _shared_tables(
 
 def _extremes(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float,
-    grid: Grid, nodes: int, wanted: Integers, scalars: Floats,
+    grid: Grid, nodes: int, wanted: Integers, scalars: Floats, over_angle: Floats,
 ) -> None:  # fmt: skip
     designs.extremes_of_torque(
-        begin, end, product, row_of, width, grid, wanted, scalars,
+        begin, end, product, row_of, width, grid, wanted, scalars, over_angle,
         np.empty((TABLE_ROWS, nodes)), np.empty((4, nodes)), np.empty(grid.quadrature_sine.size),
+        np.empty((PLAIN_ROWS, nodes)),
     )  # fmt: skip
 
 

@@ -77,6 +77,9 @@ LOST: dict[str, tuple[str, str]] = {
     NO_VALUE: ("|", "++++"),
 }
 LOST_OTHERWISE = ("<", "oo")
+LEAST_SPAN = 1e-6
+"""Of an ordinate over its values; what is drawn finer is rounding, or the tolerance."""
+
 OWN_ORDINATES = "each panel has its own ordinate"
 Entries = dict[str, "Artist"]  # of a legend: text and what it explains
 Plates = Iterator[tuple[str, "Figure"]]  # name of the file without its ending, and the figure
@@ -102,6 +105,15 @@ def grid_of(count: int) -> tuple[int, int]:
     return -(-count // columns), columns
 
 
+def _widen(panel: Axes) -> None:
+    """Show values that are equal but for rounding as equal."""
+    low, high = panel.get_ylim()
+    size = max(abs(low), abs(high))
+    if panel.get_yscale() == "linear" and 0.0 <= high - low < LEAST_SPAN * size:
+        middle = 0.5 * (low + high)
+        panel.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
+
+
 def finish(
     figure: Figure,
     title: str,
@@ -117,6 +129,8 @@ def finish(
     The figure grows by what they take, so that the panels keep their size. The legend goes to
     the right, below the panels, or into the room of panels that are not used.
     """
+    for panel in figure.axes:
+        _widen(panel)
     width, height = figure.get_size_inches()
     head = [(line, 9.5, "black") for line in wrap(title, int(width * 13.5)).split("\n")]
     said = "; ".join(note for note in notes if note)

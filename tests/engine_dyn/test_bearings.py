@@ -75,18 +75,27 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
 ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer 4", "radial 5"]
 
 
-@pytest.mark.parametrize("text", ENGINES)
-@pytest.mark.parametrize("offset", [0.0, 0.2])
+@pytest.mark.parametrize(
+    ("text", "offset", "turning", "unequal"),
+    [
+        *((text, offset, 1.3, {}) for text in ENGINES for offset in (0.0, 0.2)),
+        # counterweights balance more than what turns; throws and pistons differ
+        ("in-line 4", 0.2, -0.5, {}),
+        ("in-line 3", 0.0, -0.5, {"radius_factor": (1.0, 1.3, 0.7),
+                                  "mass_factor": (1.0, 1.2, 0.9),
+                                  "pressure_factor": (1.0, 0.0, 0.8)}),
+    ],
+)  # fmt: skip
 def test_loads_of_all_journals_are_what_the_engine_applies(
-    family: Family, text: str, offset: float
+    family: Family, text: str, offset: float, turning: float, unequal: dict[str, Any]
 ) -> None:
     # Forces on the frame are those of the journals, of the pistons on the walls and of the gas on
     # the heads. Together they are minus the change of momentum of all masses.
-    by_count = engine_of(text)
+    by_count = engine_of(text, **unequal)
     ((count, engine),) = by_count.items()
     bodies = Bodies(offset)
     ratio, radius, omega = bodies.ratio, bodies.radius, bodies.omega
-    mass, turning = 0.8, 1.3
+    mass = 0.8
     factors = factors_of(bodies, turning, mass)
     phi = np.linspace(-6.0, 6.0, 13)
     assert engine.along_shaft is not None
@@ -101,12 +110,12 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
         """Sum of mass times place over all masses."""
         found: Any = 0.0
         for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
-            angle = phi + member.phase
-            crank = angle + slider_crank.dead_centres(ratio, offset).top + bank
-            down = -slider_crank.position(angle, ratio, offset)
+            angle, own = phi + member.phase, member.radius_factor
+            crank = angle + slider_crank.dead_centres(own * ratio, offset / own).top + bank
+            down = -own * slider_crank.position(angle, own * ratio, offset / own)
             axis = np.array([np.sin(bank), np.cos(bank)])[:, None]
-            found = found + mass * radius * down * axis
-            found = found + turning * radius * np.stack([np.sin(crank), np.cos(crank)])
+            found = found + member.mass_factor * mass * radius * down * axis
+            found = found + turning * radius * own * np.stack([np.sin(crank), np.cos(crank)])
         return found
 
     step = 1e-3
@@ -114,10 +123,12 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
     force = sum(w * centre(phi + k * step) for k, w in weights.items()) * (omega / step) ** 2
     frame = total.copy()
     for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
-        angle = phi + member.phase
-        gas = AREA * (forces.pressure(angle, family, 0.0, SCALE) - CRANKCASE)
-        inertia = -mass * radius * omega**2 * slider_crank.acceleration(angle, ratio, offset)
-        thrust = (gas + inertia) * mechanism.thrust_ratio(angle, ratio, offset)
+        angle, own = phi + member.phase, member.radius_factor
+        pressure = forces.pressure(angle, family, 0.0, SCALE, member.pressure_factor)
+        gas = AREA * (pressure - CRANKCASE)
+        b = own * slider_crank.acceleration(angle, own * ratio, offset / own)
+        inertia = -member.mass_factor * mass * radius * omega**2 * b
+        thrust = (gas + inertia) * mechanism.thrust_ratio(angle, own * ratio, offset / own)
         frame += gas * np.array([np.sin(bank), np.cos(bank)])[:, None]
         frame -= thrust * np.array([np.cos(bank), -np.sin(bank)])[:, None]
     assert frame == pytest.approx(-force, abs=1e-6 * np.abs(total).max())

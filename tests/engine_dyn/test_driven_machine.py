@@ -297,6 +297,33 @@ def test_designs_of_a_sweep_are_those_alone() -> None:
         assert found["delta"][place] == pytest.approx(one.delta, rel=1e-12)
 
 
+@compiled
+@pytest.mark.parametrize("gear", [0.5, 1.5])
+def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
+    """With a load that the speed does not change, all of it goes into the flywheel."""
+    design, _ = design_and_problem("alpha 0, constant, 3 cyl, power_mean")
+    size = 0.3 * mean_of(design)
+    driven = DrivenMachine(torque_over_angle(ANGLES, lobes(size), own_angle=True))
+    keys: dict[str, Any] = {"driven": driven, "gear_ratio": gear, "load_phase": 0.7}
+    inputs = inputs_of(design, family_of(design))
+    for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
+        inputs.pop(other)
+    wanted = ("torque_max", "torque_min", "energy_swing")
+    scale = np.array([0.9, 0.0, 0.4])
+    found = sweep.torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)
+    for factor, swing in zip(scale.tolist(), found["energy_swing"], strict=True):
+        one = solved(design, load_scale=factor, **keys)
+        energy = 0.5 * design.inertia * (one.omega_max**2 - one.omega_min**2)
+        assert swing == pytest.approx(energy, rel=1e-6)
+    # the torque is the engine's own, whatever the load
+    plain = sweep.torque_extremes(wanted=wanted, **inputs)
+    for name in ("torque_max", "torque_min"):
+        span = plain["torque_max"] - plain["torque_min"]
+        assert found[name] == pytest.approx(float(plain[name]), abs=1e-7 * span)
+    assert found["energy_swing"][1] == pytest.approx(float(plain["energy_swing"]), rel=1e-7)
+    assert abs(found["energy_swing"][0] / plain["energy_swing"] - 1.0) > 0.01
+
+
 # --- curves -------------------------------------------------------------------------------------
 
 

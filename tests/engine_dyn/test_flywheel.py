@@ -106,6 +106,10 @@ def test_ring() -> None:
         (lambda: flywheel.ring_mass(0.1, 0.2, 0.2), "outer must be larger than the inner"),
         (lambda: flywheel.ring_thickness(1.0, 0.3, 0.2, 0.0), "density = 0: must be above 0"),
         (lambda: flywheel.triangular_torque(0.0, 1.0, 0.1), "power = 0: must be above 0"),
+        (lambda: flywheel.rim_speed(-0.3, 300.0), "outer_diameter = -0.3: must be above 0"),
+        (lambda: flywheel.largest_diameter(30.0, 0.0), "speed = 0: must be above 0"),
+        (lambda: flywheel.mean_diameter(0.2, 0.3), "the outer must be larger than the inner"),
+        (lambda: flywheel.energy_swing_inertia(1.0, 0.0, 1.0), "delta = 0: must be above 0"),
         (
             lambda: flywheel.method_one(
                 outer_diameter=0.3, inner_diameter=0.2, stroke=0.1, speed=1.0,

@@ -72,6 +72,17 @@ def test_tables_serve_many_designs(family: Family) -> None:
         assert found[i, j] == pytest.approx(alone, rel=1e-11, abs=1e-6)
 
 
+@pytest.mark.parametrize("highest", [0.4, 0.95])
+def test_many_crank_ratios_come_from_the_series(family: Family, highest: float) -> None:
+    ratio = np.linspace(0.01, highest, 2 * harmonics.MANY_RATIOS)[:, None]
+    found = harmonics.gas_harmonics(ORDERS, ratio, 0.0, 0.0, family, PERIOD)
+    assert found.shape == (ratio.size, ORDERS.size)
+    limit = ROUNDING * forces.pressure(PHI, family, 0.0).max()
+    for i in (0, 50, -1):
+        alone = harmonics.gas_harmonics(ORDERS, ratio[i, 0], 0.0, 0.0, family, PERIOD)
+        assert found[i] == pytest.approx(alone, abs=limit)
+
+
 def test_rows_blend_as_their_pressures_do() -> None:
     whole = family_of(design_of("alpha 1, constant, 3 cyl, power_mean"), 2.0)
     low, high = whole.row(0), whole.row(0).scaled(1.4)
@@ -115,7 +126,8 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
         PHI, 0.3, family, 0.0, 0.9, crankcase, bore, stroke, count, PERIOD, 0.1, by_count
     )
     vectors = harmonics.phase_vectors(ORDERS, count, by_count)
-    work = harmonics.engine_gas_harmonics(ORDERS, 0.3, 0.1, 0.0, family, PERIOD, count, by_count)
+    gas = harmonics.gas_part(0.0, family, PERIOD)
+    work = harmonics.of_engine(gas, ORDERS, 0.3, 0.1, count, by_count)
     speeds = harmonics.velocity_harmonics(ORDERS, 0.3, 0.1) * vectors
     lever = forces.piston_area(bore) * 0.5 * stroke
     found = lever * (0.9 * work - crankcase * speeds)
@@ -126,31 +138,33 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
     assert found == pytest.approx(transform(curve), abs=ROUNDING * max(np.abs(curve).max(), 1.0))
 
 
-def test_unequal_cylinders(family: Family) -> None:
+@pytest.mark.parametrize("radii", [(1.0, 1.0, 1.0, 1.0), (1.0, 0.8, 1.2, 0.8)])
+def test_unequal_cylinders(family: Family, radii: tuple[float, ...]) -> None:
     by_count = engine_of("in-line 4", pressure_factor=(0.0, 1.0, 0.8, 1.0),
-                         mass_factor=(1.0, 1.1, 1.0, 0.9))  # fmt: skip
+                         mass_factor=(1.0, 1.1, 1.0, 0.9), radius_factor=radii)  # fmt: skip
     arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, 0.0, by_count)
     curve = forces.gas_torque(*arguments)
-    work = harmonics.engine_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count)
-    speeds = harmonics.velocity_harmonics(ORDERS, 0.3) * harmonics.phase_vectors(
-        ORDERS, 4, by_count
-    )
+    gas = harmonics.gas_part(0.0, family, PERIOD)
+    of_all = (ORDERS, 0.3, 0.0, 4, by_count)
+    work = harmonics.of_engine(gas, *of_all)
+    speeds = harmonics.of_engine(harmonics.VELOCITY, *of_all)
     found = forces.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
     curve = forces.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, 0.0, by_count)
-    vectors = harmonics.phase_vectors(ORDERS, 4, by_count, lambda member: member.mass_factor)
-    found = 1.4 * (0.06 * 200.0) ** 2 * vectors * harmonics.inertia_harmonics(ORDERS, 0.3)
+    found = 1.4 * (0.06 * 200.0) ** 2 * harmonics.of_engine(harmonics.INERTIA, *of_all)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
     # cylinder 1 does not burn: its own harmonics are those of the motored pressure
-    first = harmonics.first_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count)
+    first = harmonics.of_first(gas, *of_all)
     pressure = forces.pressure(PHI, family, 0.0, 1.0, 0.0)
     wanted = transform(pressure * slider_crank.velocity(PHI, 0.3))
     assert first == pytest.approx(wanted, abs=ROUNDING * pressure.max())
     # and the throws add up to the engine
     throws = np.arange(1, 5)[:, None]
-    each = harmonics.throw_gas_harmonics(ORDERS, 0.3, 0.0, 0.0, family, PERIOD, 4, by_count, throws)
-    assert each.shape == (4, 48)
-    assert each.sum(axis=0) == pytest.approx(work, abs=1e-9 * np.abs(work).max())
+    for part in (gas, harmonics.VELOCITY, harmonics.INERTIA):
+        whole = harmonics.of_engine(part, *of_all)
+        each = harmonics.of_throws(part, *of_all, throws)
+        assert each.shape == (4, 48)
+        assert each.sum(axis=0) == pytest.approx(whole, abs=1e-12 * 4.0 * np.abs(each).max())
 
 
 @pytest.mark.parametrize("text", ENGINES)
@@ -168,6 +182,25 @@ def test_gravity_harmonics(text: str) -> None:
         one = {1: even_cylinders(1, PERIOD)}
         curve = mechanism.gravity_torque(PHI + shift, 0.3, 1.4, 2.2, 0.06, 1, one, 0.2)
         assert alone == pytest.approx(transform(curve), abs=limit)
+
+
+def test_gravity_of_unequal_throws() -> None:
+    """A longer throw lifts its masses higher: torque as the slope of their height."""
+    by_count = engine_of("in-line 3", radius_factor=(1.0, 1.3, 0.7), mass_factor=(1.0, 0.9, 1.2))
+    radius, length, mass, turning = 0.06, 0.2, 1.4, 2.2
+    step = PERIOD / POINTS
+    height = np.zeros(POINTS)
+    for member in by_count[3].members:
+        own = radius * member.radius_factor
+        theta = PHI + member.phase
+        pin = own * np.cos(theta) + np.sqrt(length**2 - (own * np.sin(theta)) ** 2)
+        height += member.mass_factor * mass * pin + turning * own * np.cos(theta)
+    slope = (np.roll(height, -1) - np.roll(height, 1)) / (2.0 * step)
+    curve = mechanism.gravity_torque(PHI, radius / length, mass, turning, radius, 3, by_count)
+    # Central differences: third derivative times step^2/6, here below 8 times the largest value.
+    assert curve == pytest.approx(-mechanism.GRAVITY * slope, abs=2.0 * step**2 * np.ptp(curve))
+    found = harmonics.gravity_harmonics(ORDERS, radius / length, mass, turning, radius, 3, by_count)
+    assert found == pytest.approx(transform(curve), abs=ROUNDING * 3.0 * np.ptp(curve))
 
 
 def test_gravity_series_of_the_notes() -> None:

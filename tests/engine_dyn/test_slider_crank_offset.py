@@ -70,9 +70,8 @@ def test_without_offset_nothing_changes_by_a_bit(ratio: float) -> None:
     root = np.sqrt(1.0 - (ratio * sine) ** 2)
     x = 2.0 * np.sin(0.5 * PHI) ** 2 + ratio * sine**2 / (1.0 + root)
     v = sine * (1.0 + ratio * cosine / root)
-    square = 1.0 - (ratio * sine) ** 2
-    bracket = cosine**2 - sine**2 + ratio**2 * sine**4
-    b = cosine + ratio * bracket / (square * np.sqrt(square))
+    bracket = cosine**2 - sine**2 + ratio**2 * (sine**2 * sine**2)
+    b = cosine + ratio * bracket / (root * root * root)
     beta = np.arcsin(ratio * sine)
     for curve, plain in ((position, x), (velocity, v), (acceleration, b), (rod_angle, beta)):
         for given_offset in ((), (0.0,), (np.zeros(len(PHI)),)):

@@ -165,8 +165,6 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"characteristic": {"kind": "diesel"}}, "delta", "'delta' needs rated_"),
         ({"set": {"rated_power": 1.0, "rated_speed": 1000}}, "characteristic_power",
          r"needs a table \[characteristic\]"),
-        ({"characteristic": {"kind": "diesel"}, "set": {"rated_power": 1e6, "rated_speed": 1500}},
-         "delta", "at speed = 1200 rpm it asks for 7219 N m; must be from 0 to 195.7 N m"),
     ],
 )  # fmt: skip
 def test_bad_input(scene: dict[str, Any], quantity: str, message: str) -> None:
@@ -292,6 +290,43 @@ def test_the_load_follows_with_all_that_the_torque_depends_on() -> None:
         found["torque_mean"].values,
         np.broadcast_to(found["characteristic_torque"].values, (2, 2)), rtol=1e-10,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("engine", "scene"),
+    [
+        ("ntua", {"set": {"rated_power": 20e3, "rated_speed": 1400}}),
+        ("si_four_87x101", {"set": {"rated_power": 60e3, "rated_speed": 5000, "speed": 3000,
+                                    "compression_ratio": 9.0}}),
+    ],
+)  # fmt: skip
+def test_torques_beyond_the_diagrams_are_designs_that_fail(
+    engine: str, scene: dict[str, Any]
+) -> None:
+    names = ["delta", "torque_mean", "characteristic_torque", "characteristic_load", "imep",
+             "status", "main_journal_load_max", "omega"]  # fmt: skip
+    shares = [0.7, 0.9, 40.0]
+    curve = {"kind": "diesel"}
+    found = run(names, engine, axes={"characteristic_share": shares}, characteristic=curve, **scene)
+    assert found["status"].values.tolist() == [0, 0, 4]
+    for name in names:
+        if name in ("status", "characteristic_torque"):
+            continue
+        values = found[name].values
+        assert np.isfinite(values[:2]).all() and np.isnan(values[2]).all(), name
+    # The others are what they are alone.
+    alone = run(
+        names, engine, axes={"characteristic_share": shares[:2]}, characteristic=curve, **scene
+    )
+    for name in names:
+        if "characteristic_share" in found[name].dims:
+            np.testing.assert_array_equal(found[name].values[:2], alone[name].values, name)
+    none = run(
+        ["delta", "inertia_required"], engine, characteristic=curve,
+        set={**scene["set"], "characteristic_share": 40.0, "wanted_delta": 0.02},
+    )  # fmt: skip
+    assert int(none["status"]) == 4
+    assert np.isnan(float(none["inertia_required"]))
 
 
 # --- built-in scenes and their figures ------------------------------------------------------------

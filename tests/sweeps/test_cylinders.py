@@ -487,14 +487,11 @@ def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> Non
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "quantity", ["torque_order", "gravity_torque", "main_journal_load", "throw_torque_order"]
-)
-def test_what_does_not_know_of_unequal_throws_is_refused(quantity: str) -> None:
+def test_unequal_throws_and_offsets_do_not_go_together() -> None:
     scene = {"engine": "ntua", "set": {"cylinders": 4, "radius_factor": [1, 0.9, 0.9, 1]}}
-    with pytest.raises(SceneError, match=f"'{quantity}' is not known for throws of unequal radius"):
-        read_scene({**scene, "output": {"quantities": [quantity]}})
-    read_scene({**scene, "output": {"quantities": ["cylinder_torque_order", "crank_pin_load"]}})
+    offset = {**scene, "set": {**scene["set"], "pin_offset": 0.01}}
+    with pytest.raises(SceneError, match="radius_factor: not allowed together with pin_offset"):
+        read_scene({**offset, "output": {"quantities": ["torque_order"]}})
 
 
 def test_shares_of_designs_go_together() -> None:

@@ -92,7 +92,8 @@ def test_openTorsion_is_called_as_it_wants(found: Any, monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize("speed", [1000.0, 2165.0])
 def test_real_openTorsion_agrees(found: Any, speed: float) -> None:
-    opentorsion = pytest.importorskip("opentorsion")
+    import opentorsion
+
     shafts = [
         opentorsion.Shaft(i, i + 1, None, None, k=k, I=0) for i, k in enumerate(example.STIFFNESSES)
     ]
