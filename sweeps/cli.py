@@ -114,11 +114,16 @@ def main() -> None:
 @click.option("--float32", "single", is_flag=True, help="Keep results in 32 bits instead of 64.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("--shard", metavar="I/N", help="Compute only the Ith of N parts; see merge.")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of a dask scheduler compute (tcp://host:8786), or N processes (local:N).",
+)
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
-    single: bool, threads: int | None, shard: str | None, quiet: bool,
+    single: bool, threads: int | None, shard: str | None, scheduler: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
@@ -127,6 +132,12 @@ def run(
     """
     allowed = None if memory is None else _size(memory)
     piece = None if shard is None else _shard(shard)
+    if scheduler is not None:
+        from sweeps.cluster import check_address
+
+        check_address(scheduler)
+        if threads is not None:
+            raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
@@ -146,6 +157,7 @@ def run(
     again += ["--compression", str(level)] if level else []
     again += ["--float32"] if single else []
     again += [] if shard is None else ["--shard", shard]
+    again += [] if scheduler is None else ["--scheduler", scheduler]
     again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(
         resume=resume,
@@ -157,6 +169,8 @@ def run(
         single=single,
         command=_command_line(),
         again=shlex.join(again),
+        scheduler=scheduler or "",
+        tell=(lambda _: None) if quiet else functools.partial(click.echo, err=True),
     )
     done = _streamed(lambda: _run(planned, output, options), output)
     counts = done.outcomes
