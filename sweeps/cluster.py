@@ -120,7 +120,7 @@ def _local(distributed: Any, processes: int) -> Any:
     # What runs take is bounded anyway; dask would kill what it thinks too large.
     return distributed.LocalCluster(
         n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
-        dashboard_address=None, silence_logs=logging.CRITICAL,
+        dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL, preload=["sweeps.worker"],
     )  # fmt: skip
 
 

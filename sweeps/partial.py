@@ -72,6 +72,14 @@ class Partial:
         """Where what is added to an archive is computed."""
         return self.path / _ADDED
 
+    def adding(self) -> Partial:
+        """Folder of what is added to an archive, while that is not finished."""
+        return Partial.of(self.added)
+
+    def adds(self) -> bool:
+        """Whether anything of what is added to an archive is finished."""
+        return self.added.exists() or bool(self.adding().finished())
+
     # --- the run --------------------------------------------------------------------------------
 
     @contextlib.contextmanager

@@ -229,7 +229,8 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
         try:
             if options.resume and not options.overwrite and output.exists():
                 done = _already(plan, output, now)
-                here.remove()
+                if not here.adds():
+                    here.remove()
                 return done
             if output.exists() and not options.overwrite:
                 raise SceneError(f"{output}: exists; use --overwrite to replace it")
@@ -241,7 +242,7 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
                     workers = stack.enter_context(connected(options.scheduler, options.tell))
                 return _run(plan, output, options, here, now, workers)
         finally:
-            if not here.finished():
+            if not here.finished() and not here.adds():
                 here.remove()
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import platform
+import signal
 from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -28,6 +29,11 @@ __all__ = ["about", "block", "hand_over", "look"]
 
 Answer = tuple[str, Any]
 """A word and what belongs to it: ("done", bytes), ("refused", text), ("os", [number, text])."""
+
+
+def dask_setup(_: Any) -> None:
+    """Leave ctrl-C to the process that asked: dask calls this in processes of `local:N`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def hand_over(here: Partial, plan: Plan) -> None:
@@ -80,30 +86,21 @@ def plan_of_folder(here: Partial, identity: Mapping[str, Any]) -> Plan:
     return plan
 
 
-def about() -> dict[str, Any]:
-    """Tell what this worker is: its machine, versions and threads."""
+def about(dask_worker: Any = None) -> dict[str, Any]:
+    """Tell what a worker is: its machine, versions and threads."""
     from engine_dyn.compilation import own_cache
     from sweeps.provenance import machine_kind, machine_text, versions
 
+    threads = 1 if dask_worker is None else int(dask_worker.state.nthreads)
     return {
         "host": platform.node(),
         "process": os.getpid(),
         "machine": machine_text(),
         "kind": machine_kind(),
         "versions": versions(),
-        "cache": own_cache(),
-        "threads": _threads(),
+        "cache": own_cache() if threads == 1 else "",
+        "threads": threads,
     }
-
-
-def _threads() -> int:
-    """How many blocks this worker would compute at a time."""
-    from distributed import get_worker
-
-    try:
-        return int(get_worker().state.nthreads)
-    except ValueError:  # called in a process that is none
-        return 1
 
 
 def look(folder: str, key: str) -> str:
@@ -156,6 +153,8 @@ class _Work:
     """
 
     def __init__(self, folder: str, key: str) -> None:
+        from distributed import get_worker
+
         from engine_dyn.compilation import own_cache
         from sweeps.blocks import blocks
         from sweeps.dataset import describe
@@ -167,8 +166,9 @@ class _Work:
         header = self.here.header()
         if header is None or self.here.key != key:
             raise SceneError(f"does not see {folder}, or another one of that name")
-        if _threads() != 1:
-            raise SceneError(f"has {_threads()} threads; must have one")
+        threads = int(get_worker().state.nthreads)
+        if threads != 1:
+            raise SceneError(f"has {threads} threads; must have one (--nthreads 1)")
         wanted = header["identity"]
         self.plan = plan_of_folder(self.here, wanted)
         found = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
