@@ -14,11 +14,12 @@ dask is imported here, and only when it is used.
 
 from __future__ import annotations
 
+import logging
 import re
 import secrets
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -97,26 +98,34 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
             f"--scheduler {address}: needs dask ({one_line(error)}): "
             "pip install 'engine-dyn[cluster]'"
         ) from None
-    if processes:
-        with (
-            _local(distributed, processes) as cluster,
-            distributed.Client(cluster, set_as_default=False) as client,
-        ):
-            yield _looked_at(client, address, tell)
-        return
-    try:
-        client = distributed.Client(address, set_as_default=False)
-    except (OSError, ValueError, TimeoutError, ImportError) as error:
-        raise SceneError(
-            f"--scheduler {address}: cannot be reached ({one_line(error, 200)})"
-        ) from None
-    with client:
+    with _quiet(), ExitStack() as stack:
+        place: Any = address
+        if processes:
+            place = stack.enter_context(_local(distributed, processes))
+        try:
+            client = stack.enter_context(distributed.Client(place, set_as_default=False))
+        except (OSError, ValueError, TimeoutError, ImportError) as error:
+            raise SceneError(
+                f"--scheduler {address}: cannot be reached ({one_line(error, 200)})"
+            ) from None
         yield _looked_at(client, address, tell)
 
 
-def _local(distributed: Any, processes: int) -> Any:
-    import logging
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What goes wrong is said in one line; dask's client would print its tracebacks before."""
+    logs = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for log, level in zip(logs, levels, strict=True):
+            log.setLevel(level)
 
+
+def _local(distributed: Any, processes: int) -> Any:
     # What runs take is bounded anyway; dask would kill what it thinks too large.
     return distributed.LocalCluster(
         n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,

@@ -496,6 +496,36 @@ def test_a_block_that_kills_its_workers_ends_the_run(
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
 
 
+def test_a_scheduler_that_goes_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    """The blocks stay; a run of one process goes on with them."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setattr(worker, "block", slow_block)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=60,
+    ) as running:  # fmt: skip
+
+        def leave() -> None:
+            wait_for(lambda: ended(tmp_path) >= 2)
+            running.close()
+
+        leaver = threading.Thread(target=leave)
+        leaver.start()
+        result = invoke(
+            "run", scene, "-o", tmp_path / "out.nc", "--scheduler", running.scheduler_address
+        )
+        leaver.join()
+    assert result.exit_code == 1, result.output
+    assert re.search(r"scheduler (is gone|has given up the run); \d+ of 12 blocks", result.stderr)
+    kept = len(finished(tmp_path))
+    assert sweeps.stream(scene, tmp_path / "out.nc", resume=True).before == kept >= 2
+    assert_same(tmp_path / "out.nc", sweeps.run(scene))
+
+
 # --- the kind of machine ------------------------------------------------------------------------
 
 
