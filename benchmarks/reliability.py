@@ -444,8 +444,8 @@ def cluster_text(found: Cluster) -> list[str]:
         "",
         f"{found.designs} designs by `--scheduler local:{PROCESSES}`: dask.distributed with "
         f"{PROCESSES} processes of one thread on this machine, {found.blocks} blocks "
-        "([cluster.md](cluster.md)). In each run but the first two, one of them was killed with "
-        "SIGKILL when a randomly drawn number of blocks was finished.",
+        f"([cluster.md](cluster.md)). In {len(found.killed)} runs more, one of them was killed "
+        "with SIGKILL when a randomly drawn number of blocks was finished.",
         "",
         "| | |",
         "| --- | ---: |",

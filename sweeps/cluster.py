@@ -23,12 +23,14 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import psutil
+
 from sweeps import worker
 from sweeps.blocks import passing_bytes
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.partial import Partial
 from sweeps.provenance import kind_differences, versions
-from sweeps.streaming import SMALLEST_BLOCK, Lost
+from sweeps.streaming import AT_ONCE, SMALLEST_BLOCK, Lost
 
 if TYPE_CHECKING:
     from sweeps.plan import Plan
@@ -45,6 +47,9 @@ EACH = 4
 
 FEWEST = 64
 """Blocks that a run is cut into at least: workers may come later."""
+
+LATE = 60.0
+"""Seconds after which a file that others have written is seen."""
 
 _SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 
@@ -212,7 +217,10 @@ class Workers:
         return f"{self.address}: {listed}"
 
     def block_bytes(self, plan: Plan, limit: float) -> float:
-        """Bytes of a block, so that there are enough blocks for all."""
+        """Bytes of a block, so that there are enough blocks for all, and enough memory."""
+        if self.address.startswith(LOCAL):
+            free = psutil.virtual_memory().available
+            limit = min(limit, 0.5 * free / (AT_ONCE * len(self.machines)))
         whole = passing_bytes(plan, {d: plan.sizes[d] for d in plan.scene.dimensions})
         share = whole / max(FEWEST, EACH * len(self.machines))
         return min(limit, max(SMALLEST_BLOCK, share))
@@ -272,6 +280,7 @@ class Workers:
                 for future in finished.next_batch(block=False):
                     _check(future, self.address)
                     done(futures.pop(future.key)[1])
+            _wait_for(here, numbers)
         finally:
             if self.client.status == "running":
                 self.client.cancel([future for future, _ in futures.values()])
@@ -281,6 +290,13 @@ class Workers:
             return bool(self.client.nthreads())
         except (OSError, TimeoutError) as error:
             raise Lost(f"{self.address}: the scheduler is gone ({one_line(error, 200)})") from None
+
+
+def _wait_for(here: Partial, numbers: Sequence[int]) -> None:
+    """Wait until finished blocks can be seen: a network file system may show new files late."""
+    end = time.monotonic() + LATE
+    while not set(numbers) <= set(here.finished()) and time.monotonic() < end:
+        time.sleep(_TICK)
 
 
 def _check(future: Any, address: str) -> None:

@@ -127,6 +127,29 @@ def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, small: Non
     assert_same(tmp_path / "out.nc", sweeps.run(scene))
 
 
+def test_blocks_that_are_seen_late_are_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = iter([[], [1], [1, 2, 3]])
+    here = Partial(tmp_path)
+    monkeypatch.setattr(here, "finished", lambda: next(seen))
+    cluster._wait_for(here, [1, 3])
+    assert list(seen) == []
+    monkeypatch.setattr(cluster, "LATE", 0.2)
+    monkeypatch.setattr(here, "finished", list)
+    cluster._wait_for(here, [1])  # it is computed again
+
+
+def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 40000"))
+    few, many = (cluster.Workers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
+    assert len(set(cluster.EACH * np.array([2, 100]) > cluster.FEWEST)) == 2
+    assert 4e6 < many.block_bytes(plan, 64e6) < few.block_bytes(plan, 64e6) < 64e6
+    assert few.block_bytes(plan, 1e5) == 1e5
+    small = plan_of(tmp_path, SCENE)
+    assert few.block_bytes(small, 64e6) == 4e6
+
+
 def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> None:
     """No path of the one who asks is read, and nothing is unpickled."""
     plan = plan_of(tmp_path, SCENE)
