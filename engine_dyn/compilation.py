@@ -230,6 +230,8 @@ def kernel(function: Callable[..., Any]) -> Any:
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = _Cache(dispatcher.py_func)
             _caches.append(dispatcher._cache)
+            if _own:
+                dispatcher._cache.keep_in(_own[0])
     return dispatcher
 
 

@@ -287,7 +287,7 @@ def _run(
     count = block_count(plan, lengths)
     done = Finished(blocks=count, before=len(here.finished()))
     tight = _check_disk(plan, output, options, count, done.before)
-    whole = count == 1 and workers is None
+    whole = count == 1 and workers is None and header is None
     if header is None and not whole:
         started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         here.begin(
@@ -467,7 +467,7 @@ def _run_blocks(
         began = time.perf_counter()
         there = set(here.finished())
         missing = [(n, b) for n, b in enumerate(blocks(plan, lengths)) if n not in there]
-        if workers is not None:
+        if missing and workers is not None:
             _compute_elsewhere(plan, options, here, missing, workers)
         elif missing:
             _compute(plan, options, here, lengths, missing)

@@ -25,6 +25,8 @@ def twice(x):
 PROGRAM = """
 import sys
 from engine_dyn.compilation import on_compiling, own_cache
+if "before" in sys.argv:
+    print(own_cache())
 from module import twice
 if "own" in sys.argv:
     print(own_cache())
@@ -52,8 +54,9 @@ def test_a_process_may_have_a_cache_of_its_own(tmp_path: Path) -> None:
     folder, *more = run(tmp_path, "own", **place)
     assert more == ["compiled"]
     assert Path(folder).parent == shared and files(shared) == files(Path(folder)) == 1
-    # The next process finds it; one beside it has another folder.
+    # The next process finds it, also when it makes its kernels later; one beside it has another folder.
     assert run(tmp_path, "own", **place) == [folder]
+    assert run(tmp_path, "before", **place) == [folder]
     with (Path(folder) / "lock").open("a") as lock:
         import fcntl
 
