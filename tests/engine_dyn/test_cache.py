@@ -54,7 +54,7 @@ def test_a_process_may_have_a_cache_of_its_own(tmp_path: Path) -> None:
     folder, *more = run(tmp_path, "own", **place)
     assert more == ["compiled"]
     assert Path(folder).parent == shared and files(shared) == files(Path(folder)) == 1
-    # The next process finds it, also when it makes its kernels later; one beside it has another folder.
+    # The next process finds it, also for kernels made later; one beside it has another folder.
     assert run(tmp_path, "own", **place) == [folder]
     assert run(tmp_path, "before", **place) == [folder]
     with (Path(folder) / "lock").open("a") as lock:

@@ -141,7 +141,7 @@ def test_blocks_that_are_seen_late_are_waited_for(
 
 
 def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 200000"))
+    plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 500000"))
     few, many = (cluster.Workers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
     assert len(set(cluster.EACH * np.array([2, 100]) > cluster.FEWEST)) == 2
     assert 4e6 < many.block_bytes(plan, 64e6) < few.block_bytes(plan, 64e6) < 64e6
