@@ -19,7 +19,8 @@ import re
 import secrets
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -170,7 +171,12 @@ def _looked_at(client: Any, address: str, tell: Callable[[str], None]) -> Worker
 
 def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: Any) -> Any:
     """Answers of all workers, by their addresses."""
-    answers = client.run(question, *arguments, on_error="return")
+    try:
+        answers = client.run(question, *arguments, on_error="return")
+    except (OSError, TimeoutError, CancelledError) as error:
+        raise SceneError(
+            f"--scheduler {address}: cannot be reached any more ({one_line(error, 200)})"
+        ) from None
     for where, answer in answers.items():
         if isinstance(answer, ImportError):
             raise SceneError(
@@ -243,9 +249,8 @@ class Workers:
 
         worker.hand_over(here, plan)
         folder = str(here.path.absolute())
-        for where, wrong in _asked(
-            self.client, self.address, worker.look, folder, here.key
-        ).items():
+        seen = _asked(self.client, self.address, worker.look, folder, here.key)
+        for where, wrong in seen.items():
             if wrong:
                 raise SceneError(
                     f"--scheduler {self.address}: worker {where} {wrong}; the output must lie on a "
@@ -283,12 +288,13 @@ class Workers:
             _wait_for(here, numbers)
         finally:
             if self.client.status == "running":
-                self.client.cancel([future for future, _ in futures.values()])
+                with suppress(OSError, TimeoutError, CancelledError):  # it may end at any moment
+                    self.client.cancel([future for future, _ in futures.values()])
 
     def _anybody(self) -> bool:
         try:
             return bool(self.client.nthreads())
-        except (OSError, TimeoutError) as error:
+        except (OSError, TimeoutError, CancelledError) as error:
             raise Lost(f"{self.address}: the scheduler is gone ({one_line(error, 200)})") from None
 
 
@@ -302,7 +308,10 @@ def _wait_for(here: Partial, numbers: Sequence[int]) -> None:
 def _check(future: Any, address: str) -> None:
     """Turn what a worker answered into what a run raises."""
     if future.status == "finished":
-        word, what = future.result()
+        try:
+            word, what = future.result()
+        except (Exception, CancelledError) as error:  # it went with the scheduler, or a worker
+            raise Lost(f"{address}: the scheduler is gone ({one_line(error, 200)})") from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")
         if word == "os":
@@ -311,6 +320,6 @@ def _check(future: Any, address: str) -> None:
             raise Lost(f"{address}: {what}")
         return
     if future.status == "error":
-        error = future.exception()
-        raise Lost(f"{address}: {type(error).__name__}: {one_line(error, 300)}")
+        cause = future.exception()
+        raise Lost(f"{address}: {type(cause).__name__}: {one_line(cause, 300)}")
     raise Lost(f"{address}: the scheduler has given up the run")
