@@ -310,7 +310,7 @@ def _check(future: Any, address: str) -> None:
     if future.status == "finished":
         try:
             word, what = future.result()
-        except (Exception, CancelledError) as error:  # it went with the scheduler, or a worker
+        except Exception as error:  # it went with the scheduler, or a worker
             raise Lost(f"{address}: the scheduler is gone ({one_line(error, 200)})") from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")

@@ -491,9 +491,10 @@ def test_a_full_disk_is_told_by_the_workers(
     assert result.exit_code == 1, result.output
     assert "out.nc: cannot be written (No space left on device, on worker on " in result.stderr
     assert f"--resume --scheduler {scheduler}" in result.stderr
-    assert len(finished(tmp_path)) == 3
+    # The other worker may still be at one of the first three.
+    kept = len(finished(tmp_path))
     done = sweeps.stream(scene, tmp_path / "out.nc", resume=True, scheduler=scheduler)
-    assert done.before == 3
+    assert 1 <= kept <= done.before <= 3
     same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
 
 
