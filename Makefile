@@ -28,7 +28,7 @@ help:
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
-	@echo "make reliability docs/reliability.md: a sweep of 10^8 designs, a hundred killed runs (1 h)"
+	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 

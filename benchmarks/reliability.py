@@ -1,11 +1,13 @@
-"""Large sweeps and killed runs, measured: writes docs/reliability.md.
+"""Large sweeps, killed runs and killed workers, measured: writes docs/reliability.md.
 
-python -m benchmarks.reliability [--designs N] [--memory SIZE] [--kills N] [--folder F] [-o FILE]
+python -m benchmarks.reliability [--designs N] [--memory SIZE] [--kills N] [--workers-killed N]
+                                 [--folder F] [-o FILE]
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import datetime
 import hashlib
 import json
@@ -24,6 +26,7 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+import psutil
 
 from sweeps.errors import size_text
 
@@ -320,6 +323,13 @@ def _state(output: Path, partial: Path) -> str:
 def _watched_resume(folder: Path, partial: Path, kept: dict[str, int]) -> str:
     """Resume; what went wrong, empty if nothing."""
     process = start("run", "scene.toml", "-o", "out.nc", "--resume", folder=folder)
+    written = _written_again(process, partial, kept)
+    _, errors = process.communicate()
+    return written or (f"--resume failed: {errors}" if process.returncode else "")
+
+
+def _written_again(process: subprocess.Popen[str], partial: Path, kept: dict[str, int]) -> str:
+    """Watch a run to its end: which finished block it wrote once more, if any."""
     written = ""
     while process.poll() is None:
         for name, when in kept.items():
@@ -329,14 +339,131 @@ def _watched_resume(folder: Path, partial: Path, kept: dict[str, int]) -> str:
             except OSError:
                 pass
         time.sleep(0.02)
-    _, errors = process.communicate()
-    return written or (f"--resume failed: {errors}" if process.returncode else "")
+    return written
+
+
+# --- a cluster ----------------------------------------------------------------------------------
+
+
+@dataclass
+class Cluster:
+    """What was found when workers of a local cluster were killed; seconds, numbers of blocks."""
+
+    designs: int
+    blocks: int
+    local: float
+    whole: float
+    killed: list[float]
+    kept: list[int]
+    lost: list[str]
+
+
+PROCESSES = 2
+
+
+def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    """Processes of `--scheduler local:N` that compute."""
+    found = psutil.Process(process.pid).children(recursive=True)
+    return [child for child in found if "spawn_main" in " ".join(child.cmdline())]
+
+
+def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Cluster:
+    """Run a scene on processes of this machine, several times, and kill one of them each time.
+
+    Each kill comes when a number of blocks is finished that is drawn evenly.
+    """
+    chance = random.Random(seed)
+    (folder / "scene.toml").write_text(scene_text(designs))
+    output, partial = folder / "cluster.nc", folder / "cluster.nc.partial"
+    scheduler = ["--scheduler", f"local:{PROCESSES}"]
+
+    def whole(*more: str) -> float:
+        began = time.perf_counter()
+        process = start(
+            "run", "scene.toml", "-o", "cluster.nc", "--overwrite", *more, folder=folder
+        )
+        _, errors = process.communicate()
+        if process.returncode:
+            raise RuntimeError(errors)
+        return time.perf_counter() - began
+
+    log("runs of one process and of several, uninterrupted")
+    whole()  # kernels
+    local = whole()
+    expected = variables(output)
+    whole(*scheduler)
+    found = Cluster(0, 0, local, whole(*scheduler), [], [], [])
+    with netCDF4.Dataset(output) as file:
+        found.designs = int(file["delta"].size)
+    if variables(output) != expected:
+        found.lost.append("uninterrupted: other bytes in the variables")
+    for kill in range(count):
+        log(f"worker {kill + 1} of {count}")
+        output.unlink(missing_ok=True)
+        began = time.perf_counter()
+        process = start("run", "scene.toml", "-o", "cluster.nc", *scheduler, folder=folder)
+        while process.poll() is None and not (partial / "run.json").exists():
+            time.sleep(0.005)
+        found.blocks = found.blocks or json.loads((partial / "run.json").read_text())["blocks"]
+        wanted = chance.randrange(1, max(2, found.blocks - PROCESSES))
+        while process.poll() is None and len(_blocks(partial)) < wanted:
+            time.sleep(0.002)
+        kept = _blocks(partial)
+        chance.choice(workers_of(process)).kill()
+        written = _written_again(process, partial, kept)
+        _, errors = process.communicate()
+        if process.returncode:
+            found.lost.append(f"worker {kill}: {errors}")
+        elif written:
+            found.lost.append(f"worker {kill}: {written}")
+        elif variables(output) != expected:
+            found.lost.append(f"worker {kill}: other bytes in the variables")
+        found.killed.append(time.perf_counter() - began)
+        found.kept.append(len(kept))
+    output.unlink(missing_ok=True)
+    return found
+
+
+def _blocks(partial: Path) -> dict[str, int]:
+    """Finished blocks, and when they were written."""
+    found = {}
+    for path in partial.glob("block-*.bin"):
+        with contextlib.suppress(OSError):  # all is done by now
+            found[path.name] = path.stat().st_mtime_ns
+    return found
 
 
 # --- the report ---------------------------------------------------------------------------------
 
 
-def text(sweep: Sweep, found: Kills, machine: str) -> str:
+def cluster_text(found: Cluster) -> list[str]:
+    """Its section."""
+    lost = [f"- {line}" for line in found.lost] or ["Nothing was lost."]
+    return [
+        "## Killed workers",
+        "",
+        f"{found.designs} designs by `--scheduler local:{PROCESSES}`: dask.distributed with "
+        f"{PROCESSES} processes of one thread on this machine, {found.blocks} blocks "
+        f"([cluster.md](cluster.md)). In {len(found.killed)} runs more, one of them was killed "
+        "with SIGKILL when a randomly drawn number of blocks was finished.",
+        "",
+        "| | |",
+        "| --- | ---: |",
+        f"| by one process | {found.local:.1f} s |",
+        f"| by {PROCESSES} workers, their start and end included | {found.whole:.1f} s |",
+        f"| with a worker killed, {len(found.killed)} runs | {min(found.killed):.1f} to "
+        f"{max(found.killed):.1f} s |",
+        f"| blocks finished when it was killed | {min(found.kept)} to {max(found.kept)} |",
+        "",
+        "Every run must end by itself, none of the finished blocks may be written again, and the "
+        "variables of every archive must be those of the run by one process, to the byte:",
+        "",
+        *lost,
+        "",
+    ]
+
+
+def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
     """docs/reliability.md."""
     met = "met" if sweep.rate >= sweep.required else "not met"
     small = "met" if sweep.resident < 1e9 else "not met"
@@ -350,7 +477,8 @@ def text(sweep: Sweep, found: Kills, machine: str) -> str:
             "Made by `make reliability` (`python -m benchmarks.reliability`); change that, not "
             "this. The same tests, smaller: "
             "[test_streaming.py](../tests/sweeps/test_streaming.py), "
-            "[test_joining.py](../tests/sweeps/test_joining.py).",
+            "[test_joining.py](../tests/sweeps/test_joining.py), "
+            "[test_cluster.py](../tests/sweeps/test_cluster.py).",
             "",
             machine,
             "",
@@ -396,6 +524,7 @@ def text(sweep: Sweep, found: Kills, machine: str) -> str:
             "",
             *lost,
             "",
+            *cluster_text(cluster),
         ]
     )  # fmt: skip
 
@@ -418,6 +547,7 @@ def main() -> None:
     parser.add_argument("--memory", default="500MB")
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--kill-designs", type=int, default=500_000)
+    parser.add_argument("--workers-killed", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="where runs are written; a temporary folder")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "reliability.md")
@@ -427,10 +557,11 @@ def main() -> None:
         folder = Path(name)
         sweep = measured_sweep(options.designs, options.memory, folder)
         found = kills(options.kill_designs, options.kills, options.seed, folder)
+        cluster = killed_workers(options.kill_designs, options.workers_killed, options.seed, folder)
     options.output.parent.mkdir(parents=True, exist_ok=True)
-    options.output.write_text(text(sweep, found, machine), encoding="utf-8")
+    options.output.write_text(text(sweep, found, cluster, machine), encoding="utf-8")
     print(options.output)
-    if found.lost:
+    if found.lost or cluster.lost:
         sys.exit(1)
 
 

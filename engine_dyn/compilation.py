@@ -9,6 +9,11 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
+import os
+import pickle
+import platform
+import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -30,7 +35,9 @@ __all__ = [
     "kernel",
     "on_compiling",
     "on_stack",
+    "own_cache",
     "processor",
+    "processor_features",
     "rows_on_stack",
     "source_hash",
     "threading_layer",
@@ -66,7 +73,14 @@ def source_hash() -> str:
 
 def processor() -> str:
     """Kind of processor that kernels are compiled for: where it is the same, so are all bits."""
-    return str(_codegen.ll.get_host_cpu_name())
+    return str(_settings.CPU_NAME or _codegen.ll.get_host_cpu_name())
+
+
+def processor_features() -> tuple[str, ...]:
+    """Instructions that kernels may use, sorted: a virtual machine may have fewer than its kind."""
+    chosen = _settings.CPU_FEATURES
+    features = _codegen.get_host_cpu_features() if chosen is None else chosen
+    return tuple(sorted(f[1:] for f in features.split(",") if f.startswith("+")))
 
 
 def threading_layer() -> str:
@@ -155,7 +169,82 @@ _Implementation: Any = type(
 
 
 class _Cache(caching.FunctionCache):
+    """Numba's cache of one kernel; with a place of its own it only reads what all share."""
+
     _impl_class = _Implementation
+    _shared: Any = None
+
+    def keep_in(self, folder: str) -> None:
+        """Write into a folder of this process from now on."""
+        locator: Any = self._impl.locator
+        if self._shared is None:
+            self._shared = self._cache_file
+        path = os.path.join(folder, locator.get_suitable_cache_subpath(locator._py_file))
+        self._cache_path = locator._cache_path = path
+        name = self._impl.filename_base
+        self._cache_file = caching.IndexDataCacheFile(path, name, source_hash())
+
+    def _load_overload(self, signature: Any, context: Any) -> Any:
+        found = super()._load_overload(signature, context)
+        if found is None and self._shared is not None:
+            own, self._cache_file = self._cache_file, self._shared
+            try:
+                # It may be in the hands of another process, on a file system of many machines.
+                with contextlib.suppress(OSError, EOFError, pickle.PickleError):
+                    found = super()._load_overload(signature, context)
+            finally:
+                self._cache_file = own
+        return found
+
+
+_caches: list[_Cache] = []
+_own: list[Any] = []
+
+
+def own_cache() -> str:
+    """Keep what this process compiles in a folder that no other process uses; which one.
+
+    Numba's cache may mix up two kernels when several processes write to it at once (numba#4807,
+    #10128). Folders stay for later processes: each takes the first that is free, for its lifetime.
+    What is in the usual cache is used from there. Empty where the compiler is off.
+    """
+    if not _compiled:
+        return ""
+    if not _own:
+        folder, lock = _free_folder()
+        _own.extend((folder, lock))
+        for cached in _caches:
+            cached.keep_in(folder)
+    return str(_own[0])
+
+
+def _free_folder() -> tuple[str, Any]:
+    """Take a folder for compiled kernels, and the open lock that keeps others away."""
+    try:
+        import fcntl
+
+        base = _settings.CACHE_DIR
+        if not base:
+            base = os.path.join(tempfile.gettempdir(), f"engine-dyn-{os.getuid()}")
+            os.makedirs(base, mode=0o700, exist_ok=True)
+            about = os.lstat(base)
+            # Compiled code is executed: what others may write to is of no use.
+            if about.st_uid != os.getuid() or about.st_mode & 0o077 or os.path.islink(base):
+                raise OSError(f"{base}: not a folder of this user alone")
+        for number in itertools.count():
+            folder = os.path.join(base, f"{platform.node()}-{number}")
+            os.makedirs(folder, mode=0o700, exist_ok=True)
+            lock = open(os.path.join(folder, "lock"), "a")  # noqa: SIM115
+            try:
+                fcntl.flock(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                lock.close()
+                continue
+            return folder, lock
+    except (ImportError, OSError):  # no locks here: kernels are compiled again by each process
+        pass
+    passing = tempfile.TemporaryDirectory(prefix="engine-dyn-")
+    return passing.name, passing
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -168,6 +257,9 @@ def kernel(function: Callable[..., Any]) -> Any:
         # Without any writable folder, kernels are compiled every time.
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = _Cache(dispatcher.py_func)
+            _caches.append(dispatcher._cache)
+            if _own:
+                dispatcher._cache.keep_in(_own[0])
     return dispatcher
 
 

@@ -15,6 +15,7 @@ __all__ = [
     "pareto",
     "read_scene",
     "run",
+    "stream",
 ]
 
 _HOMES = {
@@ -28,6 +29,7 @@ _HOMES = {
     "pareto": "sweeps.reading",
     "read_scene": "sweeps.scene",
     "run": "sweeps.runner",
+    "stream": "sweeps.streaming",
 }
 
 

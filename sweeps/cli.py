@@ -114,11 +114,16 @@ def main() -> None:
 @click.option("--float32", "single", is_flag=True, help="Keep results in 32 bits instead of 64.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("--shard", metavar="I/N", help="Compute only the Ith of N parts; see merge.")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of a dask scheduler compute (tcp://host:8786), or N processes (local:N).",
+)
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
-    single: bool, threads: int | None, shard: str | None, quiet: bool,
+    single: bool, threads: int | None, shard: str | None, scheduler: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
@@ -127,6 +132,12 @@ def run(
     """
     allowed = None if memory is None else _size(memory)
     piece = None if shard is None else _shard(shard)
+    if scheduler is not None:
+        from sweeps.cluster import check_address
+
+        check_address(scheduler)
+        if threads is not None:
+            raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
@@ -146,6 +157,7 @@ def run(
     again += ["--compression", str(level)] if level else []
     again += ["--float32"] if single else []
     again += [] if shard is None else ["--shard", shard]
+    again += [] if scheduler is None else ["--scheduler", scheduler]
     again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(
         resume=resume,
@@ -157,6 +169,8 @@ def run(
         single=single,
         command=_command_line(),
         again=shlex.join(again),
+        scheduler=scheduler or "",
+        tell=(lambda _: None) if quiet else functools.partial(click.echo, err=True),
     )
     done = _streamed(lambda: _run(planned, output, options), output)
     counts = done.outcomes
@@ -182,14 +196,18 @@ def run(
 @main.command()
 @click.argument("archive", type=click.Path(path_type=Path))
 @click.option("--axis", required=True, metavar="AXIS=VALUES", help="Such as speed=1600,1700.")
+@click.option("--overwrite", is_flag=True, help="Drop an extension that was interrupted.")
 @click.option("--compression", "level", type=click.IntRange(0, 9), help="As it was, if not given.")
 @click.option("--threads", type=click.IntRange(min=1), help="Threads; all cores if not given.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @_guarded
-def extend(archive: Path, axis: str, level: int | None, threads: int | None, quiet: bool) -> None:
+def extend(
+    archive: Path, axis: str, overwrite: bool, level: int | None, threads: int | None, quiet: bool
+) -> None:
     """Add points to an axis of ARCHIVE, computing only these.
 
-    The archive is replaced when the new one is whole; what it held stays as it is.
+    The archive is replaced when the new one is whole; what it held stays as it is. After an
+    interruption the same command goes on with what is finished.
     """
     name, values = _points(axis)
     _check_archive(archive)
@@ -197,9 +215,11 @@ def extend(archive: Path, axis: str, level: int | None, threads: int | None, qui
     from sweeps.streaming import Options
 
     _tell_of_compiling(quiet)
+    again = ["engine-dyn", "extend", str(archive), "--axis", axis]
+    again += [] if level is None else ["--compression", str(level)]
     options = Options(
-        threads=threads, level=level, command=_command_line(),
-        progress=not quiet and sys.stderr.isatty(),
+        threads=threads, level=level, command=_command_line(), overwrite=overwrite,
+        progress=not quiet and sys.stderr.isatty(), again=shlex.join(again),
     )  # fmt: skip
     plan = _streamed(lambda: joining.extend(archive, name, values, options), archive)
     if not quiet:
@@ -648,6 +668,8 @@ def _interrupted(path: Path) -> Path | None:
 
     try:
         here = Partial(path) if path.exists() else Partial.of(path)
+        if here.path.is_dir() and here.header() is None:
+            here = here.adding()
         return here.path if here.path.is_dir() and here.header() is not None else None
     except (OSError, ValueError):
         return None
@@ -659,15 +681,18 @@ def _partial_text(path: Path) -> str:
 
     here = Partial(path)
     about = here.header() or {}
+    output = shlex.quote(str(path.parent / about["output"]))
+    what, again = f"run of {about['output']}", f"engine-dyn run SCENE -o {output} --resume"
+    if about["output"] == here.added.name:
+        what, again = "extension of an archive", "the same command"
     lines = [
-        f"{path}: an interrupted run of {about['output']}",
+        f"{path}: an interrupted {what}",
         f"  title: {about['title']}",
         f"  designs: {about['designs']}",
         f"  finished: {len(here.finished())} of {counted(about['blocks'], 'block')}",
         f"  started: {about['started']}",
         f"  command line: {one_line(about['command_line'], LONGEST)}",
-        f"  to go on: engine-dyn run SCENE -o {shlex.quote(str(path.parent / about['output']))} "
-        "--resume",
+        f"  to go on: {again}",
     ]
     return "\n".join(lines)
 

@@ -80,8 +80,9 @@ class Labels:
 
 
 def describe(
-    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False
-) -> Labels:
+    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False,
+    machine: str = "",
+) -> Labels:  # fmt: skip
     """Names, dimensions, units and provenance of what a plan computes.
 
     Parameters
@@ -94,6 +95,8 @@ def describe(
         The command line that asked for it.
     single : bool
         Results are kept in 32 bits.
+    machine : str
+        What computed it, unless it is this machine.
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}
@@ -129,6 +132,7 @@ def describe(
                 seconds=seconds,
                 command=command,
                 numbers="float32" if single else "float64",
+                machine=machine,
             ),
         },
     )

@@ -7,6 +7,7 @@ does not depend on the axis in which they differ.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -116,12 +117,14 @@ def together(paths: Sequence[Path]) -> Parts:
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
     """Add points to an axis of an archive; only these are computed.
 
-    The archive is replaced when the new one is whole. What it held stays as it is.
+    The archive is replaced when the new one is whole. What it held stays as it is. Where the same
+    extension was interrupted before, its finished blocks are used.
 
     Raises
     ------
     SceneError
-        Where it has no such axis, has the values already, or was made by another version.
+        Where it has no such axis, has the values already, or was made by another version; where
+        another extension was interrupted, unless `options.overwrite` is set.
     Stopped
         Where it was interrupted, or cannot be written.
     """
@@ -129,13 +132,19 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
     with here.locked(path):  # what is there now is what is extended
         if here.header() is not None and here.finished():
             raise SceneError(f"{here.path}: holds an interrupted run; complete it first")
-        here.clear()
+        if options.overwrite:
+            here.clear()
         try:
             return _extended(path, axis, values, options, here)
         except Stopped as error:
-            raise Stopped(f"{str(error).partition(';')[0]}; {path} is as it was") from None
+            reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
+            left = ""
+            if here.adds():
+                left = f", what is finished is kept in {here.path}; to go on: {options.again}"
+            raise Stopped(f"{reason}; {path} is as it was{left}") from None
         finally:
-            here.remove()
+            if not here.adds():
+                here.remove()
 
 
 def _extended(
@@ -150,6 +159,9 @@ def _extended(
             f"{path}: --axis {axis}: not an axis; must be one of {', '.join(axes) or 'none'}"
         )
     before = np.asarray(old.values[axis])
+    if _added(here, axis, values) and np.isin(values, before).all():
+        here.remove()  # killed when all was done but this
+        return plan_of(old)
     for number, value in enumerate(values):
         if value in before:
             raise SceneError(f"{path}: --axis {axis}: {value:.12g} is on the axis already")
@@ -161,12 +173,33 @@ def _extended(
     whole = plan_of(old, axis=axis, values=union)
     new = np.flatnonzero(~np.isin(union, before))
     piece = json.dumps({"axis": axis, "values": len(new)})
-    more = replace(options, overwrite=True, resume=False, single=old.single)
-    run(part(whole, axis, new, piece), here.added, more)
+    more = replace(options, overwrite=False, resume=True, single=old.single)
+    try:
+        run(part(whole, axis, new, piece), here.added, more)
+    except SceneError as error:
+        if not here.adds():
+            raise
+        raise SceneError(
+            f"{here.path}: holds another extension, which was interrupted ({error}); complete that "
+            "first, or use --overwrite to drop it"
+        ) from None
     both = [old, held(here.added)]
     places = [_places_in(union, a.values[axis]) for a in both]
     _put_together(whole, axis, both, places, path, here, more, exact=False)
+    here.remove()
     return whole
+
+
+def _added(here: Partial, axis: str, values: Sequence[float]) -> bool:
+    """Whether these values, and no others, are computed and wait for being added."""
+    if not here.added.exists():
+        return False
+    try:
+        found = held(here.added).values.get(axis, ())
+    except SceneError:  # it cannot be read: it is computed again
+        here.added.unlink()
+        return False
+    return np.array_equal(np.sort(np.asarray(found)), np.sort(values))
 
 
 def _check_version(archive: Held, plan: Plan) -> None:

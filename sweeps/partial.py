@@ -1,11 +1,11 @@
 """An archive that is not finished: a folder of finished blocks beside its name, `OUT.nc.partial`.
 
 The folder holds `run.json` (what is computed, and how it is cut), a file for each finished block,
-and the archive while it is put together. Every file is written under another name, synced and
-renamed, so what has its name is whole. A block begins with the hash of all that follows; then
-comes one line of JSON (its number, the run that it belongs to, its arrays), then the arrays as
-they lie in memory, little-endian. A lock of the operating system, which ends with the process that
-has it, keeps a second run away.
+the scene for those who compute blocks elsewhere (`sweeps.cluster`), and the archive while it is put
+together. Every file is written under another name, synced and renamed, so what has its name is
+whole. A block begins with the hash of all that follows; then comes one line of JSON (its number,
+the run that it belongs to, its arrays), then the arrays as they lie in memory, little-endian. A
+lock of the operating system, which ends with the process that has it, keeps a second run away.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import json
 import os
 import platform
 import re
+import secrets
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -31,10 +32,12 @@ LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
+_SCENE, _TRIED = "scene.bin", "tried"
 _BLOCK = re.compile(r"block-(\d{6,})\.bin")
 _MAGIC = b"engine-dyn block 1 "
 _OWN = re.compile(
-    rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|{_ADDED}|block-\d{{6,}}\.bin)({re.escape(_ENDING)})?"
+    rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|{_ADDED}|{_SCENE}|{_TRIED}|block-\d{{6,}}\.bin)"
+    rf"((\.[0-9a-f]{{8}})?{re.escape(_ENDING)})?"
 )
 
 
@@ -68,6 +71,14 @@ class Partial:
     def added(self) -> Path:
         """Where what is added to an archive is computed."""
         return self.path / _ADDED
+
+    def adding(self) -> Partial:
+        """Folder of what is added to an archive, while that is not finished."""
+        return Partial.of(self.added)
+
+    def adds(self) -> bool:
+        """Whether anything of what is added to an archive is finished."""
+        return self.added.exists() or bool(self.adding().finished())
 
     # --- the run --------------------------------------------------------------------------------
 
@@ -153,20 +164,7 @@ class Partial:
 
     def write(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> int:
         """Write a finished block; how many bytes."""
-        table, parts, place = [], [], 0
-        for name, array in arrays.items():
-            plain = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
-            table.append([name, plain.dtype.str, list(array.shape)])
-            parts.append(plain.reshape(-1).view(np.uint8).data)
-            place += plain.nbytes
-        about = {"run": self.key, "number": number, "arrays": table}
-        line = json.dumps(about).encode() + b"\n"
-        digest = hashlib.sha256(line)
-        for part in parts:
-            digest.update(part)
-        first = _MAGIC + digest.hexdigest().encode() + b"\n"
-        self._write(_name(number), [first, line, *parts])
-        return place
+        return self._write_arrays(_name(number), {"number": number}, arrays)
 
     def read(self, number: int) -> dict[str, npt.NDArray[Any]]:
         """Arrays of a finished block.
@@ -176,7 +174,47 @@ class Partial:
         Damaged
             Where it is not there, or not what was written.
         """
-        path = self.path / _name(number)
+        about, arrays = self._read_arrays(_name(number))
+        if about["number"] != number:
+            raise Damaged(f"{self.path / _name(number)}: of another place")
+        return arrays
+
+    def write_scene(
+        self, about: Mapping[str, Any], columns: Mapping[str, npt.NDArray[Any]]
+    ) -> None:
+        """Write what is computed: JSON's types, and columns of numbers."""
+        self._write_arrays(_SCENE, {"scene": about}, columns)
+
+    def read_scene(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        """What `write_scene` wrote.
+
+        Raises
+        ------
+        Damaged
+            As `read`.
+        """
+        about, columns = self._read_arrays(_SCENE)
+        return about["scene"], columns
+
+    def _write_arrays(
+        self, name: str, about: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
+    ) -> int:
+        table, parts, size = [], [], 0
+        for array_name, array in arrays.items():
+            plain = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
+            table.append([array_name, plain.dtype.str, list(array.shape)])
+            parts.append(plain.reshape(-1).view(np.uint8).data)
+            size += plain.nbytes
+        line = json.dumps({"run": self.key, **about, "arrays": table}).encode() + b"\n"
+        digest = hashlib.sha256(line)
+        for part in parts:
+            digest.update(part)
+        first = _MAGIC + digest.hexdigest().encode() + b"\n"
+        self._write(name, [first, line, *parts])
+        return size
+
+    def _read_arrays(self, name: str) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        path = self.path / name
         try:
             data = path.read_bytes()
         except OSError as error:
@@ -188,22 +226,40 @@ class Partial:
         if not first or not second or data[:first] != right:
             raise Damaged(f"{path}: damaged")
         about = json.loads(bytes(body[: second - first]))
-        if about["run"] != self.key or about["number"] != number:
+        if about["run"] != self.key:
             raise Damaged(f"{path}: of another run")
         arrays: dict[str, npt.NDArray[Any]] = {}
-        for name, kind, shape in about["arrays"]:
+        for array_name, kind, shape in about["arrays"]:
             dtype = np.dtype(kind)
             count = int(np.prod(shape, dtype=np.int64))
-            arrays[name] = np.frombuffer(data, dtype, count, second).reshape(shape)
+            arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
             second += count * dtype.itemsize
-        return arrays
+        return about, arrays
 
     def discard(self, number: int) -> None:
         """Remove a block."""
         (self.path / _name(number)).unlink(missing_ok=True)
 
+    def try_writing(self) -> None:
+        """Write a file and remove it.
+
+        Raises
+        ------
+        OSError
+            Where that is not possible.
+        """
+        self._write(_TRIED, [b"tried"])
+        (self.path / _TRIED).unlink(missing_ok=True)
+
+    def tidy(self) -> None:
+        """Remove what writers that were killed have left unfinished."""
+        for path in self.path.iterdir():
+            if path.name.endswith(_ENDING) and _OWN.fullmatch(path.name):
+                path.unlink(missing_ok=True)
+
     def _write(self, name: str, parts: list[Any]) -> None:
-        new = self.path / (name + _ENDING)
+        # A name for each writer: a worker that was given up may still be at the same block.
+        new = self.path / f"{name}.{secrets.token_hex(4)}{_ENDING}"
         try:
             with new.open("wb") as stream:
                 for part in parts:

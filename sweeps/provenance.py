@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.compilation import processor, source_hash, threading_layer
+from engine_dyn.compilation import processor, processor_features, source_hash, threading_layer
 from sweeps.errors import counted, one_line
 
 if TYPE_CHECKING:
@@ -35,9 +35,12 @@ __all__ = [
     "files_from_text",
     "files_text",
     "identity",
+    "kind_differences",
+    "machine_kind",
     "provenance",
     "sha256",
     "version",
+    "versions",
 ]
 
 PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
@@ -58,15 +61,47 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
             name: _hash_of(values) for name, values in (*scene.axes.items(), *scene.designs.items())
         },
         "files": {name: sha256(data) for name, data in _by_name(scene).items()},
-        "versions": {
-            "engine-dyn": version("engine-dyn"),
-            "kernels": source_hash()[:16],
-            "numpy": version("numpy"),
-            "numba": version("numba"),
-        },
+        "versions": versions(),
         "numbers": numbers,
         "part": plan.piece,
     }
+
+
+def versions() -> dict[str, str]:
+    """Versions that decide about the numbers."""
+    return {
+        "engine-dyn": version("engine-dyn"),
+        "kernels": source_hash()[:16],
+        "numpy": version("numpy"),
+        "numba": version("numba"),
+    }
+
+
+def machine_kind() -> dict[str, str]:
+    """What decides about the last digits beside the versions: processor, its instructions, libm."""
+    library = " ".join(platform.libc_ver()).strip()
+    return {
+        "processor": processor(),
+        "instructions": " ".join(processor_features()),
+        "C library": library or platform.system(),
+    }
+
+
+def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """What differs between two kinds of machine, in words; nothing where they are the same."""
+    found: list[str] = []
+    for key in dict.fromkeys((*before, *now)):
+        was, new = before.get(key, "not known"), now.get(key, "not known")
+        if was == new:
+            continue
+        if key == "instructions":
+            one, other = set(was.split()), set(new.split())
+            lacking = [f"without {w}" for w in sorted(one - other)]
+            more = [f"with {w}" for w in sorted(other - one)]
+            found.append(one_line(f"{key} ({', '.join(lacking + more)})", 200))
+        else:
+            found.append(f"{key} (was {was}, is {new})")
+    return found
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "") -> list[str]:
@@ -118,10 +153,22 @@ def _unequal(before: Any, now: Any, where: str) -> Iterator[tuple[str, str]]:
         yield where, f"{where} (was {shown[0]}, is {shown[1]})"
 
 
+def machine_text() -> str:
+    """One line about this machine."""
+    return (
+        f"{platform.node()}: {platform.machine()} {platform.system()}, {processor()}, "
+        f"{counted(os.cpu_count() or 1, 'core')}"
+    )
+
+
 def provenance(
-    plan: Plan, *, seconds: float | None = None, command: str = "", numbers: str = "float64"
-) -> dict[str, str | float]:
-    """Attributes that say where an archive comes from: texts, JSON texts and numbers."""
+    plan: Plan, *, seconds: float | None = None, command: str = "", numbers: str = "float64",
+    machine: str = "",
+) -> dict[str, str | float]:  # fmt: skip
+    """Attributes that say where an archive comes from: texts, JSON texts and numbers.
+
+    `machine` is what computed it, unless that was this one.
+    """
     scene = plan.scene
     own = version("engine-dyn")
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
@@ -138,8 +185,7 @@ def provenance(
             [f"Python {platform.python_version()}"] + [f"{n} {version(n)}" for n in PACKAGES]
         ),
         "git_commit": git_commit(),
-        "machine": f"{platform.node()}: {platform.machine()} {platform.system()}, {processor()}, "
-        f"{counted(os.cpu_count() or 1, 'core')}",
+        "machine": machine or machine_text(),
         "threading_layer": threading_layer(),
         "command_line": command,
     }

@@ -3,7 +3,8 @@
 While one block is computed, the one before is written by a thread of its own. Finished blocks are
 files (`sweeps.partial`), so a run that is killed has lost nothing but the unfinished ones. When all
 are there, they are laid into one netCDF file under a temporary name, which is renamed. A run of one
-block writes no block: it goes into the file at once.
+block writes no block: it goes into the file at once. Where there is a scheduler, its workers
+compute and write the blocks (`sweeps.cluster`); all else is the same.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ import errno
 import json
 import math
 import shutil
+import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,13 +28,17 @@ import psutil
 
 from engine_dyn.status import MEANINGS
 from sweeps import archive
-from sweeps.blocks import along, block_count, blocks, cut_to
+from sweeps.blocks import Block, along, block_count, blocks, cut_to
 from sweeps.dataset import Labels, describe, to_file_units
 from sweeps.errors import SceneError, counted, one_line, size_text
 from sweeps.partial import Damaged, Partial
-from sweeps.plan import Plan
-from sweeps.provenance import differences, identity
+from sweeps.plan import Plan, make_plan
+from sweeps.provenance import differences, identity, kind_differences, machine_kind
 from sweeps.runner import computed
+from sweeps.scene import Scene, read_scene
+
+if TYPE_CHECKING:
+    from sweeps.cluster import Workers
 
 __all__ = [
     "Finished",
@@ -40,8 +47,10 @@ __all__ = [
     "archive_bytes",
     "block_bytes",
     "check_room",
+    "in_file",
     "run",
     "stopped",
+    "stream",
 ]
 
 LARGEST_BLOCK = 64e6
@@ -68,6 +77,10 @@ class Stopped(Exception):
     """A run that did not come to its end; the message says how to go on."""
 
 
+class Lost(Exception):
+    """Those who compute cannot go on; the message says why."""
+
+
 @dataclass(frozen=True)
 class Options:
     """How a run writes its archive.
@@ -92,6 +105,10 @@ class Options:
         The command line, for the archive.
     again : str
         The command that goes on with this run, for messages.
+    scheduler : str
+        Address of a dask scheduler whose workers compute, or `local:N` for N processes.
+    tell : callable
+        Gets a line where one has to wait for others.
     """
 
     resume: bool = False
@@ -103,6 +120,8 @@ class Options:
     single: bool = False
     command: str = ""
     again: str = "the same command with --resume"
+    scheduler: str = ""
+    tell: Callable[[str], None] = lambda _: None
 
 
 @dataclass
@@ -131,6 +150,64 @@ class Finished:
             self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
 
 
+def stream(
+    scene: str | Path | Mapping[str, Any] | Scene,
+    output: str | Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    memory: float | None = None,
+    threads: int | None = None,
+    scheduler: str = "",
+    compression: int = 0,
+    single: bool = False,
+    progress: bool = False,
+) -> Finished:
+    """Run a scene into an archive, block by block, as the command does.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        See `sweeps.run`.
+    output : str or Path
+        The archive to write; `sweeps.open` opens it.
+    resume : bool
+        Complete an interrupted run; start where there is none.
+    overwrite : bool
+        Replace an archive, and begin an interrupted run again.
+    memory : float, optional
+        Bytes that arrays and buffers may take beyond the loaded libraries.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    scheduler : str
+        Address of a dask scheduler whose workers compute the blocks, such as
+        `cluster.scheduler_address`, or `local:N` for N processes of this machine. A program that
+        starts processes needs the usual ``if __name__ == "__main__":``.
+    compression : int
+        0 (none) to 9.
+    single : bool
+        Results in 32 bits.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Finished
+        Outcomes, number of blocks, seconds.
+
+    Raises
+    ------
+    SceneError, Stopped, OSError
+        See `run` of this module.
+    """
+    options = Options(
+        resume=resume, overwrite=overwrite, memory=memory, threads=threads, scheduler=scheduler,
+        level=compression, single=single, progress=progress,
+        again="the same with resume=True",
+    )  # fmt: skip
+    return run(make_plan(read_scene(scene)), Path(output), options)
+
+
 def run(plan: Plan, output: Path, options: Options) -> Finished:
     """Compute a plan into an archive, in bounded memory.
 
@@ -139,7 +216,7 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
     SceneError
         Where the archive does not fit the disk, or the run not into the memory that it may take;
         where the output exists, is being written by another run, or is an interrupted run that was
-        not asked to be resumed, or one of something else.
+        not asked to be resumed, or one of something else; where workers cannot be used.
     Stopped
         Where it was interrupted or could not be written, with how to go on.
     OSError
@@ -152,23 +229,33 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
         try:
             if options.resume and not options.overwrite and output.exists():
                 done = _already(plan, output, now)
-                here.remove()
+                if not here.adds():
+                    here.remove()
                 return done
             if output.exists() and not options.overwrite:
                 raise SceneError(f"{output}: exists; use --overwrite to replace it")
-            return _run(plan, output, options, here, now)
+            with ExitStack() as stack:
+                workers = None
+                if options.scheduler:
+                    from sweeps.cluster import connected
+
+                    workers = stack.enter_context(connected(options.scheduler, options.tell))
+                return _run(plan, output, options, here, now, workers)
         finally:
-            if here.header() is None:
+            if not here.finished() and not here.adds():
                 here.remove()
 
 
 def _run(
-    plan: Plan, output: Path, options: Options, here: Partial, now: dict[str, Any]
-) -> Finished:
+    plan: Plan, output: Path, options: Options, here: Partial, now: dict[str, Any],
+    workers: Workers | None,
+) -> Finished:  # fmt: skip
+    kind = machine_kind() if workers is None else workers.kind
     header = here.header()
     if header is not None and here.finished():
         if options.resume:
             found = differences(header["identity"], now)
+            found += kind_differences(header.get("kind", {}), kind)
             if found:
                 raise SceneError(
                     f"{here.path}: cannot be resumed, it is a run of something else: "
@@ -186,8 +273,11 @@ def _run(
     limit = block_bytes(plan, options.memory)
     if header is None:
         here.clear()
+        if workers is not None:
+            limit = workers.block_bytes(plan, limit)
         lengths = cut_to(plan, limit)
     else:
+        here.tidy()
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         if options.memory is not None and header["block_bytes"] > limit:
             raise SceneError(
@@ -197,11 +287,13 @@ def _run(
     count = block_count(plan, lengths)
     done = Finished(blocks=count, before=len(here.finished()))
     tight = _check_disk(plan, output, options, count, done.before)
-    if header is None and count > 1:
+    whole = count == 1 and workers is None and header is None
+    if header is None and not whole:
         started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         here.begin(
             {
                 "identity": now,
+                "kind": kind,
                 "lengths": lengths,
                 "blocks": count,
                 "block_bytes": limit,
@@ -213,12 +305,14 @@ def _run(
             }
         )
     try:
-        if count == 1:
+        if whole:
             _run_whole(plan, output, options, here, done)
         else:
-            _run_blocks(plan, output, options, here, lengths, done, tight=tight)
+            _run_blocks(plan, output, options, here, lengths, done, workers, tight=tight)
     except KeyboardInterrupt:
         raise Stopped(f"interrupted; {_left(here, count, options)}") from None
+    except Lost as error:
+        raise Stopped(f"{error}; {_left(here, count, options)}") from None
     except (OSError, RuntimeError) as error:
         raise stopped(error, output, _left(here, count, options)) from None
     finally:
@@ -331,11 +425,14 @@ def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
 # --- computing and writing ----------------------------------------------------------------------
 
 
-def _labels(plan: Plan, options: Options, seconds: float) -> Labels:
-    return describe(plan, seconds=seconds, command=options.command, single=options.single)
+def _labels(plan: Plan, options: Options, seconds: float, workers: Workers | None = None) -> Labels:
+    return describe(
+        plan, seconds=seconds, command=options.command, single=options.single,
+        machine="" if workers is None else workers.text,
+    )  # fmt: skip
 
 
-def _in_file(labels: Labels, name: str, part: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def in_file(labels: Labels, name: str, part: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Results as they stand in the archive."""
     variable = labels.variables[name]
     found = to_file_units(variable, part)
@@ -353,7 +450,7 @@ def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: 
     labels = _labels(plan, options, done.computing)
     with archive.new(here.archive, labels, {}, level=options.level or 0) as file:
         for name in plan.outputs:
-            part = _in_file(labels, name, parts.pop(name))
+            part = in_file(labels, name, parts.pop(name))
             file.put(name, (), part)
             if name == "status":
                 done.count(part)
@@ -363,18 +460,22 @@ def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: 
 
 def _run_blocks(
     plan: Plan, output: Path, options: Options, here: Partial, lengths: dict[str, int],
-    done: Finished, *, tight: bool,
+    done: Finished, workers: Workers | None, *, tight: bool,
 ) -> None:  # fmt: skip
     """Compute the blocks that are not there, then put all of them together."""
-    labels = _labels(plan, options, 0.0)
     for _ in range(TRIES):
         began = time.perf_counter()
         there = set(here.finished())
-        _compute(plan, options, here, lengths, labels, there)
+        missing = [(n, b) for n, b in enumerate(blocks(plan, lengths)) if n not in there]
+        if missing and workers is not None:
+            _compute_elsewhere(plan, options, here, missing, workers)
+        elif missing:
+            _compute(plan, options, here, lengths, missing)
         done.computing += time.perf_counter() - began
         began = time.perf_counter()
         done.codes[:] = 0
-        damaged = _assemble(plan, options, here, lengths, done, tight=tight)
+        labels = _labels(plan, options, done.computing, workers)
+        damaged = _assemble(plan, options, here, lengths, labels, done, tight=tight)
         if not damaged:
             _publish(here, output, options)
             done.writing += time.perf_counter() - began
@@ -389,13 +490,11 @@ def _run_blocks(
 
 
 def _compute(
-    plan: Plan, options: Options, here: Partial, lengths: dict[str, int], labels: Labels,
-    there: set[int],
+    plan: Plan, options: Options, here: Partial, lengths: dict[str, int],
+    missing: list[tuple[int, Block]],
 ) -> None:  # fmt: skip
-    """Compute all blocks but those that are there; each is written while the next is computed."""
-    missing = [(n, block) for n, block in enumerate(blocks(plan, lengths)) if n not in there]
-    if not missing:
-        return
+    """Compute blocks; each is written while the next is computed."""
+    labels = _labels(plan, options, 0.0)
     results = computed(
         plan, lengths, (block for _, block in missing),
         progress=options.progress, threads=options.threads,
@@ -404,7 +503,7 @@ def _compute(
         # One thread, one block: what comes next waits, whether the disk or the processor is slow.
         written: Future[int] | None = None
         for (number, _), (_, parts) in zip(missing, results, strict=True):
-            arrays = {name: _in_file(labels, name, parts.pop(name)) for name in list(parts)}
+            arrays = {name: in_file(labels, name, parts.pop(name)) for name in list(parts)}
             if written is not None:
                 written.result()
             written = pool.submit(here.write, number, arrays)
@@ -412,16 +511,43 @@ def _compute(
             written.result()
 
 
+def _compute_elsewhere(
+    plan: Plan, options: Options, here: Partial, missing: list[tuple[int, Block]], workers: Workers
+) -> None:
+    """Have blocks computed and written by others."""
+    designs = {
+        number: math.prod(
+            len(range(*block[d].indices(plan.sizes[d]))) if d in block else plan.sizes[d]
+            for d in plan.scene.dimensions
+        )
+        for number, block in missing
+    }
+    with ExitStack() as stack:
+        bar: Any = None
+        if options.progress:
+            from tqdm import tqdm
+
+            bar = stack.enter_context(tqdm(
+                total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
+                leave=False, file=sys.stderr,
+            ))  # fmt: skip
+
+        def show(number: int) -> None:
+            if bar is not None:
+                bar.update(designs[number])
+
+        workers.compute(here, plan, list(designs), show)
+
+
 def _assemble(
-    plan: Plan, options: Options, here: Partial, lengths: Mapping[str, int], done: Finished,
-    *, tight: bool,
+    plan: Plan, options: Options, here: Partial, lengths: Mapping[str, int], labels: Labels,
+    done: Finished, *, tight: bool,
 ) -> list[int]:  # fmt: skip
     """Lay all blocks into one file; returns the numbers of those that are damaged.
 
     Where it is `tight`, each block makes room for the next.
     """
     damaged: list[int] = []
-    labels = _labels(plan, options, done.computing)
     with archive.new(here.archive, labels, lengths, level=options.level or 0) as file:
         for number, block in enumerate(blocks(plan, dict(lengths))):
             try:

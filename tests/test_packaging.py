@@ -136,8 +136,10 @@ def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
     # What an extra installs is imported where it is used, and nowhere else.
-    extras = {"pyarrow", "opentorsion"}
-    for extra, package in (("parquet", "pyarrow"), ("torsion", "opentorsion")):
+    extras = {"pyarrow", "opentorsion", "distributed"}
+    for extra, package in (
+        ("parquet", "pyarrow"), ("torsion", "opentorsion"), ("cluster", "distributed")
+    ):  # fmt: skip
         assert any(r.startswith(f"{package}>") for r in PROJECT["optional-dependencies"][extra])
     found = {
         f"{path.relative_to(ROOT)} imports {name}"

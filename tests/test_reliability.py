@@ -1,4 +1,4 @@
-"""The script that measures large and killed runs, small; no time is judged here."""
+"""The script that measures large runs, killed runs and killed workers, small; no time is judged."""
 
 from __future__ import annotations
 
@@ -31,8 +31,11 @@ def test_it_measures_and_reports(tmp_path: Path) -> None:
     found = reliability.kills(50_000, 2, 1, tmp_path)
     assert not found.lost
     assert sum(found.counts.values()) == 2
-    text = reliability.text(sweep, found, "here")
-    assert "Nothing was lost." in text
+    cluster = reliability.killed_workers(100_000, 1, 1, tmp_path)
+    assert not cluster.lost
+    assert cluster.blocks > cluster.kept[0] > 0
+    text = reliability.text(sweep, found, cluster, "here")
+    assert text.count("Nothing was lost.") == 2
     assert all(line.count("|") == 3 for line in text.splitlines() if line.startswith("|"))
     found.lost.append("kill 1: other bytes in the variables")
-    assert "other bytes" in reliability.text(sweep, found, "here")
+    assert "other bytes" in reliability.text(sweep, found, cluster, "here")

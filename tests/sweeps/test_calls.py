@@ -183,11 +183,21 @@ def test_inertia_torque_at_nominal_speed_needs_no_solution() -> None:
 # Numba imports scipy itself where it is installed (scipy and its BLAS), and xarray imports cftime
 # and, by pandas, pyarrow: theirs are not counted. dask would be imported by xarray for every
 # variable that it converts: `dataset` hands over arrays as they are.
-LATE = {"matplotlib", "dask", "netCDF4", "tqdm", "scipy.interpolate", "scipy.integrate",
-        "scipy.optimize", "h5py", "h5netcdf", "zarr"}  # fmt: skip
+LATE = {"matplotlib", "dask", "distributed", "netCDF4", "tqdm", "scipy.interpolate",
+        "scipy.integrate", "scipy.optimize", "h5py", "h5netcdf", "zarr"}  # fmt: skip
 
 # A package of this name that says so when it is imported, in front of an installed one.
-DECOYS = ("dask", "matplotlib", "netCDF4", "h5netcdf", "zarr", "sparse", "cupy", "pint")
+DECOYS = (
+    "dask",
+    "distributed",
+    "matplotlib",
+    "netCDF4",
+    "h5netcdf",
+    "zarr",
+    "sparse",
+    "cupy",
+    "pint",
+)
 
 SCENE = {
     "engine": "ntua",

@@ -20,7 +20,15 @@ from sweeps.partial import Partial
 from sweeps.plan import make_plan
 from sweeps.scene import read_scene
 from sweeps.streaming import Options
-from tests.sweeps.test_streaming import ENGINE, assert_same, interrupted, invoke, of_run
+from tests.sweeps.test_streaming import (
+    ENGINE,
+    LARGE,
+    assert_same,
+    interrupted,
+    invoke,
+    of_run,
+    stop_after,
+)
 
 pytestmark = pytest.mark.compiled
 
@@ -327,15 +335,129 @@ def test_an_interrupted_extension_leaves_the_archive(
         patch.setattr("sweeps.merge._copy", stop)
         result = invoke("extend", path, "--axis", "speed=1300")
     assert result.exit_code == 1
-    assert result.stderr.endswith(f"engine-dyn: interrupted; {path} is as it was\n")
+    assert f"engine-dyn: interrupted; {path} is as it was, what is finished is" in result.stderr
     assert path.read_bytes() == before
     # As if killed: the folder stays, and is no obstacle.
     left = Partial.of(path)
+    left.remove()
     left.path.mkdir()
     (left.path / "added.nc").write_text("half")
     (left.path / "added.nc.partial").mkdir()
     (left.path / "added.nc.partial" / "lock").write_text("")
     ok("extend", path, "--axis", "speed=1300")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+def extended(folder: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> tuple[Path, str]:
+    """An archive whose extension was interrupted after some blocks, and what was said."""
+    path = folder / "out.nc"
+    (folder / "scene.toml").write_text(LARGE)
+    run(folder / "scene.toml", path)
+    before = path.read_bytes()
+    with monkeypatch.context() as patch:
+        stop_after(patch, blocks, KeyboardInterrupt())
+        result = invoke("extend", path, "--axis", EXTENSION)
+    assert result.exit_code == 1, result.output
+    assert path.read_bytes() == before
+    assert len(Partial.of(path).adding().finished()) == blocks
+    return path, result.stderr
+
+
+EXTENSION = "speed=" + ",".join(str(1900 + 10 * i) for i in range(40))
+
+
+def counting_blocks(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    seen: list[Any] = []
+    original = streaming.computed
+
+    def watched(plan: Any, lengths: Any, chosen: Any, **more: Any) -> Any:
+        seen.extend(chosen := list(chosen))
+        return original(plan, lengths, chosen, **more)
+
+    monkeypatch.setattr(streaming, "computed", watched)
+    return seen
+
+
+def assert_extended(path: Path) -> None:
+    with open_archive(path) as found:
+        speeds = found["speed"].values
+        assert speeds.size == 140 and (np.diff(speeds) > 0).all()
+        raw = json.loads(found.attrs["scene"])
+        expected = sweeps.run({**raw, "axes": {**raw["axes"], "speed": speeds.tolist()}})
+        for name in expected.data_vars:
+            np.testing.assert_array_equal(found[name], expected[name])
+
+
+def test_the_same_command_goes_on_with_an_extension(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e5)
+    path, said = extended(tmp_path, monkeypatch)
+    again = f"engine-dyn extend {path} --axis {EXTENSION}"
+    assert said.endswith(
+        f"interrupted; {path} is as it was, what is finished is kept in {path}.partial; "
+        f"to go on: {again}\n"
+    )
+    told = ok("info", f"{path}.partial")
+    assert "an interrupted extension" in told and "finished: 3 of " in told
+    # Nothing else takes it away.
+    assert "exists" in refused("run", tmp_path / "scene.toml", "-o", path)
+    ok("run", tmp_path / "scene.toml", "-o", path, "--resume")
+    assert "on the axis already" in refused("extend", path, "--axis", "speed=1000")
+    text = refused("extend", path, "--axis", "speed=1950")
+    assert "holds another extension, which was interrupted" in text and "--overwrite" in text
+    seen = counting_blocks(monkeypatch)
+    ok("extend", path, "--axis", EXTENSION)
+    count = len(seen) + 3
+    assert_extended(path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+    # In one go it would have been as many blocks.
+    seen.clear()
+    run(tmp_path / "scene.toml", path, overwrite=True)
+    seen.clear()
+    ok("extend", path, "--axis", EXTENSION)
+    assert len(seen) == count
+
+
+def test_an_extension_is_dropped_when_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e5)
+    path, _ = extended(tmp_path, monkeypatch)
+    ok("extend", path, "--axis", "speed=1950", "--overwrite")
+    with open_archive(path) as found:
+        assert found["speed"].values[-1] == 1950
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
+
+
+def test_an_extension_killed_at_its_last_moments(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """When all is computed and not put together, and when all is done but the folder is there."""
+    path = tmp_path / "out.nc"
+    (tmp_path / "scene.toml").write_text(LARGE)
+    run(tmp_path / "scene.toml", path)
+
+    def stop(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sweeps.merge._copy", stop)
+        assert "to go on" in invoke("extend", path, "--axis", EXTENSION).stderr
+    remove = Partial.remove
+
+    def stop_here(self: Partial) -> None:
+        stop() if self.path.name == "out.nc.partial" else remove(self)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Partial, "remove", stop_here)
+        seen = counting_blocks(patch)
+        assert invoke("extend", path, "--axis", EXTENSION).exit_code == 1
+    assert seen == []
+    assert_extended(path)
+    assert (tmp_path / "out.nc.partial" / "added.nc").exists()
+    ok("extend", path, "--axis", EXTENSION)
+    assert_extended(path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
 
 

@@ -1,0 +1,583 @@
+"""Runs whose blocks are computed by workers of dask, other processes: the bytes of a local run."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps import cluster, provenance, streaming, worker
+from sweeps.archive import open_archive
+from sweeps.partial import Partial
+from tests.sweeps.test_joining import TABLE
+from tests.sweeps.test_streaming import (
+    ENGINE,
+    LARGE,
+    ROOT,
+    SCENE,
+    assert_same,
+    interrupted,
+    invoke,
+    plan_of,
+)
+
+cloudpickle = pytest.importorskip("cloudpickle")
+distributed = pytest.importorskip("distributed")
+
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+
+# The workers of this module are no part of pytest: what they are given to do comes as code.
+cloudpickle.register_pickle_by_value(sys.modules[__name__])
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """A scheduler with two workers, processes of one thread each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(ROOT))
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, memory_limit=0,
+            dashboard_address="127.0.0.1:0", silence_logs=50,
+        ) as running:  # fmt: skip
+            yield running.scheduler_address
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some ten blocks of few designs."""
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e5)
+
+
+def same_but_machine(path: Path, expected: xr.Dataset) -> None:
+    """As `assert_same`; the attribute says which machines computed."""
+    expected = expected.copy()
+    with open_archive(path) as opened:
+        expected.attrs["machine"] = opened.attrs["machine"]
+        assert re.match(r"(tcp://\S+|local:2): 2 workers on ", opened.attrs["machine"])
+    assert_same(path, expected)
+
+
+def refused(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+# --- the same bytes -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["map", "one block", "table", "files", "thesis", "float32"])
+def test_archive_is_that_of_a_local_run(
+    name: str, scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene: Any = {"table": TABLE, "thesis": "thesis"}.get(name)
+    if scene is None:
+        scene = tmp_path / "scene.toml"
+        scene.write_text(SCENE)
+    if name == "files":
+        engine = (ENGINE / "diesel_105x137.toml").read_text()
+        (tmp_path / "my.toml").write_text(engine)
+        pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+        (tmp_path / "diesel_105x137_pressure.csv").write_text(pressure)
+        (tmp_path / "table.csv").write_text(
+            "inertia,case\n" + "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
+        )
+        scene.write_text(
+            'engine = "my.toml"\n[designs]\nfile = "table.csv"\n[axes]\nspeed = [1200, 1500]\n'
+            '[output]\nquantities = ["delta", "imep"]\n'
+        )
+    if name != "one block":
+        monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
+    single = name == "float32"
+    done = sweeps.stream(scene, tmp_path / "out.nc", scheduler=scheduler, single=single)
+    assert (done.blocks == 1) == (name == "one block")
+    if not single:
+        same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
+    else:
+        sweeps.stream(scene, tmp_path / "local.nc", single=True)
+        with open_archive(tmp_path / "local.nc") as local, open_archive(tmp_path / "out.nc") as out:
+            xr.testing.assert_identical(out.drop_attrs(), local.drop_attrs())
+    assert not list(tmp_path.glob("*.partial"))
+
+
+def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, small: None) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    for part in ("1/2", "2/2"):
+        path = tmp_path / f"{part[0]}.nc"
+        result = invoke("run", scene, "-o", path, "--shard", part, "--scheduler", scheduler)
+        assert result.exit_code == 0, result.output
+        assert "converged 60000" in result.stdout
+    merged = invoke("merge", tmp_path / "1.nc", tmp_path / "2.nc", "-o", tmp_path / "out.nc")
+    assert merged.exit_code == 0, merged.output
+    assert_same(tmp_path / "out.nc", sweeps.run(scene))
+
+
+def test_blocks_that_are_seen_late_are_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = iter([[], [1], [1, 2, 3]])
+    here = Partial(tmp_path)
+    monkeypatch.setattr(here, "finished", lambda: next(seen))
+    cluster._wait_for(here, [1, 3])
+    assert list(seen) == []
+    monkeypatch.setattr(cluster, "LATE", 0.2)
+    monkeypatch.setattr(here, "finished", list)
+    cluster._wait_for(here, [1])  # it is computed again
+
+
+def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 500000"))
+    few, many = (cluster.Workers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
+    assert len(set(cluster.EACH * np.array([2, 100]) > cluster.FEWEST)) == 2
+    assert 4e6 < many.block_bytes(plan, 64e6) < few.block_bytes(plan, 64e6) < 64e6
+    assert few.block_bytes(plan, 1e5) == 1e5
+    small = plan_of(tmp_path, SCENE)
+    assert few.block_bytes(small, 64e6) == 4e6
+
+
+def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> None:
+    """No path of the one who asks is read, and nothing is unpickled."""
+    plan = plan_of(tmp_path, SCENE)
+    here = Partial(tmp_path / "folder")
+    here.path.mkdir()
+    identity = provenance.identity(plan)
+    here.begin({"identity": identity, "lengths": {}})
+    worker.hand_over(here, plan)
+    (tmp_path / "scene.toml").unlink()
+    again = worker.plan_of_folder(here, identity)
+    assert provenance.differences(identity, provenance.identity(again)) == []
+    assert again.designs == plan.designs and again.outputs == plan.outputs
+    for name, values in plan.scene.axes.items():
+        np.testing.assert_array_equal(again.scene.axes[name], values)
+
+
+def test_every_worker_has_a_cache_of_its_own(scheduler: str) -> None:
+    with distributed.Client(scheduler, set_as_default=False) as client:
+        told = client.run(worker.about).values()
+    folders = {found["cache"] for found in told}
+    assert len(folders) == 2 and "" not in folders
+    for folder in folders:
+        assert (Path(folder) / "lock").exists()
+        assert Path(folder).stat().st_mode & 0o077 == 0
+
+
+# --- killed -------------------------------------------------------------------------------------
+
+
+def slow_block(folder: str, key: str, number: int) -> Any:
+    """Compute a block as a worker does, slowly, and keep a diary of it beside the folder."""
+    import os
+    import time
+    from pathlib import Path
+
+    from sweeps import worker
+
+    def write(word: str) -> None:
+        with Path(folder).with_name("diary.txt").open("a") as stream:
+            stream.write(f"{word} {number} {os.getpid()}\n")
+
+    there = Path(folder, f"block-{number:06d}.bin").exists()
+    write("there" if there else "begun")
+    time.sleep(0.2)
+    found = worker.block(folder, key, number)
+    if not there:
+        write("ended")
+    return found
+
+
+def diary(folder: Path) -> list[tuple[str, int, int]]:
+    try:
+        lines = (folder / "diary.txt").read_text().splitlines()
+    except OSError:
+        return []
+    return [(word, int(number), int(pid)) for word, number, pid in map(str.split, lines)]
+
+
+def ended(folder: Path) -> int:
+    return sum(word == "ended" for word, _, _ in diary(folder))
+
+
+def wait_for(what: Callable[[], bool]) -> None:
+    for _ in range(3000):
+        if what():
+            return
+        time.sleep(0.02)
+    raise AssertionError("it never came")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_a_killed_worker_costs_its_blocks_and_nothing_else(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    monkeypatch.setattr(worker, "block", slow_block)
+    killed: list[int] = []
+
+    def kill() -> None:
+        wait_for(lambda: ended(tmp_path) >= 4)
+        killed.append(diary(tmp_path)[-1][2])
+        os.kill(killed[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    done = sweeps.stream(scene, tmp_path / "out.nc", scheduler=scheduler)
+    killer.join()
+    assert done.blocks > 10
+    story = diary(tmp_path)
+    begun = [number for word, number, _ in story if word == "begun"]
+    lost = {n for w, n, pid in story if w == "begun" and pid == killed[0]}
+    lost -= {n for w, n, pid in story if w == "ended" and pid == killed[0]}
+    assert len(lost) <= 1  # a worker is at one block
+    assert sorted(begun) == sorted([*range(done.blocks), *lost])
+    same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
+
+
+SLOW_CLIENT = """
+import sys, time
+import sweeps.streaming, sweeps.worker
+sweeps.streaming.LARGEST_BLOCK = 4e5
+def slow(folder, key, number):
+    import time
+    from sweeps import worker
+    time.sleep(0.2)
+    return worker.block(folder, key, number)
+if __name__ == "__main__":
+    import signal
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sweeps.worker.block = slow
+    from sweeps.cli import main
+    main()
+"""
+
+
+def start(*arguments: str, folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", SLOW_CLIENT, *arguments], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+def finished(folder: Path) -> dict[str, int]:
+    return {p.name: p.stat().st_mtime_ns for p in folder.glob("out.nc.partial/block-*.bin")}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_resume_after_the_client_was_killed(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", scheduler, folder=tmp_path)
+    wait_for(lambda: len(finished(tmp_path)) >= 3 or process.poll() is not None)
+    process.kill()
+    _, errors = process.communicate()
+    assert finished(tmp_path) and not (tmp_path / "out.nc").exists(), errors
+    told = invoke("info", tmp_path / "out.nc.partial")
+    assert told.exit_code == 0, told.output
+    assert re.search(r"finished: \d+ of 12 blocks\n.*\n.*command line: .*", told.stdout)
+    # A worker ends the block that it is at; dask forgets the others.
+    kept = finished(tmp_path)
+    monkeypatch.setattr(worker, "block", slow_block)
+    result = invoke("run", scene, "-o", tmp_path / "out.nc", "--resume", "--scheduler", scheduler)
+    assert result.exit_code == 0, result.output
+    said = re.search(r"\((\d+) of 12 blocks were there\)", result.stdout)
+    assert said and int(said[1]) >= len(kept)
+    again = {f"block-{number:06d}.bin" for word, number, _ in diary(tmp_path) if word == "begun"}
+    assert not again & set(kept)
+    same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, small: None) -> None:
+    """A terminal sends the signal to all of them; a local run goes on with what they leave."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", "local:2", folder=tmp_path)
+    wait_for(lambda: len(finished(tmp_path)) >= 2 or process.poll() is not None)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 1, errors
+    assert re.fullmatch(
+        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to go on: "
+        r"engine-dyn run scene.toml -o out.nc --resume --scheduler local:2\n",
+        errors.replace("compiling kernels (once for this version; later runs start at once)\n", ""),
+    ), errors
+    kept = finished(tmp_path)
+    done = sweeps.stream(scene, tmp_path / "out.nc", resume=True)
+    assert done.before == len(kept) >= 2
+    assert_same(tmp_path / "out.nc", sweeps.run(scene))
+
+
+# --- refused ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "bad",
+    ["", "local", "local:", "local:0", "local:-1", "local:2.5", "local:1025", "local:²",
+     "host:8786", "http://host:8786", "tcp://", "tcp:// host", "pickle.bin"],
+)  # fmt: skip
+def test_addresses_that_are_none(bad: str, tmp_path: Path) -> None:
+    text = refused("run", "first", "-o", tmp_path / "out.nc", f"--scheduler={bad}")
+    assert "tcp://host:8786, or local:N" in text
+    with pytest.raises(sweeps.SceneError, match="local:N"):
+        sweeps.stream("first", tmp_path / "out.nc", scheduler=bad or "x")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_threads_and_scheduler(tmp_path: Path) -> None:
+    arguments = ("run", "first", "-o", tmp_path / "out.nc", "--threads", "2")
+    assert "--threads: not with" in refused(*arguments, "--scheduler", "local:2")
+
+
+def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
+    import dask
+
+    with dask.config.set({"distributed.comm.timeouts.connect": "300ms"}):
+        text = refused("run", "first", "-o", tmp_path / "no.nc", "--scheduler", "tcp://127.0.0.1:1")
+    assert "--scheduler tcp://127.0.0.1:1: cannot be reached (" in text
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["distributed", "dask"])
+def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
+    name: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text(f'raise ImportError("no {name}")')
+    code = "from sweeps.cli import main; main()"
+    said = []
+    for more in ([], ["--scheduler", "local:2", "--overwrite"]):
+        done = subprocess.run(
+            [sys.executable, "-c", code, "run", "first", "-o", str(tmp_path / "out.nc"), *more],
+            capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
+        )  # fmt: skip
+        said.append((done.returncode, done.stderr))
+    assert said[0][0] == 0, said
+    assert said[1][0] == 2 and said[1][1].count("\n") == 1
+    assert "needs dask" in said[1][1] and "pip install 'engine-dyn[cluster]'" in said[1][1]
+
+
+def elsewhere(folder: str, key: str) -> str:
+    from sweeps.worker import look
+
+    return look(f"/not shared{folder}", key)
+
+
+def not_ours(folder: str, key: str) -> str:
+    from sweeps.worker import look
+
+    return look(folder, "another key")
+
+
+@pytest.mark.parametrize("instead", [elsewhere, not_ours])
+def test_workers_that_do_not_see_the_folder(
+    instead: Any, scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "look", instead)
+    text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
+    assert "does not see" in text and "must lie on a file system that all workers share" in text
+    assert list(tmp_path.iterdir()) == []
+
+
+def other_kind(dask_worker: Any) -> dict[str, Any]:
+    from sweeps.worker import about
+
+    told = about(dask_worker)
+    if dask_worker.name == 1:
+        kind = {**told["kind"], "processor": "i386"}
+        kind["instructions"] = kind["instructions"].replace("sse2", "magic")
+        told["kind"] = kind
+    return told
+
+
+def test_workers_of_another_kind_than_the_first(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "about", other_kind)
+    text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
+    assert re.search(
+        r"another kind of machine than .*: processor \(was .*instructions \(with", text
+    ), text
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_workers_of_several_threads(tmp_path: Path) -> None:
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=50,
+    ) as running:  # fmt: skip
+        address = running.scheduler_address
+        text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", address)
+    assert "has 2 threads; must have one (--nthreads 1" in text
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_workers_of_other_versions(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        cluster, "versions", lambda: {**provenance.versions(), "numpy": "1.0", "kernels": "0"}
+    )
+    text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
+    assert re.search(r"kernels \(is [0-9a-f]{16}, here 0\), numpy \(is \S+, here 1.0\)", text), text
+
+
+def test_workers_that_come_later_are_looked_at_too(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    """As if those that were asked at first were others than those that compute."""
+    looked = cluster._looked_at
+
+    def other(*arguments: Any) -> Any:
+        found = looked(*arguments)
+        object.__setattr__(found, "kind", {**found.kind, "processor": "i386"})
+        return found
+
+    monkeypatch.setattr(cluster, "_looked_at", other)
+    (tmp_path / "scene.toml").write_text(SCENE)
+    text = refused(
+        "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", scheduler
+    )
+    assert re.search(r"of another kind than the run: processor \(was i386, is ", text), text
+    assert not (tmp_path / "o.nc").exists()
+
+
+def full_disk(folder: str, key: str, number: int) -> Any:
+    import errno
+
+    from sweeps import worker
+    from sweeps.partial import Partial
+
+    write = Partial.write
+
+    def full(self: Any, number: int, arrays: Any) -> int:
+        if number > 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(self, number, arrays)
+
+    Partial.write = full  # type: ignore[method-assign]
+    try:
+        return worker.block(folder, key, number)
+    finally:
+        Partial.write = write  # type: ignore[method-assign]
+
+
+def test_a_full_disk_is_told_by_the_workers(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    with monkeypatch.context() as patch:
+        patch.setattr(worker, "block", full_disk)
+        result = invoke("run", scene, "-o", tmp_path / "out.nc", "--scheduler", scheduler)
+    assert result.exit_code == 1, result.output
+    assert "out.nc: cannot be written (No space left on device, on worker on " in result.stderr
+    assert f"--resume --scheduler {scheduler}" in result.stderr
+    # The other worker may still be at one of the first three.
+    kept = len(finished(tmp_path))
+    done = sweeps.stream(scene, tmp_path / "out.nc", resume=True, scheduler=scheduler)
+    assert 1 <= kept <= done.before <= 3
+    same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
+
+
+def dying(folder: str, key: str, number: int) -> Any:
+    import os
+
+    os._exit(1)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a Unix")
+def test_a_block_that_kills_its_workers_ends_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    import dask
+
+    (tmp_path / "scene.toml").write_text(SCENE)
+    monkeypatch.setattr(worker, "block", dying)
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        result = invoke(
+            "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", "local:1"
+        )
+    assert result.exit_code == 1, result.output
+    assert re.search(r"local:1: KilledWorker: .*; nothing written\n", result.stderr), result.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_scheduler_that_goes_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    """The blocks stay; a run of one process goes on with them."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(LARGE)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setattr(worker, "block", slow_block)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=60,
+    ) as running:  # fmt: skip
+
+        def leave() -> None:
+            wait_for(lambda: ended(tmp_path) >= 2)
+            running.close()
+
+        leaver = threading.Thread(target=leave)
+        leaver.start()
+        result = invoke(
+            "run", scene, "-o", tmp_path / "out.nc", "--scheduler", running.scheduler_address
+        )
+        leaver.join()
+    assert result.exit_code == 1, result.output
+    assert re.search(r"(is gone|has given up the run).*; \d+ of 12 blocks", result.stderr)
+    kept = len(finished(tmp_path))
+    assert sweeps.stream(scene, tmp_path / "out.nc", resume=True).before == kept >= 2
+    assert_same(tmp_path / "out.nc", sweeps.run(scene))
+
+
+# --- the kind of machine ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("key", ["processor", "instructions", "C library"])
+def test_resume_on_another_kind_of_machine_is_refused(
+    key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
+) -> None:
+    plan, output = plan_of(tmp_path, LARGE), tmp_path / "out.nc"
+    interrupted(plan, output, monkeypatch)
+    header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
+    assert header["kind"] == provenance.machine_kind()
+    now = {**header["kind"], key: header["kind"][key].replace(header["kind"][key][:4], "other ", 1)}
+    with monkeypatch.context() as patch:
+        patch.setattr(streaming, "machine_kind", lambda: now)
+        result = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
+        assert result.exit_code == 2, result.output
+        assert f"cannot be resumed, it is a run of something else: {key} (" in result.stderr
+    assert len(Partial.of(output).finished()) == 3
+    assert streaming.run(plan, output, streaming.Options(resume=True)).before == 3
+
+
+def test_differences_of_machines_in_words() -> None:
+    one = {"processor": "znver3", "instructions": "avx avx2 fma", "C library": "glibc 2.31"}
+    other = {"processor": "znver4", "instructions": "avx avx512f fma", "C library": "glibc 2.31"}
+    assert provenance.kind_differences(one, one) == []
+    assert provenance.kind_differences(one, other) == [
+        "processor (was znver3, is znver4)",
+        "instructions (without avx2, with avx512f)",
+    ]
+    assert provenance.kind_differences({}, one)[0] == "processor (was not known, is znver3)"
