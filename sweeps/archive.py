@@ -136,7 +136,8 @@ def new(
     """
     import netCDF4
 
-    file = netCDF4.Dataset(str(path), "w", format="NETCDF4")
+    path.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+    file = netCDF4.Dataset(os.path.abspath(path), "w", format="NETCDF4")
     try:
         file.set_fill_off()
         file.setncatts(dict(labels.attributes))

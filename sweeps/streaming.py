@@ -25,7 +25,7 @@ import psutil
 
 from engine_dyn.status import MEANINGS
 from sweeps import archive
-from sweeps.blocks import along, block_count, blocks, cut_to
+from sweeps.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.dataset import Labels, describe, to_file_units
 from sweeps.errors import SceneError, counted, one_line, size_text
 from sweeps.partial import Damaged, Partial
@@ -425,7 +425,7 @@ def _assemble(
     with archive.new(here.archive, labels, lengths, level=options.level or 0) as file:
         for number, block in enumerate(blocks(plan, dict(lengths))):
             try:
-                arrays = here.read(number)
+                arrays = _read(here, number, _held(plan, labels, block))
             except Damaged:
                 damaged.append(number)
                 continue
@@ -438,6 +438,35 @@ def _assemble(
             if tight:
                 here.discard(number)
     return damaged
+
+
+def _held(plan: Plan, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
+    """Shape and kind of all that a block holds."""
+    found = {}
+    for name in plan.outputs:
+        dims = plan.dims(name)
+        if holds(block, dims):
+            places = (block.get(d, slice(0, plan.sizes[d])) for d in dims)
+            shape = tuple(place.stop - place.start for place in places)
+            found[name] = shape, labels.variables[name].kind
+    return found
+
+
+def _read(
+    here: Partial, number: int, expected: Mapping[str, tuple[tuple[int, ...], str]]
+) -> dict[str, npt.NDArray[Any]]:
+    """Read a block that holds what it must.
+
+    Raises
+    ------
+    Damaged
+        Where it does not, though its hash is right.
+    """
+    size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
+    arrays = here.read(number, size)
+    if {n: (a.shape, a.dtype.str[1:]) for n, a in arrays.items()} != dict(expected):
+        raise Damaged(f"block {number} of {here.path}: holds something else")
+    return arrays
 
 
 def _publish(here: Partial, output: Path, options: Options) -> None:
