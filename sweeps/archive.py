@@ -86,7 +86,9 @@ def open_archive(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    return xr.open_dataset(path, engine="netcdf4")
+    # A whole path: some others mean servers to the library. No quantity is a date.
+    whole = os.path.abspath(path)
+    return xr.open_dataset(whole, engine="netcdf4", decode_times=False, decode_timedelta=False)
 
 
 def publish(partial: Path, path: Path) -> None:

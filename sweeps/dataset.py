@@ -19,6 +19,7 @@ from engine_dyn import status
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.node import Dimension, Node
 from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
+from sweeps.errors import printable
 from sweeps.plan import Plan
 from sweeps.provenance import provenance
 from sweeps.scene import DESIGN, Scene
@@ -108,7 +109,7 @@ def describe(
         node = select(name, *scene.words)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
-        attributes["comment"] = f"from {scene.reference.file}" if scene.reference else ""
+        attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""
         along = scene.reference.dimensions if scene.reference else ()
         variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
     used = {d for v in variables.values() for d in v.dims}

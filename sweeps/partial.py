@@ -26,9 +26,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.errors import SceneError, one_line, size_text
+from sweeps.errors import SceneError, one_line
+from sweeps.files import regular_bytes
 
-__all__ = ["Damaged", "Partial", "regular_bytes", "sync_folder"]
+__all__ = ["Damaged", "Partial", "sync_folder"]
 
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
@@ -266,27 +267,6 @@ _MEMBERS: Mapping[str, Callable[[Any], bool]] = {
 
 _KINDS = {kind: kind for kind in ("<f8", "<f4", "|i1")}
 """Kinds of numbers in blocks."""
-
-
-def regular_bytes(path: Path, most: int) -> bytes:
-    """Bytes of a file.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be read; where it is a pipe or a device, which may never end, or has more
-        bytes than `most`, which a few on the disk may seem to be.
-    """
-    # Opening a pipe would wait for somebody who writes; the flag changes nothing for files.
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    with os.fdopen(handle, "rb") as stream:
-        about = os.fstat(handle)
-        if not stat.S_ISREG(about.st_mode):
-            raise OSError(errno.EINVAL, "not a regular file")
-        if about.st_size > most:
-            raise OSError(errno.EFBIG, f"larger than {size_text(most)}")
-        # It may grow while it is read.
-        return stream.read(most)
 
 
 def _opened_lock(path: Path) -> IO[str]:

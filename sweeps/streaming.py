@@ -25,12 +25,14 @@ import psutil
 
 from engine_dyn.status import MEANINGS
 from sweeps import archive
+from sweeps.archive import slabs
 from sweeps.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.dataset import Labels, describe, to_file_units
 from sweeps.errors import SceneError, counted, one_line, size_text
+from sweeps.files import opened_archive
 from sweeps.partial import Damaged, Partial
 from sweeps.plan import Plan
-from sweeps.provenance import differences, identity
+from sweeps.provenance import check_identity, differences, identity
 from sweeps.runner import computed
 
 __all__ = [
@@ -168,7 +170,11 @@ def _run(
     header = here.header()
     if header is not None and here.finished():
         if options.resume:
-            found = differences(header["identity"], now)
+            try:
+                check_identity(header["identity"])
+                found = differences(header["identity"], now)
+            except (ValueError, KeyError, TypeError):
+                found = ["what it says of itself is damaged"]
             if found:
                 raise SceneError(
                     f"{here.path}: cannot be resumed, it is a run of something else: "
@@ -483,27 +489,21 @@ def _publish(here: Partial, output: Path, options: Options) -> None:
 
 def _already(plan: Plan, output: Path, now: dict[str, Any]) -> Finished:
     """Check that a finished archive is what would be computed."""
-    import netCDF4
-
     try:
-        with netCDF4.Dataset(str(output)) as file:
+        with opened_archive(output) as file:
             before = json.loads(file.getncattr("identity"))
             done = Finished(already=True)
             if "status" in file.variables:
                 status = file.variables["status"]
-                status.set_auto_maskandscale(False)
-                if status.ndim == 0:
-                    done.count(np.asarray(status[...]))
-                rows = max(1, _COUNTED // max(1, math.prod(status.shape[1:])))
-                for begin in range(0, status.shape[0] if status.ndim else 0, rows):
-                    done.count(np.asarray(status[begin : begin + rows]))
-    except (OSError, ValueError, AttributeError) as error:
+                for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
+                    done.count(np.asarray(status[place if place else ...]))
+            found = differences(before, now)
+    except (OSError, RuntimeError, ValueError, AttributeError, TypeError, RecursionError) as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(
             f"{output}: exists and is no archive that a run of this scene wrote ({reason}); "
             "--overwrite replaces it"
         ) from None
-    found = differences(before, now)
     if found:
         raise SceneError(
             f"{output}: exists and is an archive of something else: {'; '.join(found)}; "
