@@ -607,6 +607,10 @@ def _files_of(scene: Scene) -> Iterator[Path]:
 def _check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
     """Refuse, before anything is computed, an output that could not be written, or is read."""
     try:
+        str(path.absolute()).encode()
+    except UnicodeEncodeError:
+        raise SceneError(f"{path}: must be a name in UTF-8, which netCDF's library wants") from None
+    try:
         if path.is_dir():
             raise SceneError(f"{path}: is a folder; -o must name a file")
         if path.exists():

@@ -62,6 +62,10 @@ _OWN = ("load", "speed", "cylinders")
 _PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 
 
+_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
+
+
 class _Scale(Strict):
     speed: list[float] = Field(description="a list of speeds in rpm, ascending")
     scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
@@ -111,6 +115,9 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
         For a file that cannot be read, or is not TOML: with the line and what stands on it.
     """
     text = read_text(path, name, what)
+    if _DEEP_KEY.search(text):
+        # Python's reader takes the square of their number of memory.
+        raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:
         return tomllib.loads(text)
     except RecursionError:
