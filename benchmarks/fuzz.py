@@ -14,8 +14,10 @@ import argparse
 import copy
 import datetime
 import importlib
+import inspect
 import json
 import os
+import pkgutil
 import random
 import signal
 import subprocess
@@ -955,11 +957,13 @@ def _atheris() -> Any:
 
 def _led(atheris: Any, one: Callable[[bytes], Any], seconds: float, number: int) -> None:
     """Inputs that coverage leads; returns when the time is over."""
-    for module in [m for n, m in list(sys.modules.items()) if n.split(".")[0] == "sweeps"]:
+    for found in pkgutil.iter_modules([str(PACKAGE)], "sweeps."):
+        if found.name == "sweeps.__main__":
+            continue
+        module = importlib.import_module(found.name)
         for item in vars(module).values():
-            if callable(item) and getattr(item, "__module__", "") == module.__name__:
-                with suppress(Exception):
-                    atheris.instrument_func(item)
+            if inspect.isfunction(item) and item.__module__ == module.__name__:
+                atheris.instrument_func(item)
 
     class Over(BaseException):
         pass

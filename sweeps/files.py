@@ -17,6 +17,7 @@ from typing import IO, Any
 import psutil
 
 from sweeps.errors import SceneError, counted, one_line, shown, size_text
+from sweeps.hdf5 import elsewhere
 
 __all__ = [
     "MOST_ROWS",
@@ -124,7 +125,9 @@ def check_file(path: Path) -> None:
 
 
 def netcdf(path: Path) -> Any:
-    """Open a netCDF file of this disk: some names mean servers to the library, whole paths never.
+    """Open a netCDF file of this disk, and nothing that it leads to.
+
+    Some names mean servers to the library, whole paths never.
 
     Raises
     ------
@@ -133,6 +136,9 @@ def netcdf(path: Path) -> Any:
     """
     import netCDF4
 
+    name = elsewhere(path)
+    if name:
+        raise OSError(errno.EINVAL, f"'{one_line(name, 60)}' is not in the file, or without end")
     return netCDF4.Dataset(os.path.abspath(path))
 
 
