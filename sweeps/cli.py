@@ -48,6 +48,7 @@ LARGEST_TABLE = 200e6
 
 _CANNOT_WRITE = (
     errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+    errno.ELOOP, errno.EINVAL,
 )  # fmt: skip
 
 LONGEST = 1000

@@ -34,7 +34,7 @@ from tests.sweeps.test_blocks import SCENES
 SUITE = "cf:1.11"
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 
-TOGETHER = 20
+TOGETHER = 12
 """Quantities of one archive."""
 
 OWN: dict[str, dict[str, Any]] = {

@@ -76,6 +76,17 @@ def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
     assert sum(fuzz.COUNTS.values()) > before
 
 
+@pytest.mark.slow
+@unix
+def test_a_campaign_counts_what_it_made() -> None:
+    words = [sys.executable, "-m", "benchmarks.fuzz", "--target", "table", "--seconds", "0.1"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    first, counts = done.stdout.splitlines()
+    assert first.startswith("seed ")
+    assert json.loads(counts.removeprefix("table: "))["refused"] > 0
+
+
 def test_written_toml_is_what_was_meant() -> None:
     for data in (*fuzz.scenes().values(), *fuzz.engines().values()):
         tree = tomllib.loads(data.decode())
@@ -367,6 +378,9 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
         if name == "lock":
             with pytest.raises(OSError, match=r"symbolic|link|regular"):
                 streaming.run(plan, output, Options())
+            scene = tmp_path / "scene.toml"
+            scene.write_text(fuzz.toml_text(fuzz._PLAIN))
+            assert "cannot be written" in refused("run", scene, "-o", output)
         else:
             streaming.run(plan, output, Options())
             assert not output.is_symlink() and output.exists()
