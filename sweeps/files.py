@@ -191,11 +191,16 @@ def check_archive(file: Any, path: Path) -> None:
             raise SceneError(f"{path}: variable {one_line(name, 60)}: {what}; no run writes such")
         room = item * check_chunks(variable, item, str(path))
         total += room
-        if len(dims) == 1 and item > 1:  # coordinates are read whole
+        if dims == (name,):  # these are read whole
             at_once += room
-    if total > LARGEST_RATIO * size or at_once > 0.5 * free:
+    if total > LARGEST_RATIO * size:
         raise SceneError(
             f"{path}: damaged: variables of {size_text(total)} in a file of {size_text(size)}"
+        )
+    if 2.0 * at_once > 0.9 * free:
+        raise SceneError(
+            f"{path}: axes of {size_text(at_once)} and their index need {size_text(2.0 * at_once)} "
+            f"of memory, {size_text(free)} are free"
         )
 
 

@@ -115,7 +115,7 @@ def _library() -> Any:
     places = (home.parent / "netCDF4.libs", home / ".dylibs", home.parent / "netcdf4.libs")
     names = [p for folder in places for p in sorted(folder.glob("*hdf5*")) if "_hl" not in p.name]
     try:
-        mapped = Path("/proc/self/maps").read_text().splitlines()
+        mapped = Path("/proc/self/maps").read_text(errors="replace").splitlines()
         names += [
             Path(line.split(maxsplit=5)[5]) for line in mapped
             if "hdf5" in line and ".so" in line and "_hl" not in line

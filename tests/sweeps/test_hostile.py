@@ -639,6 +639,25 @@ def test_archives_and_tables_that_lead_to_other_files(
     assert "is not in the file" in refused("plan", "scene.toml")
 
 
+def test_archives_larger_than_memory_are_opened_but_not_their_axes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    real = files.psutil.virtual_memory()
+    for free, taken in ((1500, True), (100, False)):
+        monkeypatch.setattr(
+            files.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
+        )
+        with sweeps.open_archive(path) as dataset:
+            assert dataset.nbytes > 1500
+        if taken:
+            sweeps.open(path).close()
+        else:
+            with pytest.raises(SceneError, match=r"axes of .* need .* of memory"):
+                sweeps.open(path)
+
+
 def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(fuzz.good_archive())
