@@ -47,7 +47,7 @@ MEMORY = 8 << 30
 """Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
 
 LONGEST = 60
-"""Seconds that one input may take."""
+"""Seconds of the processor that one input may take; of the clock, where it waits, ten times that."""
 
 COUNTS: Counter[str] = Counter()
 
@@ -919,11 +919,13 @@ def campaign(name: str, seconds: float, number: int) -> None:
 
     def timed(example: Any) -> None:
         COUNTS["inputs"] += 1
-        signal.alarm(LONGEST)
+        signal.alarm(10 * LONGEST)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST)
         try:
             check(example)
         finally:
             signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0)
 
     @settings(
         max_examples=25, deadline=None, database=None, derandomize=False,
@@ -937,6 +939,7 @@ def campaign(name: str, seconds: float, number: int) -> None:
         raise TimeoutError(f"more than {LONGEST} s")
 
     signal.signal(signal.SIGALRM, too_slow)
+    signal.signal(signal.SIGPROF, too_slow)
     try:
         atheris = _atheris()
         if atheris is not None:
