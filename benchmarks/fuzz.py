@@ -47,7 +47,7 @@ MEMORY = 8 << 30
 """Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
 
 LONGEST = 60
-"""Seconds of the processor that one input may take; of the clock, where it waits, ten times that."""
+"""Seconds of the processor that one input may take; where it waits, ten times that of the clock."""
 
 COUNTS: Counter[str] = Counter()
 
