@@ -11,6 +11,7 @@ each with some inputs that are the same every time.
 from __future__ import annotations
 
 import argparse
+import atexit
 import copy
 import datetime
 import importlib
@@ -19,6 +20,7 @@ import json
 import os
 import pkgutil
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -284,6 +286,7 @@ def _listing(folder: Path) -> list[tuple[str, int, int]]:
 def sandbox() -> Path:
     """A folder of scenes with files that they name, good and bad; beside it what is private."""
     home = Path(tempfile.mkdtemp(prefix="engine-dyn-fuzz-"))
+    atexit.register(shutil.rmtree, home, ignore_errors=True)
     outside, inside = home / "outside", home / "scenes"
     outside.mkdir()
     inside.mkdir()
