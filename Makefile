@@ -16,7 +16,7 @@ typed := $(wildcard engine_dyn sweeps tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo test coverage lint types validation calibrate bench bench-kernels stress \
-	reliability wheel clean distclean
+	reliability fuzz wheel clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -29,6 +29,7 @@ help:
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
 	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 
@@ -73,6 +74,10 @@ stress: $(VENV)/.installed-test
 # Settings: RELIABILITY='--designs 1000000 --kills 5 -o out/reliability.md' (minutes), and others.
 reliability: $(VENV)/.installed-test
 	$(python) -m benchmarks.reliability $(RELIABILITY)
+
+# Settings: FUZZ='--seconds 3600', and others; atheris leads it where it is installed.
+fuzz: $(VENV)/.installed-test
+	$(python) -m benchmarks.fuzz $(FUZZ)
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed

@@ -86,7 +86,9 @@ def open_archive(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    return xr.open_dataset(path, engine="netcdf4")
+    # A whole path: some others mean servers to the library. No quantity is a date.
+    whole = os.path.abspath(path)
+    return xr.open_dataset(whole, engine="netcdf4", decode_times=False, decode_timedelta=False)
 
 
 def publish(partial: Path, path: Path) -> None:
@@ -136,7 +138,8 @@ def new(
     """
     import netCDF4
 
-    file = netCDF4.Dataset(str(path), "w", format="NETCDF4")
+    path.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+    file = netCDF4.Dataset(os.path.abspath(path), "w", format="NETCDF4")
     try:
         file.set_fill_off()
         file.setncatts(dict(labels.attributes))

@@ -10,23 +10,26 @@ from __future__ import annotations
 import errno
 import functools
 import math
+import os
 import re
 import shlex
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
-from sweeps.errors import SceneError, counted, one_line, size_text
+from sweeps.errors import SceneError, counted, one_line, plain_number, printable, size_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.plan import Plan
+    from sweeps.scene import Scene
     from sweeps.streaming import Finished, Options
 
 __all__ = ["main"]
@@ -45,6 +48,7 @@ LARGEST_TABLE = 200e6
 
 _CANNOT_WRITE = (
     errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+    errno.ELOOP, errno.EINVAL,
 )  # fmt: skip
 
 LONGEST = 1000
@@ -67,6 +71,10 @@ def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
             if debug:
                 traceback.print_exc()
             _end(one_line(error, 2000), BAD_INPUT)
+        except MemoryError as error:
+            if debug:
+                traceback.print_exc()
+            _end(f"out of memory ({one_line(error, 200)})".replace(" ()", ""), FAILURE)
         except Exception as error:
             if debug:
                 traceback.print_exc()
@@ -77,8 +85,13 @@ def _guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def _say(text: object, *, err: bool = False) -> None:
+    """Print a text, part of which may come from files."""
+    click.echo(printable(str(text)), err=err)
+
+
 def _end(message: str, exit_status: int) -> NoReturn:
-    click.echo(f"engine-dyn: {message}", err=True)
+    _say(f"engine-dyn: {message}", err=True)
     sys.exit(exit_status)
 
 
@@ -141,7 +154,7 @@ def run(
     from sweeps.scene import read_scene
 
     read = read_scene(scene)
-    _check_output(output, overwrite or resume, read.path)
+    _check_output(output, overwrite or resume, *_files_of(read))
 
     from sweeps.plan import make_plan
     from sweeps.streaming import Options
@@ -176,9 +189,9 @@ def run(
     counts = done.outcomes
     if not quiet:
         _print_published(planned, output)
-        click.echo(f"{read.title}: {counted(planned.designs, 'design')}")
+        _say(f"{read.title}: {counted(planned.designs, 'design')}")
         if planned.unused:
-            click.echo(f"nothing that is asked for depends on: {', '.join(planned.unused)}")
+            _say(f"nothing that is asked for depends on: {', '.join(planned.unused)}")
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
         if done.already:
@@ -186,7 +199,7 @@ def run(
         else:
             resumed = f" ({done.before} of {done.blocks} blocks were there)" if done.before else ""
             click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
-        click.echo(f"{output} ({size_text(output.stat().st_size)})")
+        _say(f"{output} ({size_text(output.stat().st_size)})")
     failed = {name: n for name, n in counts.items() if name in read.fail_on}
     if failed:
         listed = ", ".join(f"{name} {n}" for name, n in failed.items())
@@ -223,7 +236,7 @@ def extend(
     )  # fmt: skip
     plan = _streamed(lambda: joining.extend(archive, name, values, options), archive)
     if not quiet:
-        click.echo(
+        _say(
             f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
             f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
         )
@@ -247,7 +260,7 @@ def merge(
     """
     for path in archives:
         _check_archive(path)
-    _check_output(output, overwrite, None)
+    _check_output(output, overwrite)
     from sweeps import merge as joining
     from sweeps.streaming import Options
 
@@ -255,7 +268,7 @@ def merge(
     plan = _streamed(lambda: joining.merge(archives, output, options), output)
     if not quiet:
         size = size_text(output.stat().st_size)
-        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
+        _say(f"{output}: {counted(plan.designs, 'design')}, {size}")
 
 
 @main.command()
@@ -288,10 +301,10 @@ def rerun(
     )  # fmt: skip
     plan, found = _streamed(lambda: run_again(archive, output, options), output)
     if found:
-        click.echo(f"made otherwise than {archive}: {'; '.join(found)}", err=True)
+        _say(f"made otherwise than {archive}: {'; '.join(found)}", err=True)
     if not quiet:
         size = size_text(output.stat().st_size)
-        click.echo(f"{output}: {counted(plan.designs, 'design')}, {size}")
+        _say(f"{output}: {counted(plan.designs, 'design')}, {size}")
 
 
 @main.command()
@@ -314,7 +327,8 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
         from sweeps import compare as comparing
 
         found = comparing.compare(one, two)
-    click.echo(comparing.text(found))
+        told = comparing.text(found)
+    _say(told)
     if limit is not None and not found.within(limit):
         _end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
 
@@ -356,9 +370,9 @@ def export(
         )
     if not quiet:
         if done.left_out:
-            click.echo(f"left out, not one number a design: {', '.join(done.left_out)}", err=True)
+            _say(f"left out, not one number a design: {', '.join(done.left_out)}", err=True)
         size = size_text(output.stat().st_size)
-        click.echo(
+        _say(
             f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}"
         )
 
@@ -375,7 +389,7 @@ def plan(scene: str) -> None:
     from sweeps.forecast import text
     from sweeps.plan import make_plan
 
-    click.echo(text(make_plan(read)))
+    _say(text(make_plan(read)))
 
 
 @main.command()
@@ -400,18 +414,19 @@ def plan(scene: str) -> None:
 def plot(archive: Path, output: Path | None, kind: str, slices: tuple[str, ...]) -> None:
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
     select = dict(_slice(text) for text in slices)
+    _check_archive(archive)
     folder = archive.with_suffix("") if output is None else output
-    if folder.exists() and not folder.is_dir():
-        raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+    except (OSError, ValueError) as error:
+        raise _not_written(folder, error) from None
     with _opened(archive) as dataset:
         from sweeps.figures import draw
 
-        try:
-            paths = draw(dataset, folder, kind, select=select)
-        except (PermissionError, NotADirectoryError, FileExistsError) as error:
-            raise SceneError(f"{folder}: cannot be written ({one_line(error.strerror)})") from None
+        paths = _streamed(lambda: draw(dataset, folder, kind, select=select), folder)
     for path in paths:
-        click.echo(path)
+        _say(path)
     if not paths:
         click.echo("nothing to draw: no quantity varies", err=True)
 
@@ -427,14 +442,15 @@ def info(what: str) -> None:
     from sweeps.engine_file import catalogue, load_engine
 
     if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
-        click.echo(_engine_text(load_engine(what, Path())))
+        _say(_engine_text(load_engine(what)))
         return
     folder = _interrupted(Path(what))
     if folder is not None:
-        click.echo(_partial_text(folder))
+        _say(_partial_text(folder))
         return
     with _opened(Path(what)) as dataset:
-        click.echo(_archive_text(dataset, what))
+        told = _archive_text(dataset, what)
+    _say(told)
 
 
 @main.command(name="list")
@@ -484,9 +500,8 @@ def new(file: Path | None) -> None:
     except FileExistsError:
         raise SceneError(f"{file}: exists; it is not overwritten") from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"{file}: cannot be written ({one_line(reason)})") from None
-    click.echo(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
+        raise _not_written(file, error) from None
+    _say(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
 
 
 def _run(plan: Plan, output: Path, options: Options) -> Finished:
@@ -506,7 +521,12 @@ def _streamed(work: Callable[[], Result], output: Path) -> Result:
     except OSError as error:
         if error.errno not in _CANNOT_WRITE:
             raise
-        raise SceneError(f"{output}: cannot be written ({one_line(error.strerror)})") from None
+        raise _not_written(output, error) from None
+
+
+def _not_written(path: Path, error: Exception) -> SceneError:
+    reason = getattr(error, "strerror", None) or error
+    return SceneError(f"{path}: cannot be written ({one_line(reason)})")
 
 
 def _tell_of_compiling(quiet: bool) -> None:
@@ -533,7 +553,7 @@ def _print_published(plan: Plan, output: Path) -> None:
     with open_archive(output) as dataset:
         published = text(dataset)
     if published:
-        click.echo(published + "\n")
+        _say(published + "\n")
 
 
 def _command_line() -> str:
@@ -557,7 +577,7 @@ def _points(text: str) -> tuple[str, list[float]]:
     """Axis and values of "speed=1600,1700"."""
     name, _, values = text.partition("=")
     try:
-        found = [float(value) for value in values.split(",")]
+        found = [plain_number(value) for value in values.split(",")]
     except ValueError:
         found = []
     if not name.strip() or not found or not all(math.isfinite(value) for value in found):
@@ -570,7 +590,7 @@ def _points(text: str) -> tuple[str, list[float]]:
 def _tolerance(text: str) -> float:
     """Return a relative difference such as 1e-6."""
     try:
-        limit = float(text)
+        limit = plain_number(text)
     except ValueError:
         limit = math.nan
     if not 0.0 <= limit < math.inf:
@@ -595,16 +615,34 @@ def _size(text: str) -> float:
 # --- files --------------------------------------------------------------------------------------
 
 
-def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
-    """Refuse, before anything is computed, an output that could not be written."""
+def _files_of(scene: Scene) -> Iterator[Path]:
+    """Files that a scene is made of, as far as they are on this disk."""
+    if scene.path is not None:
+        yield scene.path
+    yield from map(Path, scene.files)
+    table = (scene.source.get("designs") or {}).get("file")
+    if isinstance(table, str):
+        yield Path(scene.folder) / table
+
+
+def _check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
+    """Refuse, before anything is computed, an output that could not be written, or is read."""
+    try:
+        str(path.absolute()).encode()
+    except UnicodeEncodeError:
+        raise SceneError(f"{path}: must be a name in UTF-8, which netCDF's library wants") from None
     try:
         if path.is_dir():
             raise SceneError(f"{path}: is a folder; -o must name a file")
         if path.exists():
-            if scene is not None and scene.exists() and path.samefile(scene):
-                raise SceneError(f"{path}: is the scene itself; -o must name another file")
-            if not overwrite:
-                raise SceneError(f"{path}: exists; use --overwrite to replace it")
+            if not path.is_file():
+                raise SceneError(f"{path}: is a pipe or a device; -o must name a file")
+            for given in inputs:
+                if given.exists() and path.samefile(given):
+                    what = "the scene itself" if given == inputs[0] else "read by it"
+                    raise SceneError(f"{path}: is {what}; -o must name another file")
+        if os.path.lexists(path) and not overwrite:
+            raise SceneError(f"{path}: exists; use --overwrite to replace it")
         folder = path.parent
         while not folder.exists():
             folder = folder.parent
@@ -614,31 +652,45 @@ def _check_output(path: Path, overwrite: bool, scene: Path | None) -> None:
     except SceneError:
         raise
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"{path}: cannot be written ({one_line(reason)})") from None
+        raise _not_written(path, error) from None
 
 
 def _check_archive(path: Path) -> None:
     """Refuse what is no file."""
-    from sweeps.reading import check_file
+    from sweeps.files import check_file
 
     check_file(path)
 
 
-def _opened(path: Path) -> xr.Dataset:
-    """Open an archive for reading."""
+@contextmanager
+def _opened(path: Path) -> Iterator[xr.Dataset]:
+    """Open an archive for reading only; what then fails, the archive is to blame for.
+
+    Of other hands, or damaged, it may hold anything under the names of quantities.
+    """
     from sweeps import reading
 
-    return reading.open(path)
+    with reading.open(path) as dataset:
+        try:
+            yield dataset
+        except (SceneError, MemoryError, click.exceptions.Exit):
+            raise
+        except Exception as error:
+            if isinstance(error, OSError) and (error.errno or 0) > 0:
+                raise  # netCDF's own have numbers below 0
+            raise SceneError(
+                f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
+                f"{one_line(error, 200)} (--debug shows where)"
+            ) from error
 
 
 def _slice(text: str) -> tuple[str, float | str]:
     """Axis and value of "load=50" or "method=newton"."""
     axis, separator, value = text.partition("=")
     if not separator or not axis.strip() or not value.strip():
-        raise SceneError(f"--select {text}: must be AXIS=VALUE, such as load=50")
+        raise SceneError(f"--select {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")
     try:
-        return axis.strip(), float(value)
+        return axis.strip(), plain_number(value)
     except ValueError:
         return axis.strip(), value.strip()
 
@@ -653,12 +705,14 @@ def _outcomes(dataset: xr.Dataset) -> dict[str, int]:
     import numpy as np
 
     from engine_dyn.status import MEANINGS
+    from sweeps.reading import ranges
 
-    codes = dataset["status"].values.reshape(-1)
+    codes = dataset["status"].variable
+    dims = [str(d) for d in codes.dims]
     counts = np.zeros(len(MEANINGS), dtype=np.int64)
-    for begin in range(0, codes.size, _COUNTED):
+    for _, _, read in ranges({"status": codes}, dims, codes.shape, _COUNTED):
         # Piece by piece: counting makes an index of eight bytes out of each code.
-        counts += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
+        counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
     return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
 
 
@@ -769,7 +823,7 @@ def _attribute_lines(key: str, value: object) -> list[str]:
             members = json.loads(value)
             if key == "input_files":  # their texts are long
                 members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
-        except (ValueError, KeyError, TypeError, AttributeError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             members = {}
         if members:
             texts = {
@@ -869,7 +923,7 @@ def _key_lines() -> list[tuple[str, str]]:
 def _engine_lines() -> list[tuple[str, str]]:
     from sweeps.engine_file import catalogue, load_engine
 
-    return [(name, load_engine(name, Path()).title) for name in catalogue()]
+    return [(name, load_engine(name).title) for name in catalogue()]
 
 
 def _scene_lines() -> list[tuple[str, str]]:

@@ -20,6 +20,7 @@ from engine_dyn.cylinder_quantities import OF_CYLINDER, with_values
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.node import Dimension, Node
 from engine_dyn.quantities import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
+from sweeps.errors import printable
 from sweeps.plan import Plan
 from sweeps.provenance import provenance
 from sweeps.scene import DESIGN, Scene, cylinders_of_count
@@ -112,7 +113,7 @@ def describe(
         node = select(name, *scene.words)
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
-        attributes["comment"] = f"from {scene.reference.file}" if scene.reference else ""
+        attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""
         along = scene.reference.dimensions if scene.reference else ()
         variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
     used = {d for v in variables.values() for d in v.dims}

@@ -23,6 +23,7 @@ from engine_dyn.node import Node
 from engine_dyn.quantities import QUANTITIES
 from sweeps.checks import allowed, check_range, known_key, outside
 from sweeps.errors import SceneError, counted, one_line, shown
+from sweeps.files import TEXT_REFERENCE, check_chunks, check_rows, netcdf, opened_file
 from sweeps.table import Table, find_header, parse_rows, reading
 
 __all__ = ["LABELS", "SUFFIXES", "read_designs"]
@@ -34,6 +35,12 @@ LABELS = ("case",)
 
 PIECE = 1 << 24
 """Bytes of a CSV file that are parsed at a time, about."""
+
+ODD_PIECE = 1 << 20
+"""Bytes that are parsed at a time where something is odd: it takes fifty times as many."""
+
+LONGEST_LINE = 1 << 20
+"""Bytes of a line of a CSV file."""
 
 ROWS = 1 << 18
 """Rows of a netCDF or Parquet file that are read at a time."""
@@ -140,11 +147,15 @@ def _read_csv(path: Path, name: str) -> _Columns:
 
 def _pieces(path: Path, name: str, what: str) -> Iterator[bytes]:
     """Parts of a file that end where lines end; without a byte order mark."""
-    with reading(name, what), path.open("rb") as stream:
+    with reading(name, what), opened_file(path) as stream:
         if stream.read(3) != b"\xef\xbb\xbf":
             stream.seek(0)
         while piece := stream.read(PIECE):
-            yield piece if piece.endswith(b"\n") else piece + stream.readline()
+            if not piece.endswith(b"\n"):
+                piece += (rest := stream.readline(LONGEST_LINE))
+                if len(rest) == LONGEST_LINE:
+                    raise SceneError(f"{name}: a line of more than {LONGEST_LINE} bytes")
+            yield piece
 
 
 def _decoded(piece: bytes, name: str, what: str, offset: int) -> str:
@@ -174,6 +185,8 @@ def _take_csv(columns: _Columns, header: tuple[str, ...], body: bytes, first: in
         for key in header:
             columns.take(key, frame[key])
         return len(frame[header[0]])
+    if len(body) > 2 * ODD_PIECE:
+        return sum(_take_csv(columns, header, part, line) for part, line in _smaller(body, first))
     # Something is odd: slowly and carefully, and in words.
     rows, lines = parse_rows(body.decode(), columns.name, first, header)
     table = Table(columns.name, header, rows, lines)
@@ -188,6 +201,16 @@ def _take_csv(columns: _Columns, header: tuple[str, ...], body: bytes, first: in
             check_range(values[bad[0]], f"{columns.name}, line {lines[bad[0]]}: {key}", node)
         columns.take(key, values)
     return len(rows)
+
+
+def _smaller(body: bytes, first: int) -> Iterator[tuple[bytes, int]]:
+    """Parts of a piece that end where lines end, and the number of the first line of each."""
+    begin = 0
+    while begin < len(body):
+        end = body.find(b"\n", begin + ODD_PIECE) + 1 or len(body)
+        part = body[begin:end]
+        yield part, first
+        first, begin = first + _line_ends(part), end
 
 
 def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str, Any] | None:
@@ -243,12 +266,16 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
 
 def _read_netcdf(path: Path, name: str) -> _Columns:
     """Read the one-dimensional variables of a netCDF file, or the designs of an archive."""
-    import netCDF4
-
-    with reading(name, "a table of designs (netCDF)", "a netCDF file"):
-        path.open("rb").close()  # says more than the library would
-        file = netCDF4.Dataset(path)
-    with file:
+    what = "a table of designs (netCDF)"
+    with reading(name, what, "a netCDF file", RuntimeError, AttributeError):
+        opened_file(path).close()  # says more than the library would
+        file = netcdf(path)
+    with (
+        file,
+        warnings.catch_warnings(),
+        reading(name, what, "a sound netCDF file", RuntimeError, Warning),
+    ):
+        warnings.simplefilter("error")  # the library only warns of attributes that it leaves out
         variables = _variables_of_table(file, name)
         nodes = _known(list(variables), name, "variable")
         columns = _Columns(name, nodes)
@@ -256,10 +283,12 @@ def _read_netcdf(path: Path, name: str) -> _Columns:
         count = len(file.dimensions[dimension[0]])
         if not count:
             raise SceneError(f"{name}: no rows along '{dimension[0]}'; at least one is needed")
+        check_rows(count, len(variables), name)
         for key, node in nodes.items():
             variable = variables[key]
-            _check_kind(key, node, variable.dtype, str(variable.dtype), name)
+            _check_kind(key, node, variable.dtype, str(variable.datatype), name)
             _check_units(key, node, getattr(variable, "units", None), name)
+            check_chunks(variable, getattr(variable.dtype, "itemsize", TEXT_REFERENCE), name)
             for begin in range(0, count, ROWS):
                 values = variable[begin : begin + ROWS]
                 if node is None:
@@ -316,10 +345,16 @@ def _read_parquet(path: Path, name: str) -> _Columns:
             "'engine-dyn[parquet]'"
         ) from None
 
-    with reading(name, "a table of designs (Parquet)", "a Parquet file", pa.ArrowException):
-        path.open("rb").close()  # says more than the library would
-        file = pq.ParquetFile(path)
-    with file:
+    def is_text(kind: Any) -> bool:
+        return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+    what = "a table of designs (Parquet)"
+    with reading(name, what, "a Parquet file", pa.ArrowException):
+        opened_file(path).close()  # says more than the library would
+        labels = [f.name for f in pq.read_schema(path) if f.name in LABELS and is_text(f.type)]
+        # Of labels each text once: run lengths of long ones would fill the memory.
+        file = pq.ParquetFile(path, read_dictionary=labels)
+    with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
         index = _index_of_pandas(schema.metadata)
         fields = [f for f in schema if not (f.name in index or f.name == DESIGN)]
@@ -331,21 +366,22 @@ def _read_parquet(path: Path, name: str) -> _Columns:
             plain: Any = np.dtype(object)
             if pa.types.is_integer(f.type) or pa.types.is_floating(f.type):
                 plain = np.dtype(f.type.to_pandas_dtype())
-            elif pa.types.is_string(f.type) or pa.types.is_large_string(f.type):
+            elif is_text(f.type.value_type if pa.types.is_dictionary(f.type) else f.type):
                 plain = str
             _check_kind(f.name, nodes[f.name], plain, str(f.type), name)
             units = (f.metadata or {}).get(b"units")
             _check_units(f.name, nodes[f.name], units.decode() if units else None, name)
         if not nodes or not file.metadata.num_rows:
-            what = "rows" if nodes else "columns"
-            raise SceneError(f"{name}: no {what}; expected a table of designs (Parquet)")
+            lacks = "rows" if nodes else "columns"
+            raise SceneError(f"{name}: no {lacks}; expected a table of designs (Parquet)")
+        check_rows(file.metadata.num_rows, len(nodes), name)
         for key, node in nodes.items():
             begin = 0
             # One after the other: of a group of rows, only one column is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
                 if node is None:
-                    columns.take(key, [str(text or "").strip() for text in values.to_pylist()])
+                    columns.take(key, _labels_of(values))
                 else:
                     missing = np.asarray(values.is_null().to_numpy(zero_copy_only=False))
                     numbers = values.to_numpy(zero_copy_only=False)
@@ -354,11 +390,19 @@ def _read_parquet(path: Path, name: str) -> _Columns:
     return columns
 
 
+def _labels_of(values: Any) -> list[str]:
+    """Texts of a column that is kept as a dictionary; those of missing values are empty."""
+    texts = [one_line(text or "") for text in values.dictionary.to_pylist()]
+    return ["" if place is None else texts[place] for place in values.indices.to_pylist()]
+
+
 def _index_of_pandas(metadata: Mapping[bytes, bytes] | None) -> set[str]:
     """Columns that are only the index of a data frame."""
     try:
         found = json.loads((metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
+        return set()
+    if not isinstance(found, list):
         return set()
     return {item for item in found if isinstance(item, str) and item.startswith("__index")}
 

@@ -48,7 +48,7 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.load_tables import read_tables
 from sweeps.modelled import KINDS, Again, modelled, no_more, taken
-from sweeps.table import keep, kept, kept_files, read_table, read_text, with_line
+from sweeps.table import keep, kept, kept_files, read_table, read_text, referred, with_line
 
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
 
@@ -61,6 +61,10 @@ BAR = 1e5
 _OWN = ("load", "speed", "cylinders")
 
 _PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
+
+
+_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
 
 
 class _Scale(Strict):
@@ -112,10 +116,17 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
         For a file that cannot be read, or is not TOML: with the line and what stands on it.
     """
     text = read_text(path, name, what)
+    if _DEEP_KEY.search(text):
+        # Python's reader takes the square of their number of memory.
+        raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise SceneError(f"{name}: not TOML: nested too deeply") from None
+    except ValueError as error:
         message = one_line(error)
+        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
+            raise SceneError(f"{name}: not TOML: {message}") from None
         found = re.search(r"\(at line (\d+)", message)
         # "at end of document" has no number: the last line is meant.
         lines = text.splitlines()
@@ -125,8 +136,6 @@ def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
         raise SceneError(
             f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
         ) from None
-    except RecursionError:
-        raise SceneError(f"{name}: not TOML: nested too deeply") from None
 
 
 def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
@@ -162,15 +171,18 @@ def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STR
         raise SceneError(with_line(mentioned(error), table)) from None
 
 
-def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> Engine:
+def load_engine(
+    name_or_path: str | Path, base: Path | None = None, where: str = "engine"
+) -> Engine:
     """Read an engine of the catalogue, or one from a file.
 
     Parameters
     ----------
     name_or_path : str or Path
         Name in the catalogue, or path of a TOML file (it ends with .toml or has a separator).
-    base : Path
-        Folder that a relative path starts from.
+    base : Path, optional
+        Folder of the scene that names it, where a relative path starts from and stays; without
+        one, it starts from the working folder.
     where : str
         What messages begin with when there is no such engine.
 
@@ -193,7 +205,8 @@ def load_engine(name_or_path: str | Path, base: Path, where: str = "engine") -> 
             f"{where} = {shown(text)}: unknown engine"
             f"{not_known(text, known, also=', or the path of an engine file (.toml)')}"
         )
-    return _read_engine(base / text, f"{where} {text}")
+    path = Path(text) if base is None else referred(base, text, where)
+    return _read_engine(path, f"{where} {text}")
 
 
 @lru_cache(maxsize=16)
@@ -358,7 +371,8 @@ def _diagram(
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
         no_more(rest, where, ("load", "speed", "kind", "file"))
-        return _Entry(load, speed, read_indicator(folder / file, f"{where} {file}", period), None)
+        path = referred(folder, file, f"{where} file")
+        return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")

@@ -5,15 +5,32 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["SceneError", "counted", "did_you_mean", "not_known", "one_line", "shown", "size_text"]
+__all__ = [
+    "SceneError",
+    "counted",
+    "did_you_mean",
+    "not_known",
+    "one_line",
+    "plain_number",
+    "printable",
+    "shown",
+    "size_text",
+]
+
+
+LONGEST = 4000
+"""Characters of a message."""
 
 
 class SceneError(ValueError):
     """Bad input of a person: one line that names file, key, value and what is allowed."""
 
     def __init__(self, message: str) -> None:
-        # A name in the input may itself hold line ends.
-        super().__init__(" ".join(message.splitlines()))
+        # A name in the input may itself hold line ends, or be of any length.
+        line = printable(" ".join(message.splitlines()))
+        if len(line) > LONGEST:
+            line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+        super().__init__(line)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -66,9 +83,35 @@ def size_text(count: float) -> str:
     return f"{count:.3g} TB"
 
 
+def printable(text: str) -> str:
+    """Return a text in which escapes stand for all that is no character on paper, but line ends.
+
+    What files hold must not steer the terminal, nor turn the direction of writing; names of files
+    that are no text could not be printed at all.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
+def plain_number(text: str) -> float:
+    """Return the number that a text is; float() alone would take 1_000 and digits of other scripts.
+
+    Raises
+    ------
+    ValueError
+        Where it is none.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
 def one_line(text: object, limit: int = 600) -> str:
     """Any text on one line, cut where it is very long."""
-    line = " ".join(str(text).split())
+    line = printable(" ".join(str(text).split()))
     return line if len(line) <= limit else line[: limit - 3] + "..."
 
 

@@ -145,6 +145,8 @@ def draw(
         for stem, figure in _plates(study):
             path = folder / f"{slug(stem)}.{format}"
             if path not in written:
+                if path.is_symlink():  # it would lead the writing elsewhere
+                    path.unlink()
                 figure.savefig(path, metadata=metadata[format])
                 written.append(path)
     return written

@@ -18,12 +18,13 @@ from engine_dyn.quantities import PARAMETERS
 from sweeps.checks import shortened
 from sweeps.design_table import LABELS
 from sweeps.errors import SceneError, one_line
+from sweeps.files import opened_archive
 from sweeps.parts import part
 from sweeps.plan import Plan, make_plan
-from sweeps.provenance import files_from_text
+from sweeps.provenance import check_identity, files_from_text
 from sweeps.scene import DESIGN, Scene, scene_of
 
-__all__ = ["Held", "held", "opened", "part_of", "plan_of"]
+__all__ = ["Held", "held", "part_of", "plan_of", "sound"]
 
 MOST = 10**9
 """Positions along an axis of which an archive may claim to be a part."""
@@ -77,26 +78,25 @@ class Held:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """Open an archive with netCDF4; values come as they are in the file.
+def sound(path: Path) -> Iterator[None]:
+    """Word the failures of reading what an archive holds: it may be damaged, or of other hands.
 
     Raises
     ------
     SceneError
-        Where it is no netCDF file.
+        For them all.
     """
-    import netCDF4
-
     try:
-        file = netCDF4.Dataset(str(path))
-    except (OSError, ValueError) as error:
-        reason = one_line(getattr(error, "strerror", None) or error, 200)
-        raise SceneError(f"{path}: not a netCDF archive ({reason})") from None
-    try:
-        file.set_auto_maskandscale(False)
-        yield file
-    finally:
-        file.close()
+        yield
+    except SceneError:
+        raise
+    except (
+        ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError,
+        RuntimeError, OSError,
+    ) as error:  # fmt: skip
+        raise SceneError(
+            f"{path}: what it holds of its scene is damaged ({one_line(error, 200)})"
+        ) from error
 
 
 def held(path: Path) -> Held:
@@ -107,7 +107,7 @@ def held(path: Path) -> Held:
     SceneError
         Where it is no archive that `run` wrote, or an older one that holds less.
     """
-    with opened(path) as file:
+    with sound(path), opened_archive(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         missing = [name for name in _NEEDED if name not in attributes]
         if missing:
@@ -125,25 +125,16 @@ def held(path: Path) -> Held:
         along = {name: variable.dimensions[0] for name, variable in coordinates.items()}
         filters = [variable.filters() or {} for variable in file.variables.values()]
         level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
-    try:
-        _check_piece(json.loads(attributes.get("part", "{}")), values)
+    with sound(path):
+        piece = json.loads(attributes.get("part", "{}"))
+        _check_piece(piece, along, values)
         folder, files = files_from_text(attributes["input_files"])
-        return Held(
-            path,
-            attributes,
-            dict(json.loads(attributes["scene"])),
-            folder,
-            files,
-            dict(json.loads(attributes["identity"])),
-            dict(json.loads(attributes.get("part", "{}"))),
-            values,
-            along,
-            level,
-        )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise SceneError(
-            f"{path}: what it holds of its scene is damaged ({one_line(error, 200)})"
-        ) from None
+        known = json.loads(attributes["identity"])
+        check_identity(known)
+        source = json.loads(attributes["scene"])
+        if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
+            raise ValueError("scene: no tables")
+        return Held(path, attributes, source, folder, files, known, piece, values, along, level)
 
 
 def plan_of(
@@ -166,6 +157,11 @@ def plan_of(
     SceneError
         As `read_scene`; where the archive is a shard that does not hold all values.
     """
+    with sound(archive.path):
+        return _plan_of(archive, axis, values, whole)
+
+
+def _plan_of(archive: Held, axis: str, values: Any, whole: Mapping[str, Any] | None) -> Plan:
     known = archive.values if whole is None else whole
     raw = json.loads(json.dumps(archive.source))
     cut = "" if whole is not None else archive.piece.get("axis", "")
@@ -200,13 +196,17 @@ def plan_of(
     return make_plan(scene)
 
 
-def _check_piece(piece: Mapping[str, Any], values: Mapping[str, Any]) -> None:
-    if "shard" in piece:
-        first, size, count = piece["first"], piece["of"], len(values[piece["axis"]])
-        if not (isinstance(first, int) and isinstance(size, int)):
-            raise ValueError("part: no numbers")
-        if first < 0 or not first + count <= size <= MOST:
-            raise ValueError("part: it does not fit its axis")
+def _check_piece(piece: Any, along: Mapping[str, str], values: Mapping[str, Any]) -> None:
+    """Check that an archive says of which part of its scene it is, where it is one."""
+    if not isinstance(piece, dict):
+        raise ValueError("part: no table")
+    if "shard" not in piece:
+        return
+    first, size, axis = piece["first"], piece["of"], piece["axis"]
+    if not (isinstance(first, int) and isinstance(size, int) and isinstance(piece["shard"], str)):
+        raise ValueError("part: no numbers")
+    if first < 0 or along.get(axis) != axis or not first + len(values[axis]) <= size <= MOST:
+        raise ValueError("part: it does not fit its axis")
 
 
 def _is_column(name: str) -> bool:
@@ -217,6 +217,7 @@ def part_of(archive: Held, plan: Plan) -> Plan:
     """Return the part of a plan that an archive is; the plan itself where it is the whole."""
     if not archive.piece:
         return plan
-    axis, first = archive.piece["axis"], int(archive.piece["first"])
-    places = np.arange(first, first + len(archive.values[axis]))
-    return part(plan, axis, places, archive.attributes["part"])
+    with sound(archive.path):
+        axis, first = archive.piece["axis"], int(archive.piece["first"])
+        places = np.arange(first, first + len(archive.values[axis]))
+        return part(plan, axis, places, archive.attributes["part"])

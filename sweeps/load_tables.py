@@ -22,7 +22,7 @@ from engine_dyn.driven_machine import (
 from engine_dyn.node import DEGREE, RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError, one_line, shown
-from sweeps.table import Table, read_table, with_line
+from sweeps.table import Table, read_table, referred, with_line
 
 __all__ = ["KEYS", "Tables", "read_tables"]
 
@@ -60,7 +60,8 @@ def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
             continue
         if not isinstance(item, str) or not item:
             raise SceneError(f"{where}{key} = {shown(item)}: must be {allowed}")
-        table = read_table(base / item, f"{where}{key} {item}", "a table of torque (CSV)")
+        path = referred(base, item, f"{where}{key}")
+        table = read_table(path, f"{where}{key} {item}", "a table of torque (CSV)")
         try:
             found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
         except ValueError as error:

@@ -20,8 +20,9 @@ import numpy.typing as npt
 from sweeps import archive
 from sweeps.archive import slabs
 from sweeps.dataset import Labels, describe
-from sweeps.errors import SceneError, counted
-from sweeps.held import Held, held, opened, plan_of
+from sweeps.errors import SceneError, counted, one_line
+from sweeps.files import opened_archive
+from sweeps.held import Held, held, plan_of, sound
 from sweeps.partial import Partial
 from sweeps.parts import part
 from sweeps.plan import Plan
@@ -110,7 +111,8 @@ def together(paths: Sequence[Path]) -> Parts:
                 f"{other.path}: {'a shard' if other.piece else 'no shard'}, and {first.path} is "
                 f"{'one' if shards else 'none'}; merge shards first"
             )
-    axis, plan, places = _of_shards(archives) if shards else _of_axis(archives)
+    with sound(first.path):
+        axis, plan, places = _of_shards(archives) if shards else _of_axis(archives)
     return Parts(plan, axis, archives, places)
 
 
@@ -153,7 +155,7 @@ def _extended(
     old = held(path)
     if old.piece:
         raise SceneError(f"{path}: a shard; merge all shards first")
-    axes = list(old.source.get("axes", {}))
+    axes = [a for a in old.source.get("axes", {}) if _is_numbers(old, a)]
     if axis not in axes:
         raise SceneError(
             f"{path}: --axis {axis}: not an axis; must be one of {', '.join(axes) or 'none'}"
@@ -202,6 +204,11 @@ def _added(here: Partial, axis: str, values: Sequence[float]) -> bool:
     return np.array_equal(np.sort(np.asarray(found)), np.sort(values))
 
 
+def _is_numbers(archive: Held, axis: str) -> bool:
+    values = archive.values.get(axis)
+    return isinstance(values, np.ndarray) and values.dtype.kind == "f"
+
+
 def _check_version(archive: Held, plan: Plan) -> None:
     """Check that the numbers of an archive are those that would be computed now."""
     numbers = str(archive.identity.get("numbers"))
@@ -227,14 +234,12 @@ def _of_shards(archives: Sequence[Held]) -> tuple[str, Plan, list[Places]]:
             raise SceneError(f"{other.path}: a shard of another division than {first.path}")
         begin = int(other.piece["first"])
         places.append(np.arange(begin, begin + len(other.values[axis])))
-    seen = np.zeros(size, dtype=bool)
-    for here in places:
-        seen[here] = True
-    if not seen.all():
+    missing = size - np.unique(np.concatenate(places)).size
+    if missing:
         parts = first.piece["shard"].partition("/")[2]
         have = ", ".join(sorted({a.piece["shard"] for a in archives}))
         raise SceneError(
-            f"shards are missing: {counted(int((~seen).sum()), 'point')} of {axis}; of {parts} "
+            f"shards are missing: {counted(missing, 'point')} of {axis}; of {parts} "
             f"shards there are {have}"
         )
     whole: dict[str, Any] = dict(first.values)
@@ -363,7 +368,7 @@ def _put_together(
             ) as new,
         ):
             sources = [
-                _Source(a, stack.enter_context(opened(a.path)), p)
+                _Source(a, stack.enter_context(opened_archive(a.path)), p)
                 for a, p in zip(archives, places, strict=True)
             ]
             for name in plan.outputs:
@@ -400,9 +405,8 @@ class _Source:
 
         Of a variable without the axis (`along` is -1) it has the one that there is.
         """
-        variable = self.file.variables[name]
         if along < 0:
-            values = np.asarray(variable[place if place else ...])
+            values = self._values(name, place if place else ...)
             return np.zeros(1, dtype=np.int64), values[np.newaxis]
         begin, end = place[along].start, place[along].stop
         own = np.flatnonzero((self.places >= begin) & (self.places < end))
@@ -411,10 +415,18 @@ class _Source:
         first = int(own.min())
         inside = [*place]
         inside[along] = slice(first, int(own.max()) + 1)
-        read = np.asarray(variable[tuple(inside)])
+        read = self._values(name, tuple(inside))
         return self.places[own] - begin, np.moveaxis(
             np.take(read, own - first, axis=along), along, 0
         )
+
+    def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
+        try:
+            return np.asarray(self.file.variables[name][place])
+        except RuntimeError as error:  # not to be taken for one of the archive that is written
+            raise SceneError(
+                f"{self.archive.path}: {name}: cannot be read ({one_line(error, 200)})"
+            ) from None
 
 
 def _copy(
@@ -426,7 +438,8 @@ def _copy(
     kind = np.dtype(labels.variables[name].kind)
     for source in sources:
         found = source.file.variables.get(name)
-        if found is None or found.dimensions != dims:
+        own = tuple(len(source.places) if d == axis else labels.sizes[d] for d in dims)
+        if found is None or found.dimensions != dims or found.shape != own or found.dtype != kind:
             raise SceneError(f"{source.archive.path}: has no {name} over ({', '.join(dims)})")
     along = dims.index(axis) if axis in dims else -1
     for place in slabs(shape, archive.chunks_of(dims, shape, {}), kind.itemsize):

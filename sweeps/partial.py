@@ -11,13 +11,16 @@ lock of the operating system, which ends with the process that has it, keeps a s
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
+import math
 import os
 import platform
 import re
 import secrets
-from collections.abc import Iterator, Mapping
+import stat
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,11 +28,21 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.errors import SceneError, one_line
+from sweeps.files import regular_bytes
 
 __all__ = ["Damaged", "Partial", "sync_folder"]
 
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
+
+MOST_HEADER = 1 << 27
+"""Bytes of `run.json`; the scene is in it, of long lists only their length."""
+
+MOST_BLOCK = 1 << 32
+"""Bytes of the values of a block, where nobody knows better."""
+
+MOST_BESIDE = 1 << 20
+"""Bytes of a block beside its values."""
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"
@@ -98,7 +111,7 @@ class Partial:
         while True:
             self.path.mkdir(exist_ok=True)
             try:
-                stream = (self.path / _LOCK).open("a+", encoding="utf-8")
+                stream = _opened_lock(self.path / _LOCK)
             except FileNotFoundError:  # another run has just finished and removed it
                 continue
             with stream:
@@ -120,12 +133,15 @@ class Partial:
     def header(self) -> dict[str, Any] | None:
         """What is computed here; None where nothing has begun."""
         try:
-            found = json.loads((self.path / _HEADER).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            data = regular_bytes(self.path / _HEADER, MOST_HEADER)
+            found = json.loads(data.decode("utf-8", "surrogateescape"))
+        except (OSError, ValueError, RecursionError):
             return None
-        if not isinstance(found, dict) or not {"identity", "lengths", "key"} <= found.keys():
+        if not isinstance(found, dict) or not all(
+            key in found and right(found[key]) for key, right in _MEMBERS.items()
+        ):
             return None
-        self.key = str(found["key"])
+        self.key = found["key"]
         return found
 
     def begin(self, header: Mapping[str, Any]) -> None:
@@ -166,16 +182,16 @@ class Partial:
         """Write a finished block; how many bytes."""
         return self._write_arrays(_name(number), {"number": number}, arrays)
 
-    def read(self, number: int) -> dict[str, npt.NDArray[Any]]:
-        """Arrays of a finished block.
+    def read(self, number: int, most: int = MOST_BLOCK) -> dict[str, npt.NDArray[Any]]:
+        """Arrays of a finished block, whose values take at most so many bytes.
 
         Raises
         ------
         Damaged
             Where it is not there, or not what was written.
         """
-        about, arrays = self._read_arrays(_name(number))
-        if about["number"] != number:
+        about, arrays = self._read_arrays(_name(number), most)
+        if about.get("number") != number:
             raise Damaged(f"{self.path / _name(number)}: of another place")
         return arrays
 
@@ -193,7 +209,9 @@ class Partial:
         Damaged
             As `read`.
         """
-        about, columns = self._read_arrays(_SCENE)
+        about, columns = self._read_arrays(_SCENE, MOST_BLOCK)
+        if not isinstance(about.get("scene"), dict):
+            raise Damaged(f"{self.path / _SCENE}: not as a run writes it")
         return about["scene"], columns
 
     def _write_arrays(
@@ -213,10 +231,12 @@ class Partial:
         self._write(name, [first, line, *parts])
         return size
 
-    def _read_arrays(self, name: str) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _read_arrays(
+        self, name: str, most: int
+    ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
         path = self.path / name
         try:
-            data = path.read_bytes()
+            data = regular_bytes(path, most + MOST_BESIDE)
         except OSError as error:
             raise Damaged(f"{path}: cannot be read ({one_line(error.strerror)})") from None
         first = data.find(b"\n") + 1
@@ -225,15 +245,19 @@ class Partial:
         right = _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n"
         if not first or not second or data[:first] != right:
             raise Damaged(f"{path}: damaged")
-        about = json.loads(bytes(body[: second - first]))
-        if about["run"] != self.key:
-            raise Damaged(f"{path}: of another run")
-        arrays: dict[str, npt.NDArray[Any]] = {}
-        for array_name, kind, shape in about["arrays"]:
-            dtype = np.dtype(kind)
-            count = int(np.prod(shape, dtype=np.int64))
-            arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
-            second += count * dtype.itemsize
+        try:
+            about = json.loads(bytes(body[: second - first]))
+            if about["run"] != self.key:
+                raise Damaged(f"{path}: of another run")
+            arrays: dict[str, npt.NDArray[Any]] = {}
+            for array_name, kind, shape in about["arrays"]:
+                dtype = np.dtype(_KINDS[kind])
+                count = math.prod(shape)
+                arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
+                second += count * dtype.itemsize
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
+            # The hash is right, so that somebody wrote it who is not this program.
+            raise Damaged(f"{path}: not as a run writes it") from None
         return about, arrays
 
     def discard(self, number: int) -> None:
@@ -261,7 +285,8 @@ class Partial:
         # A name for each writer: a worker that was given up may still be at the same block.
         new = self.path / f"{name}.{secrets.token_hex(4)}{_ENDING}"
         try:
-            with new.open("wb") as stream:
+            new.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+            with new.open("xb") as stream:
                 for part in parts:
                     stream.write(part)
                 stream.flush()
@@ -276,6 +301,43 @@ class Partial:
 
 def _name(number: int) -> str:
     return f"block-{number:06d}.bin"
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 < value < 1 << 62
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+_MEMBERS: Mapping[str, Callable[[Any], bool]] = {
+    "identity": lambda value: isinstance(value, dict),
+    "lengths": lambda value: isinstance(value, dict) and all(map(_whole, value.values())),
+    "blocks": _whole,
+    "block_bytes": lambda value: isinstance(value, int | float) and 0.0 < value < math.inf,
+    "designs": _whole,
+    "key": _text,
+    "title": _text,
+    "output": _text,
+    "command_line": _text,
+    "started": _text,
+}
+"""What `run.json` must hold; without that, it says nothing."""
+
+_KINDS = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
+"""Kinds of numbers in blocks and columns."""
+
+
+def _opened_lock(path: Path) -> IO[str]:
+    """Open the file of the lock, and never what a link in its place leads to."""
+    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    handle = os.open(path, flags, 0o666)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise OSError(errno.EINVAL, "the lock is not a regular file", str(path))
+    return os.fdopen(handle, "a+", encoding="utf-8")
 
 
 def _lock(stream: IO[str]) -> bool:

@@ -24,13 +24,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash, threading_layer
-from sweeps.errors import counted, one_line
+from sweeps.errors import counted, one_line, printable
 
 if TYPE_CHECKING:
     from sweeps.plan import Plan
     from sweeps.scene import Scene
 
 __all__ = [
+    "check_identity",
     "differences",
     "files_from_text",
     "files_text",
@@ -104,6 +105,24 @@ def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[
     return found
 
 
+def check_identity(known: Any) -> None:
+    """Check that what a file says is its identity is of the form that `identity` gives it.
+
+    Raises
+    ------
+    ValueError, KeyError
+        Where it is not.
+    """
+    if not isinstance(known, dict) or not isinstance(known["scene"], dict):
+        raise ValueError("identity: no scene")
+    if known["numbers"] not in ("float64", "float32") or not isinstance(known["part"], str):
+        raise ValueError("identity: neither float64 nor float32")
+    for table in ("values", "files", "versions"):
+        texts = known[table]
+        if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
+            raise ValueError(f"identity: {table}: no table of texts")
+
+
 def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "") -> list[str]:
     """What differs between two identities, in words; nothing where they are the same.
 
@@ -175,23 +194,29 @@ def provenance(
     attributes: dict[str, Any] = {
         "source": f"engine-dyn {own}: periodic crank speed of piston engines",
         "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
-        "scene": json.dumps(scene.source, ensure_ascii=False),
-        "scene_name": plan.name,
+        "scene": _json(scene.source),
+        "scene_name": printable(plan.name),
         "part": plan.piece,
         "input_files": files_text(scene.folder, scene.files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
-        "identity": json.dumps(identity(plan, numbers=numbers), ensure_ascii=False),
+        "identity": _json(identity(plan, numbers=numbers)),
         "software": "; ".join(
             [f"Python {platform.python_version()}"] + [f"{n} {version(n)}" for n in PACKAGES]
         ),
         "git_commit": git_commit(),
         "machine": machine or machine_text(),
         "threading_layer": threading_layer(),
-        "command_line": command,
+        "command_line": printable(command),
     }
     if seconds is not None:
         attributes["seconds"] = round(seconds, 3)
     return {key: value for key, value in attributes.items() if value != ""}
+
+
+def _json(value: Any) -> str:
+    """Return JSON with letters as they are; names of files that are no text as escapes."""
+    text = json.dumps(value, ensure_ascii=False)
+    return text if text.isprintable() else json.dumps(value)
 
 
 def sha256(data: bytes) -> str:
@@ -224,9 +249,11 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
     """
     files: dict[str, bytes] = {}
     found = json.loads(text)
+    room = MOST
     for name, entry in found["files"].items():
         if "zlib" in entry:
-            data = _inflated(base64.b64decode(entry["zlib"]))
+            data = _inflated(base64.b64decode(entry["zlib"]), room)
+            room -= len(data)
         else:
             data = entry["text"].encode("utf-8", "surrogateescape")
         if sha256(data) != entry["sha256"]:
@@ -235,15 +262,19 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
     return str(found["folder"]), files
 
 
-MOST = 1 << 27
-"""Bytes of one file that come out of an archive: a few of it must not fill the memory."""
+MOST = 1 << 28
+"""Bytes of the files that come out of an archive: a few of it must not fill the memory."""
 
 
-def _inflated(data: bytes) -> bytes:
+def _inflated(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
-    found = stream.decompress(data, MOST)
-    if stream.unconsumed_tail:
-        raise ValueError(f"a file of more than {MOST} bytes")
+    try:
+        # For `room`, 0 would mean as much as there is.
+        found = stream.decompress(data, room + 1)
+    except zlib.error as error:
+        raise ValueError(str(error)) from None
+    if len(found) > room:
+        raise ValueError(f"files of more than {MOST} bytes")
     return found
 
 

@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.archive import open_archive, slabs
-from sweeps.errors import SceneError, counted, not_known, one_line, shown
+from sweeps.errors import SceneError, counted, not_known, one_line, plain_number, shown
+from sweeps.files import check_file, opened_archive
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,36 +70,14 @@ def open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:  # the name tha
     return _joined(together(paths))
 
 
-def check_file(path: Path) -> None:
-    """Refuse what is no file.
-
-    Raises
-    ------
-    SceneError
-        Where there is none, or a folder.
-    """
-    try:
-        exists, is_file = path.exists(), path.is_file()
-    except (OSError, ValueError):
-        exists = is_file = False
-    if not is_file:
-        problem = "is not a file" if exists else "no such file"
-        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
-
-
 def _opened(path: Path) -> xr.Dataset:
-    check_file(path)
+    with opened_archive(path):  # looks at it before anything is read
+        pass
     try:
-        dataset = open_archive(path)
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:  # netCDF4 raises any
+        return open_archive(path)
+    except Exception as error:  # attributes that xarray takes as orders are of any kind
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
-    if "scene" not in dataset.attrs:
-        dataset.close()
-        raise SceneError(
-            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
-        )
-    return dataset
 
 
 # --- several archives as one ----------------------------------------------------------------------
@@ -313,7 +292,7 @@ def constraint(text: str) -> Constraint:
     try:
         if found is None:
             raise ValueError
-        limit = float(found[3]) / float(found[4] or 1.0)
+        limit = plain_number(found[3]) / plain_number(found[4] or "1")
         if not math.isfinite(limit):
             raise ValueError
     except (ValueError, ZeroDivisionError):

@@ -69,7 +69,7 @@ from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.load_tables import Tables, read_tables
-from sweeps.table import Table, kept_files, read_table
+from sweeps.table import Table, kept_files, read_table, referred
 
 __all__ = [
     "DESIGN",
@@ -105,6 +105,8 @@ SMALLEST_STEP = 0.01
 LARGEST_ORDER = 360.0
 LARGEST_AXIS = 10_000_000
 RPM = math.pi / 30.0
+MOST_VALUES = 2 * LARGEST_AXIS
+MOST_DESIGNS = 10**15
 MOST_DIAGRAMS = 1024
 """Cycles times speeds times loads of one scene, where diagrams change with speed or cycle: each is
 tabulated, which takes about a tenth of a megabyte."""
@@ -456,7 +458,7 @@ def scene_of(
     files: Mapping[str, bytes] | None = None,
 ) -> Scene:  # fmt: skip
     """Check a scene that was read; with `files`, what it names is among these and nowhere else."""
-    with kept_files(files) as read:
+    with kept_files(files, base) as read:
         scene = _scene(raw, name, base, path)
     return replace(scene, files=read)
 
@@ -492,6 +494,12 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         axes[key] = (
             _arrangement_axis(item, keys, name) if key == "arrangement" else _axis(key, item, name)
         )
+        total = sum(len(values) for values in axes.values())
+        if total > MOST_VALUES:
+            raise SceneError(
+                f"{name}: [axes] {key}: {total} values with those of the axes before; must be at "
+                f"most {MOST_VALUES} together"
+            )
     designs, labels = _designs(given.designs, name, base)
     start = _start(given.solver, name)
     _check_places(settings, axes, designs, start, name)
@@ -512,6 +520,14 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         axes["inertia_model"] = models
         dimensions.append("inertia_model")
 
+    designs_in_all = math.prod(map(len, axes.values())) * (
+        len(next(iter(designs.values()))) if designs else 1
+    )
+    if designs_in_all > MOST_DESIGNS:
+        raise SceneError(
+            f"{name}: {' x '.join(dimensions)}: {designs_in_all:.3g} designs; must be at most "
+            f"{MOST_DESIGNS:g}"
+        )
     _check_solver(given.solver, methods, start, name)
     _check_output(given.output, engine, name)
     indicator = None
@@ -523,7 +539,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
                 "holds for every design"
             )
         indicator = read_indicator(
-            base / given.indicator.file,
+            referred(base, given.indicator.file, f"{name}: [indicator] file"),
             f"{name}: [indicator] {given.indicator.file}",
             engine.period,
         )
@@ -563,7 +579,8 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
     if given.reference is None:
         return scene
     label = f"{name}: [reference] {given.reference.file}"
-    rows = read_table(base / given.reference.file, label, "a table of published values (CSV)")
+    path_of_rows = referred(base, given.reference.file, f"{name}: [reference] file")
+    rows = read_table(path_of_rows, label, "a table of published values (CSV)")
     return replace(scene, reference=_reference(rows, scene, given.reference.file))
 
 
@@ -737,11 +754,13 @@ def _range(raw: dict[str, Any], where: str) -> FloatArray:
             "belongs in [set])"
         )
     if given.spacing == "linear":
-        return np.linspace(given.start, given.stop, given.num)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused after
+            return np.linspace(given.start, given.stop, given.num)
     for end, value in (("start", given.start), ("stop", given.stop)):
         if value <= 0.0:
             raise SceneError(f"{where} {end} = {value:g}: must be above 0 with spacing = 'log'")
-    return np.geomspace(given.start, given.stop, given.num)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.geomspace(given.start, given.stop, given.num)
 
 
 def _designs(
@@ -803,7 +822,8 @@ def _designs_from_file(
             raise SceneError(
                 f"{name}: [designs] {key}: not allowed beside file, which holds all columns"
             )
-    columns, labels = read_designs(base / file, f"{name}: [designs] {file}")
+    path = referred(base, file, f"{name}: [designs] file")
+    columns, labels = read_designs(path, f"{name}: [designs] {file}")
     _check_lengths({**columns, **labels}, name)
     return columns, labels
 
@@ -1358,6 +1378,11 @@ def _reference(table: Table, scene: Scene, file: str) -> Reference:
             )
         first[place] = line
     shape = tuple(_length(scene, d) for d in dimensions)
+    if math.prod(shape) * len(quantities) > LARGEST_AXIS:
+        raise SceneError(
+            f"{table.name}: {counted(len(table.rows), 'row')} of published values over "
+            f"{' x '.join(map(str, shape))} points; must be at most {LARGEST_AXIS} values"
+        )
     columns: dict[str, FloatArray] = {}
     for quantity in quantities:
         columns[quantity] = np.full(shape, np.nan)
@@ -1460,11 +1485,12 @@ def _design_index(
         for key in columns:
             _check_order(table, scene, key)
         return list(range(count))
-    fits = np.ones((len(table.rows), count), dtype=bool)
-    for key in columns:
-        fits &= np.array([_fits(table, scene, key, row) for row in range(len(table.rows))])
+    values = {key: _values_of(table, scene, key) for key in columns}
     found: list[int] = []
-    for hits, line in zip(fits, table.lines, strict=True):
+    for row, line in enumerate(table.lines):
+        hits = np.ones(count, dtype=bool)
+        for key, (wanted, own) in values.items():
+            hits &= own == wanted[row] if key in scene.labels else _same(wanted[row], own)
         if hits.sum() != 1:
             raise SceneError(
                 f"{table.name}, line {line}: fits {hits.sum()} of the designs by "
@@ -1474,12 +1500,12 @@ def _design_index(
     return found
 
 
-def _fits(table: Table, scene: Scene, key: str, row: int) -> npt.NDArray[np.bool_]:
-    """Which designs have the label or value of one row."""
+def _values_of(table: Table, scene: Scene, key: str) -> tuple[list[Any], npt.NDArray[Any]]:
+    """Labels or values of the rows, and those of the designs."""
     if key in scene.labels:
-        text = one_line(table.texts(key)[row])
-        return np.array([label == text for label in scene.labels[key]])
-    return _same(table.numbers(key)[row], scene.designs[key])
+        wanted: list[Any] = [one_line(text) for text in table.texts(key)]
+        return wanted, np.array(scene.labels[key], dtype=object)
+    return list(table.numbers(key)), scene.designs[key]
 
 
 def _check_order(table: Table, scene: Scene, key: str) -> None:

@@ -28,12 +28,20 @@ import psutil
 
 from engine_dyn.status import MEANINGS
 from sweeps import archive
-from sweeps.blocks import Block, along, block_count, blocks, cut_to
+from sweeps.archive import slabs
+from sweeps.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.dataset import Labels, describe, to_file_units
 from sweeps.errors import SceneError, counted, one_line, size_text
+from sweeps.files import opened_archive
 from sweeps.partial import Damaged, Partial
 from sweeps.plan import Plan, make_plan
-from sweeps.provenance import differences, identity, kind_differences, machine_kind
+from sweeps.provenance import (
+    check_identity,
+    differences,
+    identity,
+    kind_differences,
+    machine_kind,
+)
 from sweeps.runner import computed
 from sweeps.scene import Scene, read_scene
 
@@ -254,8 +262,12 @@ def _run(
     header = here.header()
     if header is not None and here.finished():
         if options.resume:
-            found = differences(header["identity"], now)
-            found += kind_differences(header.get("kind", {}), kind)
+            try:
+                check_identity(header["identity"])
+                found = differences(header["identity"], now)
+                found += kind_differences(header.get("kind", {}), kind)
+            except (ValueError, KeyError, TypeError, AttributeError):
+                found = ["what it says of itself is damaged"]
             if found:
                 raise SceneError(
                     f"{here.path}: cannot be resumed, it is a run of something else: "
@@ -551,7 +563,7 @@ def _assemble(
     with archive.new(here.archive, labels, lengths, level=options.level or 0) as file:
         for number, block in enumerate(blocks(plan, dict(lengths))):
             try:
-                arrays = here.read(number)
+                arrays = _read(here, number, _held(plan, labels, block))
             except Damaged:
                 damaged.append(number)
                 continue
@@ -564,6 +576,35 @@ def _assemble(
             if tight:
                 here.discard(number)
     return damaged
+
+
+def _held(plan: Plan, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
+    """Shape and kind of all that a block holds."""
+    found = {}
+    for name in plan.outputs:
+        dims = plan.dims(name)
+        if holds(block, dims):
+            places = (block.get(d, slice(0, plan.sizes[d])) for d in dims)
+            shape = tuple(place.stop - place.start for place in places)
+            found[name] = shape, labels.variables[name].kind
+    return found
+
+
+def _read(
+    here: Partial, number: int, expected: Mapping[str, tuple[tuple[int, ...], str]]
+) -> dict[str, npt.NDArray[Any]]:
+    """Read a block that holds what it must.
+
+    Raises
+    ------
+    Damaged
+        Where it does not, though its hash is right.
+    """
+    size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
+    arrays = here.read(number, size)
+    if {n: (a.shape, a.dtype.str[1:]) for n, a in arrays.items()} != dict(expected):
+        raise Damaged(f"block {number} of {here.path}: holds something else")
+    return arrays
 
 
 def _publish(here: Partial, output: Path, options: Options) -> None:
@@ -580,27 +621,21 @@ def _publish(here: Partial, output: Path, options: Options) -> None:
 
 def _already(plan: Plan, output: Path, now: dict[str, Any]) -> Finished:
     """Check that a finished archive is what would be computed."""
-    import netCDF4
-
     try:
-        with netCDF4.Dataset(str(output)) as file:
+        with opened_archive(output) as file:
             before = json.loads(file.getncattr("identity"))
             done = Finished(already=True)
             if "status" in file.variables:
                 status = file.variables["status"]
-                status.set_auto_maskandscale(False)
-                if status.ndim == 0:
-                    done.count(np.asarray(status[...]))
-                rows = max(1, _COUNTED // max(1, math.prod(status.shape[1:])))
-                for begin in range(0, status.shape[0] if status.ndim else 0, rows):
-                    done.count(np.asarray(status[begin : begin + rows]))
-    except (OSError, ValueError, AttributeError) as error:
+                for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
+                    done.count(np.asarray(status[place if place else ...]))
+            found = differences(before, now)
+    except (OSError, RuntimeError, ValueError, AttributeError, TypeError, RecursionError) as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(
             f"{output}: exists and is no archive that a run of this scene wrote ({reason}); "
             "--overwrite replaces it"
         ) from None
-    found = differences(before, now)
     if found:
         raise SceneError(
             f"{output}: exists and is an archive of something else: {'; '.join(found)}; "

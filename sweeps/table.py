@@ -11,7 +11,8 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
-from sweeps.errors import SceneError, counted, one_line, shown
+from sweeps.errors import SceneError, counted, one_line, plain_number, shown
+from sweeps.files import regular_bytes
 
 __all__ = [
     "Table",
@@ -23,6 +24,7 @@ __all__ = [
     "read_table",
     "read_text",
     "reading",
+    "referred",
     "with_line",
 ]
 
@@ -76,15 +78,13 @@ class Table:
     def _number(self, column: str, text: str, line: int, blanks: bool) -> float:
         if blanks and not text:
             return math.nan
-        # float() would take 1_000 and the digits of other scripts.
-        if text.isascii() and "_" not in text:
-            try:
-                value = float(text)
-            except ValueError:
-                pass
-            else:
-                if math.isfinite(value):
-                    return value
+        try:
+            value = plain_number(text)
+        except ValueError:
+            pass
+        else:
+            if math.isfinite(value):
+                return value
         what = shown(text) if text else "a blank field"
         also = " or blank" if blanks else ""
         raise SceneError(
@@ -137,19 +137,23 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
 
 @dataclass(frozen=True)
 class _Kept:
-    """Files that were read, and whether others may be."""
+    """Files that were read, whether others may be, and the folder of the scene."""
 
     files: dict[str, bytes]
     closed: bool
+    home: Path | None = None
 
 
 @contextmanager
-def kept_files(given: Mapping[str, bytes] | None = None) -> Iterator[dict[str, bytes]]:
+def kept_files(
+    given: Mapping[str, bytes] | None = None, home: Path | None = None
+) -> Iterator[dict[str, bytes]]:
     """Keep the texts that are read inside, by name.
 
     With `given`, they come from there and from no disk: that is how an archive is read again.
+    `home` is the folder of the scene.
     """
-    held = _Kept(dict(given or {}), closed=given is not None)
+    held = _Kept(dict(given or {}), given is not None, home)
     token = _FILES.set(held)
     try:
         yield held.files
@@ -170,6 +174,37 @@ def keep(files: Mapping[str, bytes]) -> None:
         held.files.update(files)
 
 
+def referred(base: Path, text: str, where: str) -> Path:
+    """Path of a file that a scene or an engine file names.
+
+    A relative one starts from the folder of the file that names it, and stays in that folder or
+    the scene's, also through links: who runs a scene of somebody else does not want it to look
+    elsewhere, as archives hold what was read.
+
+    Raises
+    ------
+    SceneError
+        Where it leads out of them.
+    """
+    path = base / text
+    held = _FILES.get()
+    given = held is not None and held.closed  # no disk is read
+    if given or Path(text).is_absolute() or base.is_relative_to(_PACKAGE):
+        return path
+    homes = [base] if held is None or held.home is None else [base, held.home]
+    try:
+        real = path.resolve()
+        inside = any(real.is_relative_to(home.resolve()) for home in homes)
+    except (OSError, ValueError, RuntimeError):  # a null character, links in a circle
+        return path  # opening it says what is wrong
+    if not inside:
+        raise SceneError(
+            f"{where} = {shown(text, 300)}: leads out of the folder of the file that names it; "
+            f"must be inside, or the whole path, {one_line(real, 300)}"
+        )
+    return path
+
+
 def _name(path: Path) -> str:
     """What a file is kept as; those of the package by the place that they have in it."""
     if path.is_relative_to(_PACKAGE):
@@ -180,13 +215,13 @@ def _name(path: Path) -> str:
 def _bytes(path: Path) -> bytes:
     held = _FILES.get()
     if held is None:
-        return path.read_bytes()
+        return regular_bytes(path)
     name = _name(path)
     if held.closed:
         if name not in held.files:
             raise FileNotFoundError(name)
         return held.files[name]
-    data = held.files[name] = path.read_bytes()
+    data = held.files[name] = regular_bytes(path)
     return data
 
 

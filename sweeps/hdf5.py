@@ -1,0 +1,159 @@
+"""Whether a netCDF-4 file leads to other files: HDF5 can keep values and variables elsewhere.
+
+The library of netCDF follows external links, external storage and virtual datasets without a word,
+to any file that a path names; a file of somebody else could so be made to hold what is private.
+netCDF has no way to ask for it, so HDF5 itself is asked, in the copy that netCDF4 has loaded. Where
+that cannot be found, nothing is asked.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+__all__ = ["elsewhere"]
+
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_LARGEST_START = 1 << 30
+MOST_MEMBERS = 1000
+"""Variables, dimensions and groups that a file may have."""
+
+_HARD_LINK, _SOFT_LINK, _VIRTUAL = 0, 1, 3
+
+_EACH = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_int64, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int), ctypes.c_void_p
+)
+
+
+def elsewhere(path: Path) -> str:
+    """Name of the first variable of a file that lies elsewhere; empty where none does.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be read.
+    """
+    library = _library()
+    if library is None or not _is_hdf5(path):
+        return ""
+    file = library.H5Fopen(os.fsencode(os.path.abspath(path)), 0, 0)
+    if file < 0:
+        return ""  # netCDF says what is wrong
+    found: list[str] = []
+    try:
+        _look(library, file, found, [MOST_MEMBERS])
+    finally:
+        library.H5Fclose(file)
+    return found[0] if found else ""
+
+
+def _is_hdf5(path: Path) -> bool:
+    """Whether the signature of HDF5 is at one of the places where it may be."""
+    with path.open("rb") as stream:
+        place = 0
+        while place <= _LARGEST_START:
+            stream.seek(place)
+            here = stream.read(len(_SIGNATURE))
+            if here == _SIGNATURE:
+                return True
+            if len(here) < len(_SIGNATURE):
+                return False
+            place = 2 * place or 512
+    return False
+
+
+def _look(library: Any, group: int, found: list[str], left: list[int]) -> None:
+    """Add names of members that lie elsewhere, also in groups, which may hold themselves."""
+
+    def each(parent: int, name: bytes, about: Any, _: Any) -> int:
+        kind = about[0]
+        text = name.decode("utf-8", "replace")
+        left[0] -= 1
+        if kind not in (_HARD_LINK, _SOFT_LINK) or left[0] < 0:
+            found.append(text)
+            return 1
+        member = library.H5Oopen(parent, name, 0)
+        if member < 0:
+            return 0
+        try:
+            inner = library.H5Gopen2(parent, name, 0)
+            if inner >= 0:
+                library.H5Gclose(inner)
+                _look(library, member, found, left)
+            elif _dataset_elsewhere(library, parent, name):
+                found.append(text)
+        finally:
+            library.H5Oclose(member)
+        return 1 if found else 0
+
+    place = ctypes.c_uint64(0)
+    library.H5Literate(group, 0, 2, ctypes.byref(place), _EACH(each), None)
+
+
+def _dataset_elsewhere(library: Any, parent: int, name: bytes) -> bool:
+    dataset = library.H5Dopen2(parent, name, 0)
+    if dataset < 0:
+        return False
+    made = library.H5Dget_create_plist(dataset)
+    try:
+        return library.H5Pget_layout(made) == _VIRTUAL or library.H5Pget_external_count(made) > 0
+    finally:
+        library.H5Pclose(made)
+        library.H5Dclose(dataset)
+
+
+@cache
+def _library() -> Any:
+    """HDF5 as netCDF4 has it; None where it is not found."""
+    import netCDF4
+
+    home = Path(netCDF4.__file__).parent
+    places = (home.parent / "netCDF4.libs", home / ".dylibs", home.parent / "netcdf4.libs")
+    names = [p for folder in places for p in sorted(folder.glob("*hdf5*")) if "_hl" not in p.name]
+    try:
+        mapped = Path("/proc/self/maps").read_text(errors="replace").splitlines()
+        names += [
+            Path(line.split(maxsplit=5)[5]) for line in mapped
+            if "hdf5" in line and ".so" in line and "_hl" not in line
+        ]  # fmt: skip
+    except OSError:
+        pass
+    for name in names:
+        try:
+            return _typed(ctypes.CDLL(str(name)))
+        except (OSError, AttributeError):
+            continue
+    return None
+
+
+def _typed(library: Any) -> Any:
+    """Declare the functions that are used; hid_t has 64 bits since HDF5 1.10."""
+    number, text = ctypes.c_int64, ctypes.c_char_p
+    iterate: list[Any] = [number, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, _EACH]
+    functions: dict[str, tuple[Any, list[Any]]] = {
+        "H5Fopen": (number, [text, ctypes.c_uint, number]),
+        "H5Oopen": (number, [number, text, number]),
+        "H5Gopen2": (number, [number, text, number]),
+        "H5Dopen2": (number, [number, text, number]),
+        "H5Dget_create_plist": (number, [number]),
+        "H5Pget_layout": (ctypes.c_int, [number]),
+        "H5Pget_external_count": (ctypes.c_int, [number]),
+        **{name: (ctypes.c_int, [number]) for name in ("H5Fclose", "H5Oclose", "H5Gclose")},
+        **{name: (ctypes.c_int, [number]) for name in ("H5Dclose", "H5Pclose")},
+    }
+    for name, (result, arguments) in functions.items():
+        function: Callable[..., Any] = getattr(library, name)
+        function.restype, function.argtypes = result, arguments  # type: ignore[attr-defined]
+    new = "H5Literate1" if hasattr(library, "H5Literate1") else "H5Literate"
+    library.H5Literate = getattr(library, new)
+    library.H5Literate.restype = ctypes.c_int
+    library.H5Literate.argtypes = [*iterate, ctypes.c_void_p]
+    library.H5open()
+    # What fails is looked at here; printed, it would be a traceback of another language.
+    library.H5Eset_auto2.argtypes = [number, ctypes.c_void_p, ctypes.c_void_p]
+    library.H5Eset_auto2(0, None, None)
+    return library

@@ -1,0 +1,202 @@
+"""Archives of every kind against the CF conventions, and their units against pint.
+
+The checker is compliance-checker, its suite that of CF-1.11, which archives say that they follow.
+It runs once, over all archives, in a process of its own.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import cf_units
+import netCDF4
+import pytest
+import xarray as xr
+from cf_xarray.units import units
+
+from benchmarks.fuzz import good_archive
+from engine_dyn.quantities import DIMENSIONS, PARAMETERS, QUANTITIES
+from sweeps import archive, merge, streaming
+from sweeps.parts import shard
+from sweeps.plan import make_plan
+from sweeps.scene import built_in_scenes, read_scene
+from sweeps.streaming import Options
+from tests.support import NOT_OF_AN_ENGINE
+from tests.sweeps.test_blocks import SCENES
+
+SUITE = "cf:1.11"
+CHECKER = Path(sys.executable).with_name("compliance-checker")
+
+TOGETHER = 12
+"""Quantities of one archive."""
+
+OWN: dict[str, dict[str, Any]] = {
+    "words": {
+        "engine": "si_four_87x101",
+        "set": {"cylinders": 8},
+        "axes": {"arrangement": ["V8 cross-plane", "V8 flat-plane"], "speed": [1500, 2500]},
+        "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
+        "output": {"quantities": ["delta", "torque_order", "omega"], "angle_step": 30},
+    },
+    "unit by exponent": {
+        "engine": "ntua",
+        "axes": {"load_exponent": [1.0, 1.6]},
+        "output": {"quantities": ["load_coefficient"]},
+    },
+    "letters": {
+        "title": "Größe λ ω 漢字",
+        "engine": "ntua",
+        "designs": {"case": ["ärmer", "λ = 1/4"], "bore": [0.14, 0.15]},
+        "output": {"quantities": ["imep"]},
+    },
+}
+
+
+def reduced(name: str) -> dict[str, Any]:
+    """A built-in scene with no more than two values along each axis."""
+    path = built_in_scenes()[name]
+    raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    for axis, values in raw.get("axes", {}).items():
+        if isinstance(values, dict):
+            raw["axes"][axis] = {**values, "num": 2}
+        else:
+            raw["axes"][axis] = values[:2]
+    if "reference" in raw and "designs" not in raw:
+        del raw["reference"]  # its rows belong to values that are gone
+    for table in ("reference", "indicator", "designs"):
+        file = raw.get(table, {}).get("file")
+        if file is not None:
+            raw[table]["file"] = str(path.with_name(file))
+    return raw
+
+
+def everything() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Scenes of every quantity; the checker takes the square of their number as long."""
+    names = list(QUANTITIES)
+    for number, begin in enumerate(range(0, len(names), TOGETHER)):
+        raw: dict[str, Any] = copy.deepcopy(NOT_OF_AN_ENGINE)
+        raw |= {"engine": "ntua", "axes": {"speed": [1200, 1300]}}
+        chosen = names[begin : begin + TOGETHER]
+        raw["output"] = {"quantities": chosen, "angle_step": 30, "highest_order": 2}
+        yield f"quantities {number}", raw
+
+
+def written(folder: Path) -> list[Path]:
+    """Archives of every kind."""
+    found: list[Path] = []
+
+    def run(name: str, raw: Mapping[str, Any], **options: Any) -> Path:
+        path = folder / f"{name.replace(' ', '_')}.nc"
+        streaming.run(make_plan(read_scene(raw)), path, Options(**options))
+        found.append(path)
+        return path
+
+    for name, raw in (*OWN.items(), *everything()):
+        run(name, raw)
+    for name, raw in SCENES.items():
+        run(f"of blocks, {name}", {"engine": "ntua", **raw})
+    for name in built_in_scenes():
+        run(name, reduced(name))
+    run("in 32 bits", OWN["words"], single=True)
+    grown = run("compressed", reduced("first"), level=4)
+    merge.extend(grown, "inertia", [33.0], Options())
+    plan = make_plan(read_scene(reduced("first")))
+    pieces = []
+    for number in (1, 2):
+        pieces.append(folder / f"shard_{number}.nc")
+        streaming.run(shard(plan, number, 2), pieces[-1], Options())
+    found += pieces
+    merge.merge(pieces, folder / "merged.nc", Options())
+    found.append(folder / "merged.nc")
+    return found
+
+
+@pytest.fixture(scope="module")
+def archives(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    return written(tmp_path_factory.mktemp("archives"))
+
+
+def checked(paths: list[Path], report: Path) -> tuple[int, dict[str, list[str]]]:
+    """Status of the checker, and what it says against each file, recommendations too."""
+    done = subprocess.run(
+        [str(CHECKER), f"--test={SUITE}", "--criteria=strict", "--format=json_new",
+         f"--output={report}", *map(str, paths)],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert report.exists(), done.stderr[-2000:]
+    found = {}
+    for name, suites in json.loads(report.read_text()).items():
+        told = suites[SUITE]
+        found[name] = [
+            f"{check['name']}: {message}"
+            for priority in ("high_priorities", "medium_priorities", "low_priorities")
+            for check in told[priority]
+            for message in check["msgs"]
+            if check["value"][0] < check["value"][1]
+        ]
+    return done.returncode, found
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_a_checker_of_conventions_finds_nothing(archives: list[Path], tmp_path: Path) -> None:
+    assert len(archives) > 25
+    status, found = checked(archives, tmp_path / "report.json")
+    assert len(found) == len(archives)
+    assert not any(found.values()), found
+    assert status == 0
+
+
+def test_the_checker_finds_what_is_wrong(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.nc"
+    path.write_bytes(good_archive())
+    with netCDF4.Dataset(path, "r+") as file:
+        file["delta"].units = "furlong per whim"
+        file["speed"].delncattr("units")
+        file["status"].flag_meanings = "one"
+    status, found = checked([path], tmp_path / "report.json")
+    told = " ".join(next(iter(found.values())))
+    assert status != 0
+    assert "furlong per whim" in told and "flag_" in told
+
+
+# --- units --------------------------------------------------------------------------------------
+
+NODES = {**QUANTITIES, **PARAMETERS, **DIMENSIONS}
+
+
+@pytest.mark.parametrize("unit", sorted({node.unit for node in NODES.values() if node.unit}))
+def test_the_registry_of_cf_xarray_knows_every_unit_by_its_size(unit: str) -> None:
+    """To SI, as the table of quantities converts it; but percent, which names diagrams."""
+    one = units.Quantity(1.0, unit).to_base_units()
+    expected = cf_units.Unit(unit)
+    base = cf_units.Unit(f"{one.units:cf}")
+    assert expected.is_convertible(base)
+    assert one.magnitude == pytest.approx(expected.convert(1.0, base), rel=1e-12)
+    for name, node in NODES.items():
+        if node.unit == unit and unit != "percent":
+            assert getattr(node, "si", one.magnitude) == pytest.approx(one.magnitude, rel=1e-12), (
+                name
+            )
+
+
+@pytest.mark.compiled
+def test_pint_xarray_quantifies_every_archive(archives: list[Path]) -> None:
+    pytest.importorskip("pint_xarray", reason="pip install pint-xarray")
+    for path in archives:
+        with archive.open_archive(path) as opened:
+            dataset = opened.load()
+        quantified = dataset.pint.quantify(unit_registry=units)
+        for name, variable in quantified.data_vars.items():
+            if "units" in dataset[name].attrs:
+                assert variable.pint.units == units.Unit(dataset[name].attrs["units"])
+            else:
+                assert str(name).startswith("load_coefficient")  # of several exponents
+        xr.testing.assert_equal(quantified.pint.dequantify(), dataset)

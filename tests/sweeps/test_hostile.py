@@ -1,0 +1,704 @@
+"""Files that others made, and that may mean harm: one line, nothing elsewhere, bounded memory.
+
+What the fuzzer found first stands here as a test of its own. The longer campaign is
+`python -m benchmarks.fuzz`.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click.testing
+import netCDF4
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+import sweeps
+from benchmarks import fuzz
+from sweeps import archive, files, hdf5, partial, provenance, streaming
+from sweeps import scene as scenes
+from sweeps.cli import main
+from sweeps.errors import SceneError
+from sweeps.partial import Partial
+from sweeps.plan import make_plan
+from sweeps.scene import read_scene
+from sweeps.streaming import Options
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = Path(sweeps.__file__ or "").parent
+
+EXAMPLES = {"figures": 3, "archive": 12, "engine": 12}
+"""Inputs of a target where they take long; else as many as the profile says."""
+
+SCENE = 'engine = "ntua"\n[output]\nquantities = ["delta"]\n'
+
+unix = pytest.mark.skipif(sys.platform == "win32", reason="has no such files")
+
+
+def invoke(*arguments: str | Path) -> click.testing.Result:
+    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def refused(*arguments: str | Path) -> str:
+    """The one line with which a command refuses its input."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stderr.count("\n") == 1 and result.stderr[:-1].isprintable()
+    return result.stderr
+
+
+@pytest.mark.parametrize("name", list(fuzz.TARGETS))
+def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
+    make, check = fuzz.TARGETS[name]
+    count = EXAMPLES.get(name, settings.default.max_examples if settings.default else 25)
+
+    @settings(max_examples=count, suppress_health_check=list(HealthCheck))
+    @given(make())
+    def run(example: Any) -> None:
+        check(example)
+
+    before = sum(fuzz.COUNTS.values())
+    run()
+    assert sum(fuzz.COUNTS.values()) > before
+
+
+@pytest.mark.slow
+@unix
+def test_a_campaign_counts_what_it_made() -> None:
+    words = [sys.executable, "-m", "benchmarks.fuzz", "--target", "table", "--seconds", "0.1"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    first, counts = done.stdout.splitlines()
+    assert first.startswith("seed ")
+    assert json.loads(counts.removeprefix("table: "))["refused"] > 0
+
+
+def test_written_toml_is_what_was_meant() -> None:
+    for data in (*fuzz.scenes().values(), *fuzz.engines().values()):
+        tree = tomllib.loads(data.decode())
+        assert tomllib.loads(fuzz.toml_text(tree)) == tree
+
+
+# --- references ---------------------------------------------------------------------------------
+
+REFERENCES = {
+    "indicator": '[indicator]\nfile = "{}"\n',
+    "designs": '[designs]\nfile = "{}"\n',
+    "reference": '[reference]\nfile = "{}"\n',
+    "load_table": '[set]\nload_table = "{}"\n',
+    "engine": "",
+}
+
+
+@pytest.mark.parametrize("key", REFERENCES)
+@pytest.mark.parametrize("way", ["dots", "link", "link to folder"])
+def test_references_stay_in_the_folder_of_the_scene(key: str, way: str, tmp_path: Path) -> None:
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    suffix = ".toml" if key == "engine" else ".csv"
+    secret = tmp_path / f"secret{suffix}"
+    secret.write_text("password,bore\n1,0.1\n")
+    named = f"../secret{suffix}"
+    if way == "link":
+        (folder / f"mine{suffix}").symlink_to(secret)
+        named = f"mine{suffix}"
+    elif way == "link to folder":
+        (folder / "inside").symlink_to(tmp_path)
+        named = f"inside/secret{suffix}"
+    text = SCENE.replace('"ntua"', f'"{named}"') if key == "engine" else SCENE
+    (folder / "scene.toml").write_text(text + REFERENCES[key].format(named))
+    told = refused("plan", folder / "scene.toml")
+    assert "leads out of the folder" in told and str(secret) in told and "password" not in told
+    # Said in full, it is read, and is what it is.
+    text = SCENE.replace('"ntua"', f'"{secret}"') if key == "engine" else SCENE
+    (folder / "scene.toml").write_text(text + REFERENCES[key].format(secret))
+    assert "leads out" not in refused("plan", folder / "scene.toml")
+
+
+def test_files_of_an_engine_may_lie_anywhere_in_the_folder_of_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "engines").mkdir()
+    (tmp_path / "data").mkdir()
+    text = (PACKAGE / "engines" / "diesel_105x137.toml").read_text()
+    pressure = PACKAGE / "engines" / "diesel_105x137_pressure.csv"
+    (tmp_path / "data" / "p.csv").write_bytes(pressure.read_bytes())
+    (tmp_path / "engines" / "my.toml").write_text(text.replace(pressure.name, "../data/p.csv"))
+    (tmp_path / "scene.toml").write_text(SCENE.replace('"ntua"', '"engines/my.toml"'))
+    assert invoke("plan", tmp_path / "scene.toml").exit_code == 0
+    # By itself the engine's file leads out of its own folder.
+    assert "leads out" in refused("info", tmp_path / "engines" / "my.toml")
+
+
+@unix
+@pytest.mark.parametrize("name", ["/dev/zero", "pipe", "folder", "loop"])
+@pytest.mark.parametrize("key", ["scene", "archive", *REFERENCES])
+def test_what_never_ends_is_not_read(name: str, key: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "zero.csv").symlink_to("/dev/zero")
+    path = tmp_path / f"{name.rpartition('/')[2]}.csv"
+    if key == "scene":
+        told = refused("run", path, "-o", tmp_path / "out.nc")
+    elif key == "archive":
+        told = refused("info", path)
+        refused("rerun", path, "-o", tmp_path / "out.nc")
+        refused("merge", path, path, "-o", tmp_path / "out.nc")
+    else:
+        (tmp_path / "engine.toml").symlink_to(path)
+        named = tmp_path / "engine.toml" if key == "engine" else path
+        text = SCENE.replace('"ntua"', f'"{named}"') if key == "engine" else SCENE
+        (tmp_path / "scene.toml").write_text(text + REFERENCES[key].format(path))
+        told = refused("plan", tmp_path / "scene.toml")
+    assert any(w in told for w in ("regular", "folder", "irectory", "symbolic", "no such", "not a"))
+
+
+def test_servers_are_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def connect(*_: Any) -> None:
+        raise AssertionError("the network was asked")
+
+    monkeypatch.setattr(socket.socket, "connect", connect)
+    monkeypatch.chdir(tmp_path)
+    for address in ("http://localhost:1/x.nc", "dap4://localhost/x.nc", "s3://bucket/x.nc"):
+        refused("info", address)
+        (tmp_path / "scene.toml").write_text(SCENE + f'[designs]\nfile = "{address}"\n')
+        refused("plan", "scene.toml")
+    # A folder of that name makes it a file: it is opened by its whole path, which is no address.
+    (tmp_path / "http:" / "localhost").mkdir(parents=True)
+    (tmp_path / "http:" / "localhost" / "x.nc").write_bytes(fuzz.good_archive())
+    assert invoke("info", "http://localhost/x.nc").exit_code == 0
+
+
+# --- texts --------------------------------------------------------------------------------------
+
+TEXTS: dict[str, tuple[bytes, str]] = {
+    "a whole number of 5000 digits": (b"x = " + b"9" * 5000, "not TOML: .*digits"),
+    "deep lists": (b"x = " + b"[" * 100_000, "nested too deeply"),
+    "deep tables": (b"a." * 100_000 + b"b = 1", "nested|not TOML"),
+    "no day": (b"x = 2026-02-30", "line 1: not TOML"),
+    "UTF-16": (SCENE.encode("utf-16"), "UTF-8"),
+    "null": (SCENE.encode() + b"\0", "line 4: not TOML"),
+    "a long key": (b"k" * 100_000 + b" = 1", "unknown"),
+    "direction of writing": ('"\u202ex" = 1'.encode(), r"\\u202ex: unknown"),
+    "steering of terminals": (b'"\\u001b[2Jx" = 1', r"\\x1b\[2Jx: unknown"),
+    "bytes": (bytes(range(256)), "UTF-8"),
+    "too many designs": (SCENE.encode() + b"[axes]\n" + b"\n".join(
+        f"{key} = {{ start = 0.1, stop = 0.2, num = 1000000 }}".encode()
+        for key in ("bore", "stroke", "crank_ratio")
+    ), r"bore x stroke x crank_ratio: 1e\+18 designs; must be at most 1e\+15"),
+    "an axis of 10^12": (
+        SCENE.encode() + b"[axes]\nbore = { start = 0.1, stop = 0.2, num = 1000000000000 }",
+        "num = 1000000000000: must be a whole number from 2 to 10000000",
+    ),
+    "beyond numbers": (
+        SCENE.encode() + b"[axes]\nbore = { start = -1e308, stop = 1e308, num = 5 }",
+        r"\[axes\] bore = ",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_texts_that_are_no_scenes(case: str, tmp_path: Path) -> None:
+    data, said = TEXTS[case]
+    path = tmp_path / "scene.toml"
+    path.write_bytes(data)
+    with pytest.raises(SceneError, match=said):
+        read_scene(path)
+    told = refused("plan", path)
+    assert len(told) < 2100
+    assert refused("info", path)
+
+
+def test_axes_have_so_many_values_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scenes, "MOST_VALUES", 25)
+    axis = {"start": 0.1, "stop": 0.2, "num": 9}
+    axes = {key: axis for key in ("bore", "stroke", "crank_ratio")}
+    with pytest.raises(SceneError, match=r"crank_ratio: 27 values .* at most 25 together"):
+        read_scene({"engine": "ntua", "axes": axes, "output": {"quantities": ["delta"]}})
+
+
+@pytest.mark.parametrize("mark", ["bom", "crlf"])
+def test_marks_and_line_ends_of_other_systems(mark: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    data = SCENE.encode()
+    path.write_bytes(b"\xef\xbb\xbf" + data if mark == "bom" else data.replace(b"\n", b"\r\n"))
+    assert read_scene(path).quantities == ("delta",)
+
+
+def test_a_published_table_does_not_spread_over_all_axes(tmp_path: Path) -> None:
+    axes = "".join(
+        f"{key} = {{ start = 0.1, stop = 0.2, num = 9999 }}\n" for key in ("bore", "stroke")
+    )
+    (tmp_path / "p.csv").write_text("bore,stroke,delta\n0.1,0.1,1\n")
+    (tmp_path / "scene.toml").write_text(SCENE + f'[axes]\n{axes}\n[reference]\nfile = "p.csv"\n')
+    assert "over 9999 x 9999 points" in refused("plan", tmp_path / "scene.toml")
+
+
+# --- memory -------------------------------------------------------------------------------------
+
+LIMITED = """
+import resource, sys
+import click.testing
+from sweeps.cli import main
+import sweeps.figures, sweeps.merge, sweeps.streaming, netCDF4, pyarrow.parquet
+limit = 6 << 30
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+for line in sys.stdin.read().splitlines():
+    result = click.testing.CliRunner().invoke(main, line.split("\\t"))
+    now = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(result.exit_code, (now - before) // 1024, result.stderr.strip(), flush=True)
+"""
+
+
+def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
+    """Small files that claim to be large, and commands that read them."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    def table(name: str) -> tuple[str, ...]:
+        path = folder / f"{name}.toml"
+        path.write_text(SCENE + f'[designs]\nfile = "{name}"\n')
+        return ("plan", str(path))
+
+    for name in ("holes.csv", "holes.toml", "holes.nc", "holes.parquet"):
+        with (folder / name).open("wb") as stream:
+            stream.truncate(1 << 40)  # takes no room
+    yield table("holes.csv")
+    yield table("holes.nc")
+    yield table("holes.parquet")
+    yield "plan", str(folder / "holes.toml")
+    yield "info", str(folder / "holes.nc")
+    (folder / "line.csv").write_bytes(b"bore" + b" " * (40 << 20) + b"\n0.1\n")
+    yield table("line.csv")
+    (folder / "odd.csv").write_bytes(b"bore\n" + b"1\n" * (8 << 20) + b"x\n")
+    yield table("odd.csv")
+    # Parquet: a run of one value takes some bytes, however long it is.
+    case = pa.DictionaryArray.from_arrays(np.zeros(20_000, "i4"), ["x" * 1_000_000])
+    pq.write_table(
+        pa.table({"case": case, "bore": np.full(20_000, 0.1)}), folder / "labels.parquet",
+        dictionary_pagesize_limit=1 << 30, compression="zstd",
+    )  # fmt: skip
+    yield table("labels.parquet")
+    for name, size in (("huge", 10**12), ("large", 2 * 10**9)):
+        path = folder / f"{name}.nc"
+        with netCDF4.Dataset(path, "w") as file:
+            file.createDimension("n", size)
+            file.createVariable("bore", "f8", ("n",), chunksizes=(1 << 20,), zlib=True)
+        yield table(f"{name}.nc")
+        path = folder / f"archive_{name}.nc"
+        path.write_bytes(fuzz.good_archive())
+        with netCDF4.Dataset(path, "r+") as file:
+            file.createDimension("bore", size)
+            file.createVariable("bore", "f8", ("bore",), chunksizes=(1 << 20,), zlib=True)
+        for command in ("info", "plot", "compare", "export", "rerun", "merge"):
+            more = [str(path)] if command in ("compare", "merge") else []
+            out = [] if command in ("info", "compare") else ["-o", str(folder / f"x.{command}.csv")]
+            yield command, str(path), *more, *out
+    chunk = folder / "chunk.nc"
+    with netCDF4.Dataset(chunk, "w") as file:
+        file.createDimension("n", 9 * 10**7)
+        made = file.createVariable(
+            "bore", "f8", ("n",), chunksizes=(9 * 10**7,), zlib=True, chunk_cache=1
+        )
+        made.units = "m"
+    yield table("chunk.nc")
+    # Attributes: files that inflate, and parts of axes that nobody has.
+    with netCDF4.Dataset(folder / "zlib.nc", "w") as file:
+        file.setncatts(fuzz._attributes_of_archive(False))
+        known = json.loads(file.getncattr("input_files"))
+        zeros = base64.b64encode(zlib.compress(bytes(1 << 27), 9)).decode()
+        known["files"] |= {
+            f"{n}": {"zlib": zeros, "sha256": provenance.sha256(bytes(1 << 27))} for n in range(40)
+        }
+        file.setncattr("input_files", json.dumps(known))
+    yield "rerun", str(folder / "zlib.nc"), "-o", str(folder / "x.nc")
+    part = folder / "part.nc"
+    part.write_bytes(fuzz.good_archive(True))
+    with netCDF4.Dataset(part, "r+") as file:
+        piece = {**json.loads(file.getncattr("part")), "of": 10**9}
+        file.setncattr("part", json.dumps(piece))
+    yield "merge", str(part), str(part), "-o", str(folder / "x.nc")
+    interrupted = folder / "run.nc.partial"
+    interrupted.mkdir()
+    with (interrupted / "run.json").open("wb") as stream:
+        stream.truncate(1 << 40)
+    yield "info", str(interrupted)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="needs limits of memory that hold")
+def test_small_files_do_not_fill_the_memory(tmp_path: Path) -> None:
+    commands = list(bombs(tmp_path))
+    assert all(p.stat().st_blocks * 512 < 50e6 for p in tmp_path.iterdir() if p.is_file())
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED], input="\n".join("\t".join(c) for c in commands),
+        capture_output=True, text=True, cwd=ROOT, timeout=1200,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-2000:]
+    lines = done.stdout.splitlines()
+    assert len(lines) == len(commands)
+    for command, line in zip(commands, lines, strict=True):
+        status, more, message = (*line.split(maxsplit=2), "")[:3]
+        if "labels.parquet" not in command[1]:
+            assert status == "2", (command, line)
+        assert int(more) < 700, (command, line)  # megabytes
+        assert "Traceback" not in message
+
+
+# --- outputs ------------------------------------------------------------------------------------
+
+
+@unix
+def test_links_in_the_folder_of_a_run_lead_nowhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    precious = tmp_path / "precious.txt"
+    precious.write_text("precious")
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
+    plan = make_plan(read_scene(fuzz._PLAIN))
+    for name in ("run.json.new", "block-000001.bin.new", "archive.nc", "run.json", "lock"):
+        output = tmp_path / f"{name}.nc"
+        folder = Partial.of(output).path
+        folder.mkdir()
+        (folder / name).symlink_to(precious)
+        if name == "lock":
+            with pytest.raises(OSError, match=r"symbolic|link|regular"):
+                streaming.run(plan, output, Options())
+            scene = tmp_path / "scene.toml"
+            scene.write_text(fuzz.toml_text(fuzz._PLAIN))
+            assert "cannot be written" in refused("run", scene, "-o", output)
+        else:
+            streaming.run(plan, output, Options())
+            assert not output.is_symlink() and output.exists()
+        assert precious.read_text() == "precious"
+
+
+@unix
+def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    assert invoke("plot", path, "--format", "svg").exit_code == 0
+    figures = sorted((tmp_path / "a").iterdir())
+    precious = tmp_path / "precious.txt"
+    precious.write_text("precious")
+    figures[0].unlink()
+    figures[0].symlink_to(precious)
+    assert invoke("plot", path, "--format", "svg").exit_code == 0
+    assert precious.read_text() == "precious" and not figures[0].is_symlink()
+
+
+@unix
+@pytest.mark.parametrize("kind", ["device", "pipe", "loop", "dangling", "link"])
+def test_outputs_that_are_no_files(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "out.nc"
+    target = tmp_path / "elsewhere.nc"
+    if kind == "device":
+        path = Path("/dev/null")
+    elif kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to({"loop": path, "dangling": target, "link": target}[kind])
+    if kind == "link":
+        target.write_text("mine")
+    told = refused("run", "first", "-o", path)
+    assert ("pipe or a device" if kind in ("device", "pipe") else "exists") in told
+    if kind in ("device", "pipe"):
+        refused("run", "first", "-o", path, "--overwrite")
+        refused("run", "first", "-o", path, "--resume")
+        assert not path.is_file()
+    assert target.exists() == (kind == "link")
+
+
+@pytest.mark.parametrize("name", ["scene.toml", "engine.toml", "p.csv", "designs.csv"])
+def test_a_run_does_not_replace_what_it_reads(name: str, tmp_path: Path) -> None:
+    engine = (PACKAGE / "engines" / "diesel_105x137.toml").read_text()
+    pressure = PACKAGE / "engines" / "diesel_105x137_pressure.csv"
+    (tmp_path / "p.csv").write_bytes(pressure.read_bytes())
+    (tmp_path / "engine.toml").write_text(engine.replace(pressure.name, "p.csv"))
+    (tmp_path / "designs.csv").write_text("bore\n0.1\n")
+    (tmp_path / "scene.toml").write_text(
+        SCENE.replace('"ntua"', '"engine.toml"') + '[designs]\nfile = "designs.csv"\n'
+    )
+    before = (tmp_path / name).read_bytes()
+    told = refused("run", tmp_path / "scene.toml", "-o", tmp_path / name, "--overwrite")
+    assert "must name another file" in told
+    assert (tmp_path / name).read_bytes() == before
+
+
+@contextmanager
+def nobody() -> Iterator[None]:
+    """As somebody who may not do everything, where the tests run as root."""
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    if root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+
+
+@unix
+def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Not in pytest's own folder, which is its user's alone.
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for path in ("engines/diesel_105x137.toml", "engines/diesel_105x137_pressure.csv"):
+            (folder / Path(path).name).write_bytes((PACKAGE / path).read_bytes())
+        scene = folder / "scene.toml"
+        scene.write_text(SCENE.replace('"ntua"', '"diesel_105x137.toml"'))
+        assert invoke("plan", scene).exit_code == 0  # loads what the package may be hidden from
+        good = folder / "good.nc"
+        good.write_bytes(fuzz.good_archive())
+        assert invoke("export", good, "-o", folder / "before.csv").exit_code == 0
+        folder.chmod(0o555)
+        for path in folder.iterdir():
+            path.chmod(0o444)
+        try:
+            with nobody():
+                # What follows must have been refused by the folder, not by the files.
+                assert scene.read_text() and not os.access(folder, os.W_OK, effective_ids=True)
+                for arguments in (
+                    ("run", scene, "-o", folder / "out.nc"),
+                    ("run", scene, "-o", folder / "new" / "out.nc"),
+                    ("export", good, "-o", folder / "out.csv"),
+                    ("plot", good, "-o", folder / "figures"),
+                    ("new", folder / "my.toml"),
+                ):
+                    told = refused(*arguments)
+                    assert "cannot be written (Permission denied)" in told
+        finally:
+            folder.chmod(0o755)
+
+
+def test_a_file_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    good = tmp_path / "good.nc"
+    good.write_bytes(fuzz.good_archive())
+    for arguments in (
+        ("run", "first", "-o", tmp_path / "file" / "out.nc"),
+        ("export", good, "-o", tmp_path / "file" / "out.csv"),
+        ("plot", good, "-o", tmp_path / "file" / "figures"),
+        ("plot", good, "-o", tmp_path / ("n" * 300)),
+        ("new", tmp_path / "file" / "my.toml"),
+    ):
+        refused(*arguments)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@unix
+def test_a_slow_disk_without_locks_or_synced_folders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As disks of a network may be: the archive is the same."""
+    import fcntl
+
+    def no_locks(*_: Any) -> None:
+        raise OSError(37, "No locks available")
+
+    sync = os.fsync
+
+    def slow(handle: int) -> None:
+        time.sleep(0.02)
+        if not os.path.isfile(f"/proc/self/fd/{handle}") and os.path.isdir("/proc/self/fd"):
+            raise OSError(22, "Invalid argument")  # a folder
+        sync(handle)
+
+    plan = make_plan(read_scene(fuzz._PLAIN))
+    streaming.run(plan, tmp_path / "quick.nc", Options())
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    monkeypatch.setattr(os, "fsync", slow)
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
+    done = streaming.run(plan, tmp_path / "slow.nc", Options())
+    assert done.blocks > 3
+    with (
+        archive.open_archive(tmp_path / "quick.nc") as one,
+        archive.open_archive(tmp_path / "slow.nc") as two,
+    ):
+        assert (
+            one["mean_piston_speed"].values.tobytes() == two["mean_piston_speed"].values.tobytes()
+        )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are texts elsewhere")
+def test_names_that_are_no_texts(tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"b\xff d")
+    folder.mkdir()
+    scene = folder / os.fsdecode(b"s\xfe.toml")
+    scene.write_text(fuzz.toml_text(fuzz._PLAIN))
+    output = tmp_path / "out.nc"
+    result = invoke("run", scene, "-o", output)
+    assert result.exit_code == 0, result.output
+    assert invoke("info", output).exit_code == 0
+    again = invoke("rerun", output, "-o", tmp_path / "again.nc")
+    assert again.exit_code == 0, again.output
+    # The library of netCDF takes names in UTF-8 alone.
+    told = refused("run", scene, "-o", folder / "out.nc")
+    assert "UTF-8" in told and r"b\udcff d" in told
+    (folder / "a.nc").write_bytes(output.read_bytes())
+    assert "not a netCDF archive" in refused("info", folder / "a.nc")
+    assert "no such file" in refused("plan", folder / os.fsdecode(b"\xfc.toml"))
+
+
+# --- archives -----------------------------------------------------------------------------------
+
+
+def test_what_an_archive_says_does_not_steer_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    with netCDF4.Dataset(path, "r+") as file:
+        file.title = "\x1b]0;owned\x07 \u202e title"
+        file.comment = "\x9b2J"
+    told = invoke("info", path)
+    assert told.exit_code == 0
+    assert r"\x1b]0;owned\x07 \u202e title" in told.stdout
+    assert all(line.isprintable() for line in told.stdout.splitlines())
+
+
+def test_rerun_reads_no_file_but_the_archive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever names its scene has, they are looked up in the archive alone."""
+    secret = tmp_path / "secret.csv"
+    secret.write_text("speed_rpm,torque_Nm\n0,1\n9000,2\n")
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    for table in ({"set": {"load_table": str(secret)}}, {"engine": str(tmp_path / "e.toml")},
+                  {"designs": {"file": str(secret)}}, {"indicator": {"file": "/dev/zero"}},
+                  {"reference": {"file": str(secret)}}):  # fmt: skip
+        with netCDF4.Dataset(path, "r+") as file:
+            file.scene = json.dumps({**fuzz._SMALL, **table})
+        read: list[str] = []
+        with monkeypatch.context() as patch:
+            patch.setattr(files, "opened_file", lambda p, read=read: read.append(str(p)))
+            refused("rerun", path, "-o", tmp_path / "out.nc")
+        assert not read
+    assert not (tmp_path / "out.nc").exists()
+
+
+ELSEWHERE = {
+    "external storage": """
+        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBstBtQNNh5ivwIyqPyTI1RWk+j8agNlz
+        ggVCczCMgpEIPFwdA0B0BDwdQdMFE6q6pPyiVOT06EGhvYJQm9DTNQ+DAzR9szGIAFNlcXJqHshiSUZGsA4BuBs4
+        UPIHE1IiZoTqZ0RSwAjNKYyMEAFosofTzECTGbGYzwqkQXwmJiawMDuDBtR8EGZkmIAj/8DM5YDay8wIy3ksaCoT
+        6BrPEmjlygY05xSnJhelluglZeZB+MF+/i4gf8L818A8mmdGwSggBNyd/X0YkQpUlHIKCKprUdXf4B8Ns1EwCkbB
+        KBgFo2AUjIJRMApGwSgYBaNgqAEAeIRC3w==
+    """,
+    "external link": """
+        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBctBtQNNh5ivwAzhz4CKhwS5uiKbj27P
+        KBjZwMPVMQBER0D5HFD6BBOqOlg6DKCSvTwMDlBz2RhEgLYWJ6fmpQL5koyM4JQsALeTA8V+JiRHMoL5Emg5CjWF
+        cwEVMyLZywZVz8jhwJKUX5TKx8BQnJpclFqil2HKoF8xmiBGwSgYBRQDd2d/H0YGaEGGXn4BQXUtqvob/KNhNgpG
+        wSgYBaNgFIyCUTAKRsEoGAWjYBQMNQAAh8VEJA==
+    """,
+    "virtual": """
+        eNrr9HBx4+WS4mIAAQ4OBhYGAQZk8B8KGCTQ+FCQAKUZoXQHlF7BBBNnBstBtQNNh5ivwIyqPyTI1RWk+j8agNkz
+        gQVCczCMgpEIPFwdA0B0BDwdQcAJJlR1SflFqcjp0YNCewWhNqGnax4GB2j6ZmMQAabK4uTUPJDFkoyMYB0CcDdw
+        oOQPJqREzAjVz4ikgBGaUxgZIQLQZA+nmYEmM2IxnxVIg/hMzEyMEFGIu1mYYbZBHC6E5J5CbqZshM8GBwj283dh
+        BLoOls8bmEfT/igYBbQC7s7+PoxIBSpKOQUE1bWofE8GtAq/ODW5KLVEL8OUoYKBGUkcpokRqcBmROKD1D5sD/qM
+        5p4K/tE4GQWjYBSMglEwCkbBKBgFo2AUjIJRMAqoDQCZWzuw
+    """,
+    "in a group": """
+        eNrtmMFKw0AQhnd2k3Ypiit4aHvy6MlnqNhoDtKK9dBjaVnES4XWmwge65vkUfoIPoJvUbPJbMisIEqLIM4HYdjd
+        2UxI/lnI/5r2L/Zb3ZZwaC0iYUSdDTLu0rFfn2AEjCuMmfTzqlhr47zB+x8ruv/2Jklc9ibA1+k1yqgF8x9Jk7Nr
+        F8eVjkrWkubdBXpMt6x7iJVCXe+JHtZpiKNclcuZndt83AEodpjqGTR5HlkTMRQXkP7w9TLsj3X8vf4wHe4P7o/P
+        /fEe07zpw8Lusj9Gg2HfKdjr7kXR/gt1zHz9/drB+ZU1ad7Szhb28XR6P99N3cvz4RXUBEPOqZynZ5r/dsDfimEY
+        hmEYhmEYhmH+Gs6/hNqPP6ADAVBORJjnoxKmSA39zTiPbiylLKab4gT9zdLjXKGPEfqT/r4a6yrwzmYUZE5+5X2E
+        flZlyDA/4gPRHluh
+    """,
+}
+"""HDF5 files of one variable, `bore`, whose values are those of `secret.bin` or `secret.h5`; made
+by h5py, compressed by zlib, in base64."""
+
+
+@pytest.mark.parametrize("kind", ELSEWHERE)
+def test_archives_and_tables_that_lead_to_other_files(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "secret.bin").write_bytes(b"1234")
+    path = tmp_path / "a.nc"
+    path.write_bytes(zlib.decompress(base64.b64decode(ELSEWHERE[kind])))
+    for command in (["info"], ["rerun", "-o", "out.nc"], ["export", "-o", "out.csv"]):
+        told = refused(command[0], path, *command[1:])
+        assert "is not in the file" in told
+    (tmp_path / "scene.toml").write_text(SCENE + '[designs]\nfile = "a.nc"\n')
+    assert "is not in the file" in refused("plan", "scene.toml")
+
+
+def test_archives_larger_than_memory_are_opened_but_not_their_axes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    real = files.psutil.virtual_memory()
+    for free, taken in ((1500, True), (100, False)):
+        monkeypatch.setattr(
+            files.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
+        )
+        with sweeps.open_archive(path) as dataset:
+            assert dataset.nbytes > 1500
+        if taken:
+            sweeps.open(path).close()
+        else:
+            with pytest.raises(SceneError, match=r"axes of .* need .* of memory"):
+                sweeps.open(path)
+
+
+def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(fuzz.good_archive())
+    assert hdf5.elsewhere(path) == ""
+    monkeypatch.setattr(hdf5, "MOST_MEMBERS", 3)
+    assert hdf5.elsewhere(path)
+
+
+@pytest.mark.parametrize(
+    "command", ["info", "compare", "export", "plot", "rerun", "merge", "extend"]
+)
+@pytest.mark.parametrize("size", [0, 100, 3000, 0.5, 0.9])
+def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
+    whole = fuzz.good_archive()
+    path, good = tmp_path / "cut.nc", tmp_path / "good.nc"
+    path.write_bytes(whole[: int(size * len(whole)) if size < 1 else int(size)])
+    good.write_bytes(whole)
+    arguments: list[str | Path] = [command, path]
+    if command in ("compare", "merge"):
+        arguments.append(good)
+    if command == "extend":
+        arguments += ["--axis", "speed=1800"]
+    if command in ("export", "plot", "rerun", "merge"):
+        arguments += ["-o", tmp_path / "out.csv"]
+    assert str(path) in refused(*arguments)
+
+
+def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A right hash does not make it a block: kind, shape and names must be right too."""
+    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
+    plan, output = make_plan(read_scene(fuzz._PLAIN)), tmp_path / "out.nc"
+    folder = Partial.of(output)
+    good = fuzz.good_partial()
+    for arrays in ({"delta": np.zeros(3)}, {}, {"mean_piston_speed": np.zeros(3, "i1")}):
+        folder.path.mkdir()
+        for name, data in good.items():
+            (folder.path / name).write_bytes(data)
+        assert folder.header() is not None
+        folder.write(1, arrays)
+        done = streaming.run(plan, output, Options(resume=True))
+        assert done.before == len(good) - 2
+        output.unlink()
+    with pytest.raises(partial.Damaged, match="cannot be read"):
+        folder.read(1)
