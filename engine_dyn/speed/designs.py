@@ -1038,13 +1038,18 @@ def write_traces(
 
 
 @kernel
-def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -> None:
-    """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row."""
+def keys_of(
+    begin: int, end: int, rows: int, parts: int, product: Product, keys: Integers
+) -> None:  # fmt: skip
+    """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row.
+
+    `parts` as in `panels.panel_at`.
+    """
     designs = count_of(product.other_axes, product)
     for index in range(begin, end):
         ratio = value_at(RATIO, index // designs, product)
         row = int(math.floor(value_at(ROW, index // designs, product)))
-        keys[index - begin] = panels.panel_at(ratio) * rows + row
+        keys[index - begin] = panels.panel_at(ratio, parts) * rows + row
 
 
 @kernel
@@ -1329,7 +1334,7 @@ def mean_gas_torque(
 def panels_of(ratio: Floats, number: Integers) -> None:
     """Panel of every crank ratio."""
     for i in range(ratio.size):
-        number[i] = panels.panel_at(ratio[i])
+        number[i] = panels.panel_at(ratio[i], 1)
 
 
 @kernel

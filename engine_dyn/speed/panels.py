@@ -90,8 +90,8 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-MOST_PANELS = 128
-"""More than there are panels for crank ratios up to 0.9999."""
+MOST_PANELS = 256
+"""More than there are panels for crank ratios up to 0.9999, halved ones too."""
 
 SHRINK = 0.92
 """Distance to crank ratio 1 at the end of a panel over that at its beginning."""
@@ -121,19 +121,20 @@ class Panels(NamedTuple):
 
 
 @inlined
-def panel_at(ratio: float) -> int:
-    """Number of the panel in which one crank ratio lies."""
-    return int(math.floor(math.log1p(-ratio) / math.log(SHRINK)))
+def panel_at(ratio: float, parts: int) -> int:
+    """Number of the panel in which one crank ratio lies, each panel cut into so many parts."""
+    return int(math.floor(parts * math.log1p(-ratio) / math.log(SHRINK)))
 
 
-def points_of(used: Integers, count: int) -> Floats:
+def points_of(used: Integers, count: int, parts: int = 1) -> Floats:
     """Crank ratios of the points of some panels, Chebyshev's of the first kind: (panel, 0, point).
 
-    (panel, 1, point) are the denominators of Lagrange's polynomials through them.
+    (panel, 1, point) are the denominators of Lagrange's polynomials through them. `parts` as in
+    `panel_at`.
     """
     turn = np.cos(np.pi * (2.0 * np.arange(count) + 1.0) / (2.0 * count))
     points = np.zeros((MOST_PANELS, 2, count))
-    first, last = SHRINK**used, SHRINK ** (used + 1)
+    first, last = SHRINK ** (used / parts), SHRINK ** ((used + 1) / parts)
     points[used, 0] = 1.0 - 0.5 * (first + last)[:, None] + 0.5 * (first - last)[:, None] * turn
     between = points[used, 0][:, :, None] - points[used, 0][:, None, :]
     points[used, 1] = (between + np.eye(count)).prod(axis=-1)

@@ -184,8 +184,9 @@ def solve(
     """Solve the periodic speed of every design of a product of axes.
 
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
-    "delta_error" is wanted, all are solved a second time with four times the nodes: the difference
-    is the error, and `status` says whether that is within the tolerance.
+    "delta_error" is wanted, all are solved a second time with four times the nodes, and with
+    interpolated tables from points half as far apart: the difference is the error, and `status`
+    says whether that is within the tolerance.
 
     Parameters
     ----------
@@ -353,7 +354,7 @@ def solve(
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
-                rest=rest, threads=cores, progress=progress,
+                rest=rest, threads=cores, progress=progress, parts=1 if iterated is None else 2,
             )  # fmt: skip
             continue
         wanted_at = None
@@ -613,14 +614,15 @@ def _designs_of_table(product: Product) -> int:
 
 
 def _march_panels(
-    size: int, *, family: Family, product: Product, nodes: int, ratio: int, width: float,
-    grid: Grid, row_of: Integers, choice: designs.Choice, results: designs.Results,
+    size: int, *, family: Family, product: Product, nodes: int, ratio: int, parts: int,
+    width: float, grid: Grid, row_of: Integers, choice: designs.Choice, results: designs.Results,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
     threads: int, progress: Progress | None,
 ) -> None:  # fmt: skip
     """Solve designs with tables of their own, by interpolation between shared ones.
 
-    These are built for as many panels and rows at a time as PANEL_BYTES hold.
+    These are built for as many panels and rows at a time as PANEL_BYTES hold. `parts` as in
+    `panels.panel_at`.
     """
     rows = family.row_count + 1
     steps = grid.node_sine.size
@@ -628,7 +630,7 @@ def _march_panels(
 
     def look(begin: int, end: int) -> None:
         keys = np.empty(end - begin, dtype=np.int64)
-        designs.keys_of(begin, end, rows, product, keys)
+        designs.keys_of(begin, end, rows, parts, product, keys)
         seen[keys] = True
 
     run_pieces(size, look, threads, None)
@@ -638,7 +640,7 @@ def _march_panels(
     for group in np.array_split(wanted, -(-wanted.size // most)):
         low, high = int(group[0]), int(group[-1])
         of_key, of_panel, points, bases = _shared_tables(
-            group, rows, nodes, ratio, steps, width, grid, row_of, threads
+            group, rows, nodes, ratio, parts, steps, width, grid, row_of, threads
         )
 
         def job(
@@ -648,7 +650,7 @@ def _march_panels(
         ) -> None:  # fmt: skip
             memory, levels = scratch(), panels.make_own(nodes, ratio, bases.fine)
             keys = np.empty(end - begin, dtype=np.int64)
-            designs.keys_of(begin, end, rows, product, keys)
+            designs.keys_of(begin, end, rows, parts, product, keys)
             order = np.argsort(keys.astype(small), kind="stable")
             first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
             left = np.empty(last - first, dtype=np.int64)
@@ -664,8 +666,8 @@ def _march_panels(
 
 
 def _shared_tables(
-    keys: Integers, rows: int, nodes: int, ratio: int, steps: int, width: float, grid: Grid,
-    row_of: Integers, threads: int,
+    keys: Integers, rows: int, nodes: int, ratio: int, parts: int, steps: int, width: float,
+    grid: Grid, row_of: Integers, threads: int,
 ) -> tuple[Integers, Integers, Floats, panels.Panels]:  # fmt: skip
     """Shared tables of some keys: number of each key's and of each panel's, points, tables."""
     # The row behind a key's is the other end of what designs blend; the last one has none.
@@ -675,7 +677,7 @@ def _shared_tables(
     of_key[both] = np.arange(both.size)
     of_panel = np.full(panels.MOST_PANELS, -1, dtype=np.int64)
     of_panel[used] = both.size + 2 * np.arange(used.size)
-    points = panels.points_of(used, lanes.POINTS)
+    points = panels.points_of(used, lanes.POINTS, parts)
     bases = panels.make_panels(both.size + 2 * used.size, nodes, ratio)
     work = [(int(of_key[k]), int(row_of[k % rows]), int(k // rows)) for k in both]
     work += [(int(of_panel[p]), -1, int(p)) for p in used]
