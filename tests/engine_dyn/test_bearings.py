@@ -81,9 +81,10 @@ ENGINES = ["in-line 4", "in-line 6", "V6 60 split-pin", "V8 cross-plane", "boxer
         *((text, offset, 1.3, {}) for text in ENGINES for offset in (0.0, 0.2)),
         # counterweights balance more than what turns; throws and pistons differ
         ("in-line 4", 0.2, -0.5, {}),
-        ("in-line 3", 0.0, -0.5, {"radius_factor": (1.0, 1.3, 0.7),
-                                  "mass_factor": (1.0, 1.2, 0.9),
-                                  "pressure_factor": (1.0, 0.0, 0.8)}),
+        *(("in-line 3", offset, -0.5, {"radius_factor": (1.0, 1.3, 0.7),
+                                       "mass_factor": (1.0, 1.2, 0.9),
+                                       "pressure_factor": (1.0, 0.0, 0.8)})
+          for offset in (0.0, 0.2)),
     ],
 )  # fmt: skip
 def test_loads_of_all_journals_are_what_the_engine_applies(

@@ -138,25 +138,26 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
     assert found == pytest.approx(transform(curve), abs=ROUNDING * max(np.abs(curve).max(), 1.0))
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.1])
 @pytest.mark.parametrize("radii", [(1.0, 1.0, 1.0, 1.0), (1.0, 0.8, 1.2, 0.8)])
-def test_unequal_cylinders(family: Family, radii: tuple[float, ...]) -> None:
+def test_unequal_cylinders(family: Family, radii: tuple[float, ...], offset: float) -> None:
     by_count = engine_of("in-line 4", pressure_factor=(0.0, 1.0, 0.8, 1.0),
                          mass_factor=(1.0, 1.1, 1.0, 0.9), radius_factor=radii)  # fmt: skip
-    arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, 0.0, by_count)
+    arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, offset, by_count)
     curve = forces.gas_torque(*arguments)
     gas = harmonics.gas_part(0.0, family, PERIOD)
-    of_all = (ORDERS, 0.3, 0.0, 4, by_count)
+    of_all = (ORDERS, 0.3, offset, 4, by_count)
     work = harmonics.of_engine(gas, *of_all)
     speeds = harmonics.of_engine(harmonics.VELOCITY, *of_all)
     found = forces.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
-    curve = forces.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, 0.0, by_count)
+    curve = forces.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, offset, by_count)
     found = 1.4 * (0.06 * 200.0) ** 2 * harmonics.of_engine(harmonics.INERTIA, *of_all)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
     # cylinder 1 does not burn: its own harmonics are those of the motored pressure
     first = harmonics.of_first(gas, *of_all)
     pressure = forces.pressure(PHI, family, 0.0, 1.0, 0.0)
-    wanted = transform(pressure * slider_crank.velocity(PHI, 0.3))
+    wanted = transform(pressure * slider_crank.velocity(PHI, 0.3, offset))
     assert first == pytest.approx(wanted, abs=ROUNDING * pressure.max())
     # and the throws add up to the engine
     throws = np.arange(1, 5)[:, None]

@@ -487,13 +487,6 @@ def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> Non
     assert "\n" not in str(caught.value)
 
 
-def test_unequal_throws_and_offsets_do_not_go_together() -> None:
-    scene = {"engine": "ntua", "set": {"cylinders": 4, "radius_factor": [1, 0.9, 0.9, 1]}}
-    offset = {**scene, "set": {**scene["set"], "pin_offset": 0.01}}
-    with pytest.raises(SceneError, match="radius_factor: not allowed together with pin_offset"):
-        read_scene({**offset, "output": {"quantities": ["torque_order"]}})
-
-
 def test_shares_of_designs_go_together() -> None:
     tables = {
         "designs": {"friction_skirt": [0.9, 0.1], "friction_mixed": [0.1, 0.9]},

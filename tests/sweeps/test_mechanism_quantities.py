@@ -292,11 +292,13 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
         assert bool(np.array_equal(bare[name], first[name])) is same
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.01])
 @pytest.mark.parametrize("radii", [[1, 0.9, 1.1, 1, 0.9, 1.1], [1, 1, 1, 1, 1, 1]])
-def test_orders_of_unequal_throws_are_the_transform(radii: list[float]) -> None:
+def test_orders_of_unequal_throws_are_the_transform(radii: list[float], offset: float) -> None:
     names = ["gas_torque", "inertia_torque", "gas_torque_order", "inertia_torque_order",
              "torque_order", "torque_phase", "gravity_torque", "gravity_torque_order"]  # fmt: skip
-    found = run(names, "diesel_105x137", set={"radius_factor": radii}, output={"angle_step": 0.5})
+    changed = {"radius_factor": radii, "pin_offset": offset}
+    found = run(names, "diesel_105x137", set=changed, output={"angle_step": 0.5})
     for name in ("gas_torque", "inertia_torque", "gravity_torque"):
         curve = found[name].values
         wave = 2.0 * np.abs(np.fft.rfft(curve))[1:25] / curve.size
