@@ -362,15 +362,18 @@ PROCESSES = 2
 
 
 def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
-    """Processes of `--scheduler local:N` that compute."""
-    found = psutil.Process(process.pid).children(recursive=True)
-    return [child for child in found if "spawn_main" in " ".join(child.cmdline())]
+    """Processes of `--scheduler local:N` that compute; none where it has ended."""
+    with contextlib.suppress(psutil.NoSuchProcess):
+        found = psutil.Process(process.pid).children(recursive=True)
+        return [child for child in found if "spawn_main" in " ".join(child.cmdline())]
+    return []
 
 
 def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Cluster:
     """Run a scene on processes of this machine, several times, and kill one of them each time.
 
-    Each kill comes when a number of blocks is finished that is drawn evenly.
+    Each kill comes when a number of blocks is finished that is drawn evenly. A run that ended
+    before its kill came is run again.
     """
     chance = random.Random(seed)
     (folder / "scene.toml").write_text(scene_text(designs))
@@ -397,7 +400,12 @@ def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Cluster
         found.designs = int(file["delta"].size)
     if variables(output) != expected:
         found.lost.append("uninterrupted: other bytes in the variables")
-    for kill in range(count):
+    tried = 0
+    while len(found.killed) < count:
+        tried += 1
+        if tried > 10 * count:
+            raise RuntimeError("runs end before a worker can be killed: give them more designs")
+        kill = len(found.killed)
         log(f"worker {kill + 1} of {count}")
         output.unlink(missing_ok=True)
         began = time.perf_counter()
@@ -409,7 +417,11 @@ def killed_workers(designs: int, count: int, seed: int, folder: Path) -> Cluster
         while process.poll() is None and len(_blocks(partial)) < wanted:
             time.sleep(0.002)
         kept = _blocks(partial)
-        chance.choice(workers_of(process)).kill()
+        try:
+            chance.choice(workers_of(process)).kill()
+        except (IndexError, psutil.NoSuchProcess):
+            process.communicate()
+            continue
         written = _written_again(process, partial, kept)
         _, errors = process.communicate()
         if process.returncode:
