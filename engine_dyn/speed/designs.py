@@ -1080,6 +1080,7 @@ def march_panels(
     panel, with `points` (panel, POINTS). `levels` is memory for `panels.make_own`'s levels. Other
     arguments as `march_lanes`.
     """
+    wide_vectors()
     values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
     nodes = bases.coarse.shape[1] * ratio
     # Made here, so that the compiler knows that they do not overlap.

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import inlined, kernel, wide_vectors
 from engine_dyn.speed import tables
 from engine_dyn.speed.lanes import (
     CRANKCASE,
@@ -278,6 +278,7 @@ def fill_block(
     s: Floats,
 ) -> None:
     """Coarse levels of all lanes of a block, which share the shared tables."""
+    wide_vectors()
     shared, coarse, chunk, constants = panels.coarse, levels.coarse, levels.chunk, levels.constants
     nodes = coarse.shape[0]
     for n in range(nodes):
@@ -342,6 +343,7 @@ def fill_block(
 @inlined
 def fill_moments(form: tuple[int, ...], lanes: int, coarse: Floats, constants: Floats) -> None:
     """Means of the products of P and V that the closure of `form` needs."""
+    wide_vectors()
     nodes = coarse.shape[0]
     share = 1.0 / nodes
     for i in range(CUBES, FOURTHS + 5):
