@@ -128,8 +128,12 @@ class Packed:
         pieces = []
         place = 0
         for i, name in enumerate(INPUT_NAMES):
-            array = aligned(np.asarray(inputs[name], dtype=np.float64), rank)
             start[i] = place
+            if isinstance(inputs[name], float):  # most are, of a single design
+                place += 1
+                pieces.append(np.array([inputs[name]]))
+                continue
+            array = aligned(np.asarray(inputs[name], dtype=np.float64), rank)
             place += array.size
             pieces.append(array.ravel())
             strides[:, i] = _strides(array.shape)

@@ -252,8 +252,8 @@ def solve(
         "inertia_model": _codes(INERTIA_MODELS, inertia_model),
     }
     shape = np.broadcast_shapes(
-        *(np.shape(v) for v in inputs.values()), *(v.shape for v in named.values()),
-        np.shape(cylinders),
+        *(np.shape(v) for v in inputs.values() if not isinstance(v, float)),
+        *(v.shape for v in named.values()), np.shape(cylinders),
     )  # fmt: skip
     rank = len(shape)
     period = family.row(0).period
