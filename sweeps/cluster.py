@@ -283,6 +283,11 @@ class Workers:
                     continue
                 heard, told = time.monotonic(), False
                 for future in finished.next_batch(block=False):
+                    if future.status in ("pending", "lost"):
+                        # Its worker died with the answer: another one is asked, and finds the
+                        # block written.
+                        finished.add(future)
+                        continue
                     _check(future, self.address)
                     done(futures.pop(future.key)[1])
             _wait_for(here, numbers)
