@@ -15,7 +15,7 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -561,10 +561,8 @@ def _assemble(
     """
     damaged: list[int] = []
     with archive.new(here.archive, labels, lengths, level=options.level or 0) as file:
-        for number, block in enumerate(blocks(plan, dict(lengths))):
-            try:
-                arrays = _read(here, number, _held(plan, labels, block))
-            except Damaged:
+        for number, block, arrays in _read_ahead(plan, here, lengths, labels):
+            if arrays is None:
                 damaged.append(number)
                 continue
             if damaged:
@@ -576,6 +574,28 @@ def _assemble(
             if tight:
                 here.discard(number)
     return damaged
+
+
+def _read_ahead(
+    plan: Plan, here: Partial, lengths: Mapping[str, int], labels: Labels
+) -> Iterator[tuple[int, Block, dict[str, npt.NDArray[Any]] | None]]:
+    """All blocks in turn and what they hold, None if damaged; the next is read meanwhile."""
+
+    def read(number: int, block: Block) -> dict[str, npt.NDArray[Any]] | None:
+        try:
+            return _read(here, number, _held(plan, labels, block))
+        except Damaged:
+            return None
+
+    with ThreadPoolExecutor(1) as reader:
+        before: tuple[int, Block, Future[dict[str, npt.NDArray[Any]] | None]] | None = None
+        for number, block in enumerate(blocks(plan, dict(lengths))):
+            this = number, block, reader.submit(read, number, block)
+            if before is not None:
+                yield before[0], before[1], before[2].result()
+            before = this
+        if before is not None:
+            yield before[0], before[1], before[2].result()
 
 
 def _held(plan: Plan, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
