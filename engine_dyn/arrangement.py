@@ -146,9 +146,11 @@ def phase_sums(
     """
     nu = np.asarray(orders, dtype=np.float64)
     multiples = nu * round(period / TURN)
-    wrong = ~(multiples == np.rint(multiples))
+    wrong = ~((multiples == np.rint(multiples)) & (nu > 0.0) & np.isfinite(nu))
     if wrong.any():
-        raise ValueError(f"order = {nu[wrong].flat[0]:g}: must be a multiple of {TURN / period:g}")
+        raise ValueError(
+            f"order = {nu[wrong].flat[0]:g}: must be a multiple of {TURN / period:g} above 0"
+        )
     psi = np.asarray(phases, dtype=np.float64)
     factor = np.ones(len(psi)) if weights is None else np.asarray(weights, dtype=np.float64)
     length: Floats = np.abs((factor * np.exp(1j * nu[..., None] * psi)).sum(axis=-1))

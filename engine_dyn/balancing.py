@@ -144,7 +144,7 @@ def acceleration_harmonics(
     Parameters
     ----------
     orders : array_like
-        Periods a revolution, up to 512; what is no whole number has the amplitude 0.
+        Periods a revolution, above 0 and up to 512; what is no whole number has the amplitude 0.
     crank_ratio, offset : array_like
         As `slider_crank.acceleration`; all three broadcast.
 
@@ -153,11 +153,14 @@ def acceleration_harmonics(
     ndarray
         Exact in lambda. Without offset they are real, 1 for the first order and 0 for the other
         odd ones.
+
+    Raises
+    ------
+    ValueError
+        For an order that is not above 0, or above 512.
     """
-    nu = np.asarray(orders, dtype=float)
-    whole = (nu == np.rint(nu)) & (nu > 0.0)
-    if (nu > SAMPLES // 2).any():
-        raise ValueError(f"order = {nu.max():g}: must be at most {SAMPLES // 2}")
+    nu = kinematic_series.checked_orders(orders, SAMPLES // 2)
+    whole = nu == np.rint(nu)
     ratio, beside = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     )

@@ -316,7 +316,8 @@ class RequiredInertia:
 _OF_TORQUE = (
     "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
     "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
-    "tolerance", "driven", "gear_ratio", "load_phase", "load_scale",
+    "friction_shape", "friction_torque", "tolerance", "driven", "gear_ratio", "load_phase",
+    "load_scale",
 )  # fmt: skip
 
 

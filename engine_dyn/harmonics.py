@@ -88,6 +88,12 @@ def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
         Orders above 0, along an axis on which the others have size 1; all broadcast.
     crank_ratio, offset : array_like
         lambda [1]; offset of the pin's line over the crank radius [1].
+
+    Raises
+    ------
+    ValueError
+        For an order that is not above 0, with an offset also above 1024; a crank ratio outside
+        (0, 1).
     """
     if not np.any(offset):
         return -1j * kinematic_series.velocity_coefficients(orders, crank_ratio)
@@ -111,7 +117,9 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 
 def _of_smooth(curve: Callable[..., Any], orders: Any, ratio: Any, offset: Any) -> Complexes:
     """Harmonics of a curve that repeats every turn; half orders have none."""
-    nu, shape, columns = _designs(orders, ratio, offset)
+    nu, shape, columns = _designs(
+        kinematic_series.checked_orders(orders, SMOOTH // 2), ratio, offset
+    )
     phi = np.arange(SMOOTH) * (TURN / SMOOTH)
     result = np.zeros((columns.shape[1], nu.size), dtype=np.complex128)
     whole = nu % 1.0 == 0.0
@@ -129,7 +137,7 @@ def _designs(orders: Any, *inputs: Any) -> tuple[Floats, tuple[int, ...], Floats
     """Orders in a row; shape of the other inputs together, and these as columns."""
     others = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
     columns = np.stack([one.reshape(-1) for one in others])
-    return np.asarray(orders, dtype=float).reshape(-1), others[0].shape, columns
+    return kinematic_series.checked_orders(orders).reshape(-1), others[0].shape, columns
 
 
 def _along_orders(values: Complexes, orders: Any, shape: tuple[int, ...]) -> Complexes:
@@ -448,7 +456,7 @@ def _by_count(
     summed: Callable[[Floats, Cylinders], Any], orders: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
-    nu, counts = np.asarray(orders, dtype=float), np.asarray(cylinders)
+    nu, counts = kinematic_series.checked_orders(orders), np.asarray(cylinders)
     total: Any = np.nan
     for count in np.unique(counts):
         total = np.where(counts == count, summed(nu, by_count[int(count)]), total)

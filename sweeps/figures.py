@@ -79,12 +79,16 @@ def _plates(study: Study) -> Plates:
     if any(over_angle(view, name) for name in COMPONENTS):
         drawn |= {name for name in (*COMPONENTS, "torque", "load_torque") if view.has(name)}
     drawn |= {name for name in (*KINEMATICS, "pressure", *VECTORS) if over_angle(view, name)}
+    both = all(over_angle(view, name) for name in ("torque", "omega"))
+    shown = {"torque", "load_torque", "omega"} if both else set()  # in torque_and_speed
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
     rest = [n for n in names if n not in drawn and not n.endswith(PUBLISHED)]
     curves = [name for name in rest if set(view.array(name).dims) & set(RUNNING)]
     for name in curves:
         figure = order_figure if "order" in view.array(name).dims else curve_figure
         for whole, along in study.along([name]):
+            if along is None and name in shown:
+                continue
             yield stem_of(name, whole, along), figure(whole, name, along)
         if "design" not in view.array(name).dims or len(study.aside) > MOST_ASIDES:
             continue

@@ -239,13 +239,6 @@ def periodic_speed(
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
-    levels: dict[str, float] = {}
-    if friction_shape is not None:
-        shares = (friction_shape.boundary, friction_shape.mixed, friction_shape.hydrodynamic,
-                  friction_shape.skirt)  # fmt: skip
-        level = friction_torque / (cylinders * lever)
-        levels = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
-        levels["ring_pressure"] = friction_shape.ring_pressure
     constant = load_offset
     if driven.over_angle is not None:
         constant = constant_load(load_offset, driven.over_angle, gear, load_scale)
@@ -280,7 +273,7 @@ def periodic_speed(
         offset=constant,
         mean_torque=torque_mean,
         friction_torque=friction_torque,
-        **levels,
+        **_friction_levels(friction_shape, friction_torque, cylinders * lever),
         start_speed=0.0 if start_speed is None else start_speed,
         passes=0.0 if passes is None else float(passes),
         start_angle=start_angle,
@@ -329,14 +322,24 @@ def energy_swing(
     gear_ratio: float = 1.0,
     load_phase: float = 0.0,
     load_scale: float = 1.0,
+    friction_shape: FrictionShape | None = None,
     crankcase_pressure: float = 101325.0,
+    friction_torque: float = 0.0,
     tolerance: float = 1e-6,
 ) -> float:
     """Range of the work of the torque at nominal speed, less a load over angle and the mean [J].
 
-    Parameters as `periodic_speed`; friction has no part in it, which does not change over the
-    cycle.
+    Parameters as `periodic_speed`; friction has a part in it only where `friction_shape` says how
+    it changes over the stroke.
+
+    Raises
+    ------
+    ValueError
+        For a friction torque that is not finite, an engine whose throws cannot turn, and a load
+        that does not repeat with the cycle.
     """
+    if not np.isfinite(friction_torque):
+        raise ValueError(f"friction_torque = {friction_torque:g}: must be a finite number")
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
@@ -362,9 +365,24 @@ def energy_swing(
         stroke=throw,
         mass=reciprocating_mass,
         speed=speed,
-        friction_torque=0.0,
+        friction_torque=friction_torque,
+        **_friction_levels(
+            friction_shape, friction_torque, cylinders * float(piston_area(bore)) * 0.5 * throw
+        ),
     )
     return float(found["energy_swing"])
+
+
+def _friction_levels(
+    shape: FrictionShape | None, friction_torque: float, lever: float
+) -> dict[str, float]:
+    """Inputs of a sweep that spread the friction over the stroke [Pa]; `lever` of all cylinders."""
+    if shape is None:
+        return {}
+    shares = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
+    level = friction_torque / lever
+    levels = {n: s * level for n, s in zip(sweep.FRICTION_NAMES, shares, strict=False)}
+    return {**levels, "ring_pressure": shape.ring_pressure}
 
 
 def _gear(driven: DrivenMachine, gear_ratio: float, period: float) -> float:

@@ -11,6 +11,7 @@ from sweeps.drawing.sheet import (
     DASHES,
     GREY,
     OWN_ORDINATES,
+    WIDTH,
     Entries,
     Plates,
     bare_panels,
@@ -60,6 +61,9 @@ ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
 NOTHING = 1e-9
 """Share of the largest value of a figure below which a value is rounding."""
 
+SMALLEST = 1e-6
+"""N or N m: what no engine has is rounding of sums that cancel."""
+
 Pair = tuple[FloatArray, FloatArray]
 
 SIDES = ("Along cylinder 1", "Across")
@@ -73,21 +77,29 @@ def shaking(study: Study) -> Plates:
             continue
         main = [name for name in names[:2] if name in present] or present
         view = study.view.only(present, ["direction"])
-        yield f"{names[1]}_over_angle", _over_angle(view, present, names)
         axes = [(whole, axis) for whole, axis in study.along(main) if axis != "direction"]
-        for whole, along in axes:
-            if along is not None and whole.varies(main, along):
-                cases = "_cases" if along == "design" else ""
-                yield (
-                    stem_of(f"{names[1]}_over_angle{cases}", whole, along),
-                    _each(whole, main, names, along, kind, hodograph=False),
-                )
-                yield (
-                    stem_of(f"{names[1]}_polar{cases}", whole, along),
-                    _each(whole, main, names, along, kind, hodograph=True),
-                )
-        if not any(along is not None and whole.varies(main, along) for whole, along in axes):
+        varied = [(w, axis) for w, axis in axes if axis is not None and w.varies(main, axis)]
+        nothing = _nothing(view, present)
+        if not (nothing and varied):
+            yield f"{names[1]}_over_angle", _over_angle(view, present, names, nothing)
+        for whole, along in varied:
+            cases = "_cases" if along == "design" else ""
+            yield (
+                stem_of(f"{names[1]}_over_angle{cases}", whole, along),
+                _each(whole, main, names, along, kind, hodograph=False),
+            )
+            yield (
+                stem_of(f"{names[1]}_polar{cases}", whole, along),
+                _each(whole, main, names, along, kind, hodograph=True),
+            )
+        if not varied and not nothing:
             yield f"{names[1]}_polar", _each(view, main, names, None, kind, hodograph=True)
+
+
+def _nothing(view: View, names: Sequence[str]) -> bool:
+    """Whether all of it is zero, but for rounding."""
+    known = [np.asarray(view.array(name).values, dtype=float) for name in names]
+    return all(np.nanmax(np.abs(values), initial=0.0) < SMALLEST for values in known)
 
 
 def _is_vector(view: View, name: str) -> bool:
@@ -120,7 +132,7 @@ def _one_turn(panel: Axes, view: View, room: float, named: bool) -> None:
     crank_axis(panel, view.array("crank_angle"), room, named=named)
 
 
-def _over_angle(view: View, present: Sequence[str], names: Sequence[str]) -> Figure:
+def _over_angle(view: View, present: Sequence[str], names: Sequence[str], nothing: bool) -> Figure:
     """Both components of one design above each other."""
     figure, panels = new_sheet(2, 1, 4.9, sharex=True, sharey=True)
     entries: Entries = {}
@@ -133,12 +145,15 @@ def _over_angle(view: View, present: Sequence[str], names: Sequence[str]) -> Fig
     for panel, side in zip(panels, SIDES, strict=True):
         panel.set_title(side)
         y_label(panel, _ordinate(view, present[0]), 2.0)
+        if nothing:
+            panel.set(ylim=(-1.0, 1.0), yticks=[0.0])
         _one_turn(panel, view, 4.6, panel is panels[-1])
     title = title_of(view.array(present[-1 if len(present) == 1 else 0]), present[0])
     what = "Shaking force" if names[0].endswith("force") else "Shaking moment"
     return finish(
-        figure, f"{what} over one turn" if len(present) > 1 else title, view.notes(present),
-        entries, caption=view.caption, below=True,
+        figure, f"{what} over one turn" if len(present) > 1 else title,
+        [*view.notes(present), "zero, but for rounding" if nothing else ""],
+        entries if len(present) > 1 else None, caption=view.caption, below=True,
     )  # fmt: skip
 
 
@@ -159,9 +174,11 @@ def _each(
     place = [{along: i} if along else {} for i in picked]
     curves = _without_rounding([[_components(view, name, here) for name in main] for here in place])
     share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
-    size = 4.2 if len(picked) == 1 else 0.5 + (2.3 if hodograph else 1.75) * rows
     together = share or not hodograph
-    figure, panels = new_sheet(rows, columns, size, sharex=together, sharey=share)
+    square = min(3.4 if len(picked) == 1 else 2.2, 6.0 / columns - 0.2)
+    height = (square + 0.35) * rows + 0.3 if hodograph else 0.5 + 1.75 * rows
+    wide = 0.9 + (square + (0.2 if share else 0.6)) * columns if hodograph else WIDTH
+    figure, panels = new_sheet(rows, columns, height, width=wide, sharex=together, sharey=share)
     entries: Entries = {}
     for panel, index, pairs in zip(panels, picked, curves, strict=False):
         for name, (up, side) in zip(main, pairs, strict=True):
@@ -172,12 +189,13 @@ def _each(
             x = _angles(view)
             for values, word, dashes in ((up, SIDES[0], "-"), (side, SIDES[1], DASHES[1])):
                 (line,) = panel.plot(x, values, **{**style, "linestyle": dashes})
-                entries.setdefault(f"{label}, {word.lower()}", line)
+                entries.setdefault(f"{label}, {word.lower()}" if len(main) > 1 else word, line)
         if axis is not None:
             nominal = " (nominal)" if index == axis.nominal else ""
             panel.set_title(axis.tag(index) + nominal)
         if hodograph:
             _square(panel, [c for one in (curves if share else [pairs]) for c in one])
+            panel.locator_params(nbins=max(2, int(1.3 * square)))
     bare_panels(panels, len(picked), columns)
     lowest = lowest_panels(panels, len(picked), columns)
     room = 6.3 / columns
@@ -192,7 +210,7 @@ def _each(
     left_labels(panels, columns, text, 1.5)
     notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
     if hodograph:
-        notes.append("the vector runs along these curves; dots at 0 degree")
+        notes.append("the vector runs along these curves; dots at 0°")
     title = f"Shaking {kind}" + (": curve of its vector" if hodograph else "")
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,

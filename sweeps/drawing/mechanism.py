@@ -16,6 +16,7 @@ from sweeps.drawing.sheet import (
     Plates,
     bare_panels,
     comparable,
+    degree_ticks,
     finish,
     grid_of,
     left_labels,
@@ -62,14 +63,21 @@ TOGETHER: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "radial_pressure"),
     ),
     "shortened_acceleration": (
-        "Acceleration by the exact formula and by the shortened series", "Reduced acceleration",
+        "Acceleration, exact and by the shortened series,", "Reduced acceleration",
         ("acceleration", "acceleration_truncated"),
     ),
 }  # fmt: skip
 """What is drawn in one panel: file, title, ordinate and variables."""
 
-POLAR = (("tangential", "radial"), ("x", "y"), ("side", "down"))
+POLAR = {
+    ("tangential", "radial"): "in axes that turn with the crank",
+    ("x", "y"): "in axes of the engine",
+    ("side", "down"): "in axes of the engine",
+}
 """Endings of two variables that are the components of one load: to the right, and up."""
+
+NOTHING = 1e-9
+"""Of the largest order of a figure; nothing is drawn for what is less."""
 
 MARKED = 30.0
 """Degrees between the marks of a polar diagram; the dead centres are written beside it."""
@@ -157,21 +165,35 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
     figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
     orders = np.asarray(view.data.variables["order"].values, dtype=float)
     room = float(np.min(np.diff(orders))) if orders.size > 1 else 1.0
+    angles = view.array(name).attrs.get("units") == "degree"
+    least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for v in values for y in v)
     entries: Entries = {}
     for panel, index, stems in zip(panels, shown, values, strict=False):
+        any_drawn = False
         for rank, (value, y) in enumerate(zip(picked, stems, strict=True)):
             text = axis.text(value) if axis else title_of(view.array(name), name)
             style = line_style(rank, len(picked), axis is not None and value == axis.nominal)
             shift = room * 0.7 * ((rank + 0.5) / len(picked) - 0.5)
             known = np.isfinite(y)
-            panel.vlines(orders[known] + shift, 0.0, y[known], color=style["color"], linewidth=1.3)
+            if angles:  # of what is not there, the phase is 0
+                known &= _has_amplitude(view, name, {**_at(across, index), **_at(axis, value)})
+            else:
+                known &= np.abs(y) > least
+                panel.vlines(
+                    orders[known] + shift, 0.0, y[known], color=style["color"], linewidth=1.3
+                )
+            any_drawn |= bool(known.any())
             (points,) = panel.plot(
                 orders[known] + shift, y[known], linestyle="none", color=style["color"],
                 marker=style["marker"], markersize=3.5, markerfacecolor=style["markerfacecolor"],
             )  # fmt: skip
-            if known.any():
+            if np.isfinite(y).any():
                 entries.setdefault(text, points)
+        if not any_drawn:
+            panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
         panel.axhline(0.0, color="black", linewidth=0.6)
+        if angles:
+            degree_ticks(panel, view.array(name))
         panel.set_xlim(orders[0] - room, orders[-1] + room)
         if across:
             panel.set_title(across.tag(index))
@@ -188,6 +210,15 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
         axis.label if axis else "", view.caption, below=across is not None,
         spare=panels[len(shown) :] if across else (),
     )  # fmt: skip
+
+
+def _has_amplitude(view: View, name: str, place: Mapping[str, int]) -> Any:
+    """Where a phase belongs to something: its amplitude, if the archive has it, is not 0."""
+    other = name.removesuffix("_phase") + "_order"
+    if other == name or not view.has(other):
+        return True
+    size = np.abs(_order_values(view, other, place))
+    return size > NOTHING * np.nanmax(size, initial=0.0)
 
 
 def _at(axis: StudyAxis | None, index: int) -> dict[str, int]:
@@ -219,8 +250,11 @@ def polar_diagrams(study: Study) -> Plates:
     """One component of a load against the other over the cycle."""
     for stem, right, up in polar_names(study.view):
         names = [right, up]
-        for whole, along in study.along(names):
-            if along == "main_bearing" or (along is not None and not whole.varies(names, along)):
+        found = study.along(names)
+        # a panel for each journal, whatever else there is
+        beside = [pair for pair in found if pair[1] != "main_bearing"] or [(found[0][0], None)]
+        for whole, along in beside:
+            if along is not None and not whole.varies(names, along):
                 continue
             yield stem_of(stem, whole, along), _polar_figure(whole, names, along)
 
@@ -237,12 +271,16 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
     rows, columns = grid_of(len(shown))
     (left, low), (width, height) = _frame(view, names)
-    wide = min(6.0 / columns, 3.0 if across else 4.6, 4.6 * width / height)
+    wide = min(6.1 / columns - 0.15, 3.0 if across else 4.6, 4.6 * width / height)
     tall = wide * height / width
-    size = WIDTH if across else wide + 1.0
-    figure, panels = new_sheet(rows, columns, (tall + 0.55) * rows, width=size)
+    size = WIDTH if columns > 2 else wide * columns + 1.0
+    share = {"sharex": True, "sharey": True}
+    figure, panels = new_sheet(rows, columns, (tall + 0.25) * rows + 0.4, width=size, **share)
     entries: Entries = {}
     for panel, index in zip(panels, shown, strict=False):
+        ends = (low, low + height)
+        panel.set_xlim(left, left + width)
+        panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
         for rank, value in enumerate(picked):
             place = {**_at(across, index), **_at(axis, value)}
             text = axis.text(value) if axis else ""
@@ -250,12 +288,8 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
             _loop(panel, view, names, place, style, text, entries, apart=0.06 * height)
         panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
-        panel.set_xlim(left, left + width)
-        panel.set_ylim(low, low + height)
         panel.set_aspect("equal", adjustable="box")
         panel.locator_params("x", nbins=max(2, int(1.6 * wide)))
-        if up.endswith("_down"):
-            panel.invert_yaxis()
         if across:
             panel.set_title(across.tag(index))
     bare_panels(panels, len(shown), columns)
@@ -263,10 +297,11 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
         x_label(panel, axis_label(view.array(right), right), 6.3 / columns if across else wide)
     for panel in panels[::columns]:
         y_label(panel, axis_label(view.array(up), up), tall)
+    axes_said = next(said for pair, said in POLAR.items() if right.endswith(f"_{pair[0]}"))
     title = f"Polar diagram of the {_common(view, names)}"
     notes = [
         *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
-        f"a mark every {MARKED:g}° of crank angle",
+        axes_said, f"a mark every {MARKED:g}° of crank angle",
     ]  # fmt: skip
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,
@@ -307,6 +342,8 @@ def _loop(
     style: dict[str, Any], text: str, entries: Entries, *, apart: float,
 ) -> None:  # fmt: skip
     """One closed curve, with marks along it, and the dead centres by their angle."""
+    from matplotlib.patheffects import withStroke
+
     angle, x, lost = _trace(view, names[0], place, "crank_angle")
     _, y, _ = _trace(view, names[1], place, "crank_angle")
     if lost:  # padded to the engine with most journals
@@ -318,6 +355,9 @@ def _loop(
     )
     if text:
         entries.setdefault(text, line)
+    middle = (float(np.mean(x[:-1])), float(np.mean(y[:-1])))
+    upward = -1.0 if panel.yaxis_inverted() else 1.0
+    halo = [withStroke(linewidth=1.5, foreground="white")]
     written: list[tuple[float, float]] = []
     for mark in marks:
         here = (float(x[mark]), float(y[mark]))
@@ -325,7 +365,17 @@ def _loop(
         if crowded or text or not np.isclose(angle[mark] % 90.0, 0.0, atol=1e-6):
             continue
         written.append(here)
+        # across the curve, away from its middle
+        before, after = (mark - 1) % (x.size - 1), (mark + 1) % (x.size - 1)
+        aside, above = float(y[after] - y[before]), float(x[before] - x[after])
+        outward = aside * (here[0] - middle[0]) + above * (here[1] - middle[1])
+        sign = 1.0 if outward > 0.0 else -1.0
+        aside, above = sign * aside, sign * upward * above
+        far = float(np.hypot(aside, above)) or 1.0
         panel.annotate(
-            f"{number_text(angle[mark])}°", here, xytext=(3, 3), textcoords="offset points",
-            fontsize=6.5, color=style["color"],
+            f"{number_text(angle[mark])}°", here, textcoords="offset points",
+            xytext=(6.0 * aside / far, 6.0 * above / far),
+            ha="left" if aside > 0.3 * far else "right" if aside < -0.3 * far else "center",
+            va="bottom" if above > 0.3 * far else "top" if above < -0.3 * far else "center",
+            fontsize=6.5, color=style["color"], path_effects=halo,
         )  # fmt: skip

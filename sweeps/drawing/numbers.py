@@ -21,6 +21,7 @@ from sweeps.drawing.sheet import (
     Plates,
     bare_panels,
     comparable,
+    degree_ticks,
     doubt_look,
     finish,
     free_scale,
@@ -56,18 +57,20 @@ from sweeps.drawing.views import (
     parameters_of,
     pick,
     picked_text,
+    same_over,
     stem_of,
 )
 from sweeps.drawing.wording import (
     HARD_SPACE,
     axis_label,
+    digits_of,
     name_of,
     number_text,
     sentence,
     symbol_of,
     title_of,
     unit_in_brackets,
-    unit_text,
+    with_unit,
     wrap,
 )
 
@@ -92,7 +95,13 @@ UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 
 
 COUNTED = ("cylinder", "main_bearing")
-"""Dimensions whose points are parts of an engine: there is nothing between them to map."""
+"""Dimensions whose points are parts of an engine: no line runs from one to the next."""
+
+WHOLE = (*COUNTED, "cylinders", "passes", "truncation")
+"""Dimensions of whole numbers: there is nothing between them that a map could show."""
+
+FEWEST_OF_MAP = 5
+"""Values of an axis below which lines show more than a map."""
 
 
 @dataclass(frozen=True)
@@ -128,9 +137,11 @@ def _points(panel: Axes, axis: StudyAxis, lines: Sequence[_Line], entries: Entri
     remarks: Entries = {}
     for rank, line in enumerate(lines):
         style = line_style(rank, len(lines), line.strong and len(lines) > 1)
-        if axis.words:
-            style["linestyle"] = "none"
         x = axis.values if line.x is None else line.x
+        if axis.words or axis.name in COUNTED:
+            style["linestyle"] = "none"
+        if axis.name in COUNTED:  # side by side, as their parts often have the same load
+            x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         thin = max(x.size // 20, 1) if x.size > 60 else 1
         style["markevery"] = thin
         y = np.where(np.isfinite(line.y), line.y, np.nan)
@@ -209,6 +220,7 @@ def _scalar_figure(
     for panel in panels[: len(panels_at)]:
         parameter_ticks(panel, axis, "x", room)
         free_scale(panel, every)
+        degree_ticks(panel, view.array(names[0]))
     bare_panels(panels, len(panels_at), columns)
     for panel in lowest_panels(panels, len(panels_at), columns):
         x_label(panel, axis.label, room)
@@ -336,14 +348,16 @@ def _map_panel(
     panel.set_ylim(*edges[1][[0, -1]].tolist())
     inside = table[~lost]
     if min(table.shape) > 1 and inside.size:
+        digits = digits_of(levels)
         levels = levels[(levels > inside.min()) & (levels < inside.max())]
         if levels.size:
+            written = {float(level): number_text(level, digits) for level in levels}
             lines = panel.contour(
                 x.values, y.values, masked, levels, colors="black", linewidths=0.7, linestyles="-"
             )
             places = _label_places(panel, lines)
             if places:
-                panel.clabel(lines, fmt=number_text, fontsize=6.5, inline_spacing=3, manual=places)
+                panel.clabel(lines, fmt=written, fontsize=6.5, inline_spacing=3, manual=places)
     for reason in whys:
         where = why == reason
         if not where.any():
@@ -429,7 +443,8 @@ def _colour_bar(
     bar.outline.set_linewidth(0.6)
     bar.set_label(wrap(label, int(height * 11.5)))
     if levels.size:
-        bar.set_ticks(list(levels), labels=[number_text(level) for level in levels])
+        digits = digits_of(levels)
+        bar.set_ticks(list(levels), labels=[number_text(level, digits) for level in levels])
         bar.ax.yaxis.set_minor_locator(NullLocator())
         for level in levels:
             bar.ax.axhline(level, color="black", linewidth=0.7)
@@ -437,12 +452,10 @@ def _colour_bar(
 
 def _field(view: View, name: str) -> Plates:
     """A number over the axes of a study: line, map, or small multiples of them."""
-    axes = view.axes([name])
-    wide = [
-        dim
-        for dim in axes
-        if not view.axis(dim).words and view.data.sizes[dim] >= 3 and dim not in COUNTED
-    ]
+    idle = [dim for dim in view.axes([name]) if view.idle([name], dim)]
+    axes = [dim for dim in view.axes([name]) if dim not in idle]
+    numbers = [dim for dim in axes if not view.axis(dim).words]
+    wide = [d for d in numbers if view.data.sizes[d] >= FEWEST_OF_MAP and d not in WHOLE]
     stem = name
     if len(wide) >= 2:
         # the two longest, in the order of the archive
@@ -457,12 +470,15 @@ def _field(view: View, name: str) -> Plates:
             over = min((d for d in axes if d != dim), key=lambda d: view.data.sizes[d])
             yield f"{name}_{dim}{view.suffix}", _scalar_figure(view, [name], dim, over)
         return
-    numbers = [dim for dim in axes if not view.axis(dim).words] or axes
-    along = max(numbers, key=lambda dim: (dim in COUNTED, view.data.sizes[dim]))
+    pool = numbers or axes
+    along = max(pool, key=lambda dim: (dim in COUNTED, dim not in WHOLE, view.data.sizes[dim]))
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None
     stem += f"_{along}" + (f"_by_{facet}" if facet else "")
     yield stem + view.suffix, _scalar_figure(view, [name], along, second, facet)
+    for dim in numbers if name in MAIN else ():
+        if dim != along and view.data.sizes[dim] > 2:
+            yield f"{name}_{dim}{view.suffix}", _scalar_figure(view, [name], dim, along)
 
 
 def _groups(view: View, names: Sequence[str]) -> list[tuple[str, list[str]]]:
@@ -480,10 +496,10 @@ def _groups(view: View, names: Sequence[str]) -> list[tuple[str, list[str]]]:
 
 def all_numbers(study: Study, names: Sequence[str]) -> Plates:
     """All variables without a running dimension."""
-    single = [name for name in names if not study.view.axes([name])]
-    if len(single) > 1:
-        yield "summary", _summary(study.view, single)
-    for stem, group in _groups(study.view, [name for name in names if name not in single]):
+    level = [name for name in names if _is_level(study.view, name)]
+    if len(level) > 1 or any(study.view.axes([name]) for name in level):
+        yield "summary", _summary(study.view, level)
+    for stem, group in _groups(study.view, [name for name in names if name not in level]):
         axes = study.view.axes(group)
         if "design" in axes:
             yield from _over_designs(study, stem, group, axes)
@@ -498,6 +514,15 @@ def all_numbers(study: Study, names: Sequence[str]) -> Plates:
         elif axes:
             for name in group:
                 yield from _field(view, name)
+
+
+def _is_level(view: View, name: str) -> bool:
+    """Whether one number says all of a variable: it has no axis, or none does anything to it."""
+    axes = view.axes([name])
+    if not axes:
+        return True
+    values = np.asarray(view.only([name], ()).array(name).values, dtype=float)
+    return bool(np.isfinite(values).all()) and all(view.idle([name], dim) for dim in axes)
 
 
 def _over_designs(study: Study, stem: str, group: Sequence[str], axes: Sequence[str]) -> Plates:
@@ -520,7 +545,10 @@ def _over_designs(study: Study, stem: str, group: Sequence[str], axes: Sequence[
                 for p, view in study.base
                 if p != UNIT_CHANGES.get(group[0]) and view.varies(group, p)
             ]
-            if families:
+            if len(families) == 1:
+                ((parameter, view),) = families
+                yield stem, _scalar_figure(view, group, parameter)
+            elif families:
                 yield stem, _family_panels(study.view, group, families)
     if not study.base or (group[0] in MAIN and study.apart):
         size = study.view.data.sizes["design"]
@@ -695,24 +723,25 @@ def _scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Fig
 
 
 def _summary(view: View, names: Sequence[str]) -> Figure:
-    """Single numbers as a table."""
+    """Single numbers as a table, with those that are the same in all designs."""
     listed = list(names)[:MOST_ROWS]
     figure, panels = new_sheet(1, 1, 0.3 + 0.2 * len(listed))
     panel = panels[0]
     panel.axis("off")
     panel.set(xlim=(0, 1), ylim=(len(listed) + 0.5, -0.7))
+    alike = [name for name in listed if view.axes([name])]
     for row, name in enumerate(listed):
-        variable = view.array(name)
+        variable = view.only([name], ()).array(name)
         value = float(variable.values)
         if name == "status":
             said = meanings_of(variable).get(int(value), number_text(value))
         elif np.isfinite(value):
-            said = f"{number_text(value)} {unit_text(str(variable.attrs.get('units', '')))}"
+            said = with_unit(variable, value)
         else:
             said = str(view.outcomes(name, variable, {}))
-        beside = view.published(name)
-        if beside is not None and np.isfinite(float(view.array(beside).values)):
-            said += f" (published: {number_text(float(view.array(beside).values))})"
+        beside = _published_number(view, name)
+        if beside is not None:
+            said += f" (published: {number_text(beside)})"
         cells = [
             wrap(sentence(name_of(variable, name)), 70).split("\n")[0],
             symbol_of(variable),
@@ -721,7 +750,21 @@ def _summary(view: View, names: Sequence[str]) -> Figure:
         for x, text in zip((0.0, 0.62, 0.74), cells, strict=True):
             panel.text(x, row, text, va="center")
         panel.axhline(row + 0.5, color="#dcdcdc", linewidth=0.5)
-    return finish(figure, "Summary", view.notes(listed), caption=view.caption)
+    notes = []
+    if alike:
+        these = ", ".join(symbol_of(view.array(n)) or name_of(view.array(n), n) for n in alike)
+        notes.append(f"{these}: {same_over(view.axes(alike))}")
+    return finish(figure, "Summary", [*view.notes(listed), *notes], caption=view.caption)
+
+
+def _published_number(view: View, name: str) -> float | None:
+    """What is published beside a number: one value, of whichever design."""
+    other = view.published(name, everywhere=True)
+    if other is None:
+        return None
+    values = np.asarray(view.array(other).values, dtype=float)
+    known = np.unique(values[np.isfinite(values)])
+    return float(known[0]) if known.size == 1 else None
 
 
 def outcomes_map(study: Study) -> Plates:

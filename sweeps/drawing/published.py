@@ -23,10 +23,11 @@ from sweeps.drawing.sheet import (
     shade,
     x_label,
 )
-from sweeps.drawing.views import MOST_PANELS, Study, StudyAxis, View
+from sweeps.drawing.views import MOST_PANELS, FloatArray, Study, StudyAxis, View
 from sweeps.drawing.wording import axis_label, number_text, title_of, wrap
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -36,8 +37,9 @@ def published(study: Study) -> Plates:
     pairs = [
         (str(name), other)
         for name in view.data.data_vars
-        if view.has(str(name)) and (other := view.published(str(name))) is not None
+        if view.has(str(name)) and (other := view.published(str(name), everywhere=True))
     ]
+    pairs = [(n, o) for n, o in pairs if set(view.array(n).dims) <= set(view.array(o).dims)]
     pairs = [(n, o) for n, o in pairs if np.isfinite(view.array(o).values.astype(float)).any()]
     if not pairs:
         return
@@ -48,13 +50,55 @@ def published(study: Study) -> Plates:
     ]
     if several:
         yield "published_parity", _parity(view, several)
-    dims = {view.array(name).dims for name, _ in pairs}
+    dims = {view.array(other).dims for _, other in pairs}
     if len(dims) == 1 and len(next(iter(dims))) == 1:
         axis = view.axis(str(next(iter(dims))[0]))
         known = np.any([np.isfinite(view.array(o).values.astype(float)) for _, o in pairs], axis=0)
         rows = np.flatnonzero(known)
-        if rows.size <= MOST_ROWS:
+        if rows.size == 1 and len(pairs) > 1:
+            yield "published", _differences_of_one(view, pairs, axis, int(rows[0]))
+        elif rows.size <= MOST_ROWS:
             yield "published", _differences(view, pairs, axis, rows)
+
+
+def _both(view: View, name: str, other: str) -> tuple[FloatArray, FloatArray]:
+    """Computed and published values, of one shape: a computed one may hold for many designs."""
+    known = view.array(other)
+    computed = view.array(name).set_dims(dict(known.sizes)).transpose(*known.dims)
+    return computed.values.astype(float), known.values.astype(float)
+
+
+def _percent(computed: FloatArray, known: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
+
+
+def _differences_of_one(
+    view: View, pairs: Sequence[tuple[str, str]], axis: StudyAxis, design: int
+) -> Figure:
+    """Percent by which the values of one design differ from published ones, a row for each."""
+    drawn = list(pairs)[:MOST_ROWS]
+    figure, panels = new_sheet(1, 1, 0.5 + 0.22 * len(drawn))
+    panel = panels[0]
+    both = [_both(view, name, other) for name, other in drawn]
+    percent = [float(_percent(ours[design], theirs[design])) for ours, theirs in both]
+    panel.plot(percent, np.arange(len(drawn)), "o", color=shade(0.15), markersize=4.5)
+    names = [title_of(view.array(name), name) for name, _ in drawn]
+    _rows(panel, names)
+    x_label(panel, "Computed less published (%)", 4.5)
+    title = f"Difference from the published values: {axis.tag(design)}"
+    return finish(figure, title, view.notes([n for n, _ in drawn], units=False))
+
+
+def _rows(panel: Axes, names: Sequence[str]) -> None:
+    """A named row for each, from above, and a line at no difference."""
+    panel.axvline(0.0, color="black", linewidth=0.8, zorder=1)
+    for row in range(1, len(names)):
+        panel.axhline(row - 0.5, color="#e6e6e6", linewidth=0.5, zorder=0.4)
+    panel.grid(False, axis="y")
+    panel.tick_params("y", length=0)
+    panel.set_yticks(range(len(names)), names)
+    panel.set_ylim(len(names) - 0.5, -0.5)
 
 
 def _differences(
@@ -68,22 +112,14 @@ def _differences(
     entries: Entries = {}
     every = [np.zeros(1)]
     for rank, (name, other) in enumerate(pairs):
-        computed = view.array(name).values.astype(float)[rows]
-        known = view.array(other).values.astype(float)[rows]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            percent = np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
+        computed, known = _both(view, name, other)
+        percent = _percent(computed[rows], known[rows])
         shift = 0.5 * ((rank + 0.5) / len(pairs) - 0.5)
         style = line_style(rank, len(pairs)) | {"linestyle": "none", "markersize": 4.5}
         (dots,) = panel.plot(percent, np.arange(rows.size) + shift, **style)
         entries[title_of(view.array(name), name)] = dots
         every.append(percent[np.isfinite(percent)])
-    panel.axvline(0.0, color="black", linewidth=0.8, zorder=1)
-    for row in range(1, rows.size):
-        panel.axhline(row - 0.5, color="#e6e6e6", linewidth=0.5, zorder=0.4)
-    panel.grid(False, axis="y")
-    panel.tick_params("y", length=0)
-    panel.set_yticks(range(rows.size), [axis.tag(int(row)) for row in rows])
-    panel.set_ylim(rows.size - 0.5, -0.5)
+    _rows(panel, [axis.tag(int(row)) for row in rows])
     size = np.abs(np.concatenate(every))
     if size.max() > 5 and size.max() > 20 * np.median(size):
         panel.set_xscale("symlog", linthresh=0.1, linscale=0.6)
@@ -102,8 +138,7 @@ def _parity(view: View, pairs: Sequence[tuple[str, str]]) -> Figure:
     figure, panels = new_sheet(rows, columns, 0.2 + 2.6 * rows)
     entries: Entries = {}
     for panel, (name, other) in zip(panels, drawn, strict=False):
-        computed = view.array(name).values.astype(float).ravel()
-        known = view.array(other).values.astype(float).ravel()
+        computed, known = (values.ravel() for values in _both(view, name, other))
         good = np.isfinite(computed) & np.isfinite(known)
         both = np.concatenate([computed[good], known[good]])
         variable = view.array(name)

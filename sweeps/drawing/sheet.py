@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from sweeps.drawing.views import NO_VALUE, FloatArray, StudyAxis
-from sweeps.drawing.wording import axis_label, number_text, wrap
+from sweeps.drawing.views import LEAST_SPAN, NO_VALUE, FloatArray, StudyAxis
+from sweeps.drawing.wording import axis_label, digits_of, number_text, wrap
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -77,9 +77,6 @@ LOST: dict[str, tuple[str, str]] = {
     NO_VALUE: ("|", "++++"),
 }
 LOST_OTHERWISE = ("<", "oo")
-LEAST_SPAN = 1e-6
-"""Of an ordinate over its values; what is drawn finer is rounding, or the tolerance."""
-
 OWN_ORDINATES = "each panel has its own ordinate"
 Entries = dict[str, "Artist"]  # of a legend: text and what it explains
 Plates = Iterator[tuple[str, "Figure"]]  # name of the file without its ending, and the figure
@@ -312,12 +309,14 @@ def _value_ticks(axis: Axis, values: FloatArray, log: bool, which: str, room: fl
 
     places = np.sort(np.log(values) if log else values)
     span = float(np.ptp(places)) or 1.0
-    size = max(0.07 * len(number_text(value)) + 0.06 if which == "x" else 0.17 for value in values)
+    digits = digits_of(values)
+    texts = [number_text(value, digits) for value in values]
+    size = max(0.07 * len(text) + 0.06 if which == "x" else 0.17 for text in texts)
     gaps = np.diff(places) / span * 0.88 * room
     if values.size <= 7 and not np.any(gaps < size):
         axis.set_major_locator(FixedLocator(list(values)))
         axis.set_minor_locator(NullLocator())
-        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, digits)))
     elif log:
         log_ticks(axis, float(values.min()), float(values.max()), few=room < 2)
     elif np.all(values == np.round(values)) and span < 50:
@@ -375,6 +374,15 @@ def free_scale(axes: Axes, values: Sequence[FloatArray]) -> None:
         log_ticks(axes.yaxis, low, high)
 
 
+def degree_ticks(axes: Axes, variable: xr.Variable) -> None:
+    """An ordinate in degrees has its ticks at parts of a turn, where it is long enough."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = axes.get_ylim()
+    if variable.attrs.get("units") == "degree" and high - low > 90.0:
+        axes.yaxis.set_major_locator(MaxNLocator(9, steps=[1, 1.5, 3, 4.5, 9, 10]))
+
+
 def comparable(panels: Sequence[Sequence[FloatArray]]) -> bool:
     """Whether panels can have one ordinate without being flattened by the widest of them."""
     known = [
@@ -387,7 +395,9 @@ def comparable(panels: Sequence[Sequence[FloatArray]]) -> bool:
     every = np.concatenate(known)
     if every.min() > 0 and every.max() > 20 * every.min():
         known, every = [np.log(values) for values in known], np.log(every)
-    return bool(np.median([np.ptp(values) for values in known]) > 0.33 * np.ptp(every))
+    # a level line needs no ordinate of its own
+    spans = [span for span in map(np.ptp, known) if span > LEAST_SPAN * np.ptp(every)]
+    return not spans or bool(np.median(spans) > 0.33 * np.ptp(every))
 
 
 def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 from engine_dyn import status as outcome
 from sweeps.drawing.wording import (
     axis_label,
+    digits_of,
     name_of,
     number_text,
     plain_text,
@@ -42,6 +45,14 @@ SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)
 # Made from the speed solution: what a status of "tolerance not met" speaks of.
 FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc", "inertia_torque_")
 NO_VALUE = "no value"
+# Found by the solver to the scene's tolerance, which is the relative error of these.
+TO_TOLERANCE = ("delta", "delta_midrange", "inertia_required")
+LEAST_SPAN = 1e-6
+"""Of values over their size; what differs by less is rounding, or finer than ticks can say."""
+ROUNDING = 1e-12
+"""Of the largest value of a variable."""
+MOST_READ = 4_000_000
+"""Values of a variable that are read to see whether an axis does anything to it."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +75,7 @@ class StudyAxis:
 
     def text(self, index: int) -> str:
         """The value alone, for a legend that has the label as its title."""
-        text = self.words[index] if self.words else number_text(self.values[index])
+        text = self.words[index] if self.words else number_text(self.values[index], self.digits)
         if self.remarks and self.remarks[index]:
             text += f", {self.remarks[index]}"
         return text
@@ -73,7 +84,12 @@ class StudyAxis:
         """Name and value, for titles."""
         if self.words:
             return self.words[index]
-        return value_text(self.variable, self.name, float(self.values[index]))
+        return value_text(self.variable, self.name, float(self.values[index]), self.digits)
+
+    @cached_property
+    def digits(self) -> int:
+        """Digits that tell its values apart."""
+        return digits_of(self.values)
 
 
 def is_words(variable: xr.Variable) -> bool:
@@ -131,6 +147,7 @@ class View:
     remarks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffix: str = ""
     others: tuple[str, ...] = ()  # parameters that are the same in all of it
+    tolerance: float = 0.0  # of the solver
 
     @property
     def caption(self) -> str:
@@ -202,8 +219,15 @@ class View:
 
     def only(self, names: Iterable[str], keep: Iterable[str | None]) -> View:
         """Cut every axis of the variables but `keep` at its default slice."""
-        kept = set(keep)
-        return self.cut({dim: self.default(dim) for dim in self.axes(names) if dim not in kept})
+        names, kept = list(names), set(keep)
+        rest = [dim for dim in self.axes(names) if dim not in kept]
+        idle = [dim for dim in rest if self.idle(names, dim)]
+        view = self.cut({dim: self.default(dim) for dim in rest})
+        return replace(view, fixed={**view.fixed, **{dim: self.same(dim) for dim in idle}})
+
+    def same(self, dim: str) -> str:
+        """What is said of an axis that does nothing."""
+        return same_over([dim])
 
     def default(self, dim: str) -> int:
         """The slice when none is chosen: nominal design, middle number or first word."""
@@ -226,23 +250,60 @@ class View:
                 notes.append(plain_text(str(attributes["comment"])))
         return notes
 
+    def least_span(self, name: str) -> float:
+        """Relative difference up to which two values of a variable are one and the same.
+
+        Of what the solver finds to its tolerance, either may be off by that.
+        """
+        return max(LEAST_SPAN, 2.0 * self.tolerance if name in TO_TOLERANCE else 0.0)
+
     def varies(self, names: Iterable[str], dim: str) -> bool:
         """Whether any of the variables changes along an axis (looked at on its default slice)."""
         for name in names:
             if dim not in self.array(name).dims:
                 continue
-            array = self.only([name], [dim]).array(name)
+            rest = {d: self.default(d) for d in self.axes([name]) if d != dim}
+            array = self.array(name).isel(rest)
             array = array.isel({dim: pick(array.sizes[dim], MOST_LINES)})
-            values = np.asarray(array.transpose(dim, ...).values, dtype=float)
-            size = np.max(np.abs(values), where=np.isfinite(values), initial=0.0)
-            if not np.allclose(values, values[:1], rtol=0.0, atol=1e-9 * size, equal_nan=True):
+            if not _level(array, dim, self.least_span(name)):
                 return True
         return False
 
-    def published(self, name: str) -> str | None:
-        """The variable of published values beside a computed one, if in the same units."""
+    def idle(self, names: Iterable[str], dim: str) -> bool:
+        """Whether an axis does nothing to the variables, wherever the others stand.
+
+        Values, their outcomes and what is published beside them are the same all along it.
+        """
+        return all(self._idle(name, dim) for name in names)
+
+    def _idle(self, name: str, dim: str) -> bool:
+        array, least = self.array(name), self.least_span(name)
+        if dim not in array.dims:
+            return True
+        other = self.published(name)
+        if other is not None and not _level(self.array(other), dim, 0.0):
+            return False
+        some = {d: pick(n, MOST_LINES) for d, n in array.sizes.items() if d not in RUNNING}
+        if not _level(array.isel(some), dim, least):
+            return False
+        if array.size > MOST_READ or not _level(array, dim, least):
+            return False
+        if not np.isfinite(np.asarray(array.values, dtype=float)).any():
+            return False  # there is no number to be the same
+        status = self.data.variables.get("status")
+        if status is None or not name.startswith(FROM_SPEED) or dim not in status.dims:
+            return True
+        return _level(status, dim, 0.0)
+
+    def published(self, name: str, everywhere: bool = False) -> str | None:
+        """The variable of published values beside a computed one, if in the same units.
+
+        `everywhere`: also one over axes that the computed one does not depend on.
+        """
         other = name + PUBLISHED
-        if not self.has(other) or self.array(other).dims != self.array(name).dims:
+        if not self.has(other):
+            return None
+        if not everywhere and self.array(other).dims != self.array(name).dims:
             return None
         units = self.array(name).attrs.get("units")
         return other if self.array(other).attrs.get("units", units) == units else None
@@ -269,6 +330,18 @@ class View:
         return said
 
 
+def _level(array: xr.Variable, dim: str, least: float) -> bool:
+    """Whether values are the same along a dimension but for `least` of their size."""
+    values = np.asarray(array.transpose(dim, ...).values, dtype=float)
+    known = np.isfinite(values)
+    if (known != known[:1]).any():
+        return False
+    values = np.where(known, values, 0.0)
+    size = np.abs(values).max(axis=0, initial=0.0)
+    rounding = ROUNDING * size.max(initial=0.0)
+    return bool(np.all(np.ptp(values, axis=0) <= np.maximum(least * size, rounding)))
+
+
 def meanings_of(status: xr.Variable) -> dict[int, str]:
     """What the codes of a status variable mean, in words."""
     known = dict(enumerate(outcome.MEANINGS))
@@ -279,8 +352,8 @@ def meanings_of(status: xr.Variable) -> dict[int, str]:
 
 
 def facet_of(view: View, names: Sequence[str], taken: Iterable[str | None]) -> str | None:
-    """The axis for small multiples: words first, else the shortest of those that are left."""
-    rest = [dim for dim in view.axes(names) if dim not in set(taken)]
+    """The axis for small multiples: words first, else the shortest of those that do something."""
+    rest = [d for d in view.axes(names) if d not in set(taken) and not view.idle(names, d)]
     rest.sort(key=lambda dim: (not view.axis(dim).words, view.data.sizes[dim]))
     return rest[0] if rest else None
 
@@ -306,13 +379,13 @@ class Study:
     apart: bool = False  # some designs are in no family
 
     def along(self, names: Sequence[str]) -> list[tuple[View, str | None]]:
-        """Each axis that the variables can be drawn along, with the view that has it."""
+        """Each axis that does something to the variables, with the view that has it."""
         found: list[tuple[View, str | None]] = []
         axes = self.view.axes(names)
         if "design" in axes and self.base:
             found += [(view, p) for p, view in self.base if view.varies(names, p)]
             axes.remove("design")
-        found += [(self.view, axis) for axis in axes]
+        found += [(self.view, axis) for axis in axes if not self.view.idle(names, axis)]
         return found or [(self.view.only(names, ()), None)]
 
 
@@ -452,7 +525,7 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
         rising = np.argsort(own.values, kind="stable")
         if np.any(np.diff(rising) != 1):
             order[dim] = rising
-    view = View(data.isel(order) if order else data)
+    view = View(data.isel(order) if order else data, tolerance=_tolerance(data))
     view = view.cut({dim: _selected(view, dim, value) for dim, value in select.items()})
     view = view.cut({str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING})
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
@@ -473,6 +546,14 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
     if base:
         view = replace(view, nominal={"design": 0}, others=listed)
     return Study(view, tuple(base), tuple(aside), bool(lonely.any()))
+
+
+def _tolerance(data: xr.Dataset) -> float:
+    """Tolerance of the solver, 0 for an archive that does not tell it."""
+    try:
+        return float(json.loads(data.attrs["solver"])["tolerance"])
+    except (KeyError, TypeError, ValueError):
+        return 0.0
 
 
 def _selected(view: View, dim: str, value: float | str) -> int:
@@ -499,6 +580,20 @@ def stem_of(base: str, view: View, along: str | None, alone: bool = False) -> st
     return base + suffix + view.suffix
 
 
+def same_over(dims: Sequence[str]) -> str:
+    """What is said of axes that do nothing."""
+    over = [said_of(dim) for dim in dims if dim != "design"]
+    places = [f"over {' and '.join(over)}"] if over else []
+    if "design" in dims:
+        places.append("in every case")
+    return f"the same {' and '.join(places)}"
+
+
 def key_text(axis: StudyAxis) -> str:
     """An axis in the middle of a sentence: its key says it shortest."""
-    return axis.name.replace("_", " ")
+    return said_of(axis.name)
+
+
+def said_of(dim: str) -> str:
+    """A dimension in the middle of a sentence."""
+    return "case" if dim == "design" else dim.replace("_", " ")

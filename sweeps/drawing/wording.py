@@ -7,9 +7,12 @@ from functools import cache
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"
+MOST_TOLD_APART = 200
+"""Numbers that get as many digits as tell them apart."""
 
 
 def unit_text(units: str) -> str:
@@ -86,8 +89,8 @@ def plain_text(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def number_text(value: float) -> str:
-    """Four significant digits, without an exponent where it can be read without."""
+def number_text(value: float, digits: int = 4) -> str:
+    """Some significant digits, without an exponent where it can be read without."""
     value = float(value)
     size = abs(value)
     if not np.isfinite(value):
@@ -95,12 +98,23 @@ def number_text(value: float) -> str:
     if value == round(value) and size < 1e7:
         text = f"{value:.0f}"
     elif 1e-4 <= size < 1e6:
-        text = f"{value:.4g}" if size < 1e4 else f"{value:.0f}"
+        text = f"{value:.{digits}g}" if size < 10.0**digits else f"{value:.0f}"
     else:
-        mantissa, _, exponent = f"{value:.3e}".partition("e")
-        text = f"{float(mantissa):g}".replace("-", "\N{MINUS SIGN}")
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{float(mantissa):.{digits}g}".replace("-", "\N{MINUS SIGN}")
         return text + rf"$\times 10^{{{int(exponent)}}}$"
     return text.replace("-", "\N{MINUS SIGN}")
+
+
+def digits_of(values: NDArray[np.float64]) -> int:
+    """Significant digits, 4 or more, at which different numbers have different texts."""
+    distinct = np.unique(values[np.isfinite(values)])
+    if distinct.size > MOST_TOLD_APART:
+        return 4
+    for digits in range(4, 12):
+        if len({number_text(value, digits) for value in distinct}) == distinct.size:
+            return digits
+    return 4
 
 
 def shorten(text: str, most: int = 40) -> str:
@@ -163,11 +177,17 @@ def unit_in_brackets(variable: xr.Variable) -> str:
     return f"{HARD_SPACE}({unit_text(str(variable.attrs['units'])) or EN_DASH})"
 
 
-def value_text(variable: xr.Variable, key: str, value: float) -> str:
+def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
     """One value of a parameter: symbol = number unit."""
+    said = with_unit(variable, value, digits)
+    return f"{symbol_of(variable) or name_of(variable, key)} = {said}"
+
+
+def with_unit(variable: xr.Variable, value: float, digits: int = 4) -> str:
+    """A number and its unit."""
     unit = unit_text(str(variable.attrs.get("units", "")))
     space = "" if unit in ("", "\N{DEGREE SIGN}") else " "
-    return f"{symbol_of(variable) or name_of(variable, key)} = {number_text(value)}{space}{unit}"
+    return f"{number_text(value, digits)}{space}{unit}"
 
 
 def slug(text: str) -> str:

@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from engine_dyn import flywheel, periodic_speed
+from engine_dyn import flywheel, periodic_speed, slider_crank
+from engine_dyn.friction import FrictionShape
 from engine_dyn.indicator import Diagram, family_from_diagrams
 from engine_dyn.speed import sweep
 from engine_dyn.speed.required import search, solve_for_inertia
@@ -190,6 +191,33 @@ def batch(diagram: Diagram, **more: Any) -> dict[str, Any]:
             name: value for name, value in ENGINE.items() if name != "friction_torque"
         }), **more,
     }  # fmt: skip
+
+
+def test_energy_swing_of_friction_over_the_stroke(diagram: Diagram) -> None:
+    """Work of the torque less its mean, by the trapezoidal rule on a tenth of a degree."""
+    shape = FrictionShape(0.3, 0.2, 0.2, 0.2, 1.5e5)
+    sizes = {"bore": 0.14, "stroke": 0.18, "crank_ratio": 0.2571}
+    given = {**sizes, "reciprocating_mass": 6.67, "speed": 125.66}
+    phi = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 7201)
+    v, b = (f(phi, 0.2571) for f in (slider_crank.velocity, slider_crank.acceleration))
+    gas = (diagram(phi) - 101325.0) * np.pi / 4.0 * 0.14**2 * 0.09 * v
+    friction = 100.0 * shape(phi, 0.2571, diagram, 101325.0)
+    torque = gas - 6.67 * 0.09**2 * 125.66**2 * b * v - friction
+    torque = torque - np.mean(torque[:-1])
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]) * np.diff(phi))])
+    found = energy_swing(diagram, **given, friction_shape=shape, friction_torque=100.0)
+    assert found == pytest.approx(np.ptp(work), rel=1e-5)
+    plain = energy_swing(diagram, **given)
+    assert abs(found / plain - 1.0) > 1e-3
+    # a constant torque has no part in it
+    assert energy_swing(diagram, **given, friction_torque=100.0) == plain
+    # the estimate of the inertia is made of it
+    estimate = flywheel.required_inertia(
+        diagram, 0.05, **given, load_exponent=2.0, friction_shape=shape, friction_torque=100.0
+    )
+    assert estimate.energy_swing == found
+    with pytest.raises(ValueError, match=r"friction_torque = nan: must be a finite number"):
+        energy_swing(diagram, **given, friction_torque=np.nan)
 
 
 def test_every_design_of_a_batch_is_itself(diagram: Diagram) -> None:

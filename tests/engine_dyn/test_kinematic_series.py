@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 import scipy.special
 
+from engine_dyn import balancing, harmonics, slider_crank
 from engine_dyn import kinematic_series as series
-from engine_dyn import slider_crank
+from engine_dyn.arrangement import phase_sums
+from engine_dyn.cylinders import even_cylinders
 
 POINTS = 4096
 PHI = np.arange(POINTS) * (2.0 * np.pi / POINTS)
@@ -249,3 +251,37 @@ def test_bad_input_is_named() -> None:
         series.acceleration_coefficients(2, 1.2)
     with pytest.raises(ValueError, match=r"highest order = 3: must be 2, 4, 6"):
         series.truncated_position(0.1, 0.3, 3)
+
+
+@pytest.mark.parametrize("order", [0.0, -1.0, np.nan, np.inf])
+def test_orders_that_are_none(order: float) -> None:
+    by_count = {4: even_cylinders(4, 4.0 * np.pi)}
+    calls = (
+        lambda: series.position_coefficients(order, 0.3),
+        lambda: series.velocity_coefficients([1.0, order], 0.3),
+        lambda: series.acceleration_coefficients(order, 0.3),
+        lambda: series.inertia_torque_coefficients(order, 0.3),
+        lambda: harmonics.velocity_harmonics(order, 0.3, 0.1),
+        lambda: harmonics.inertia_harmonics(order, 0.3),
+        lambda: harmonics.phase_vectors(order, 4, by_count),
+        lambda: balancing.acceleration_harmonics(order, 0.3),
+        lambda: balancing.acceleration_harmonics([1.0, order], 0.3, 0.1),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=rf"order = {order:g}: must be above 0"):
+            call()
+    with pytest.raises(ValueError, match=rf"order = {order:g}: must be a multiple of 0.5 above 0"):
+        phase_sums(order, [0.0], 4.0 * np.pi)
+
+
+def test_orders_beyond_the_transform() -> None:
+    with pytest.raises(ValueError, match=r"order = 1025: must be above 0 and at most 1024"):
+        harmonics.velocity_harmonics([1.0, 1025.0], 0.3, 0.1)
+    with pytest.raises(ValueError, match=r"order = 513: must be above 0 and at most 512"):
+        balancing.acceleration_harmonics(513.0, 0.3)
+
+
+@pytest.mark.parametrize("derivative", [-1, 3])
+def test_a_derivative_that_there_is_none_of(derivative: int) -> None:
+    with pytest.raises(ValueError, match=rf"derivative = {derivative}: must be 0, 1 or 2"):
+        series.truncation_error(0.3, 2, derivative)

@@ -13,7 +13,8 @@ import sweeps
 from engine_dyn import balancing, flywheel
 from engine_dyn.cylinders import cylinders_of, even_cylinders
 from engine_dyn.layouts import arrangement_from_text
-from sweeps.drawing.balance import _without_rounding
+from sweeps.drawing.balance import _without_rounding, shaking
+from sweeps.drawing.views import study_of
 from sweeps.engine_file import load_engine
 from sweeps.figures import draw
 
@@ -411,6 +412,20 @@ def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
     alone = asgari[["shaking_force"]].isel(design=[0])
     files = [path.stem for path in draw(alone, tmp_path / "one")]
     assert files == ["shaking_force_over_angle", "shaking_force_polar"]
+
+
+def test_figures_of_what_is_balanced(tmp_path: Path) -> None:
+    """Forces that are nothing get no curve of their vector, and no scale of their own."""
+    names = ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_moment_max"]
+    files = [path.stem for path in draw(sweeps.run("lecture18_opposed")[names], tmp_path)]
+    assert {"shaking_force_over_angle", "shaking_moment_polar_speed", "summary"} <= set(files)
+    assert not any(stem.startswith("shaking_force_polar") for stem in files)
+    assert "shaking_force_max_speed" not in files  # 0 N, in the summary
+    study = study_of(sweeps.run("lecture18")[names[:2]], {})
+    drawn = dict(shaking(study))
+    assert "shaking_moment_over_angle" not in drawn  # of one cylinder
+    moments = drawn["shaking_moment_over_angle_cases"].axes
+    assert len({panel.get_ylim() for panel in moments if panel.get_visible()}) == 1
 
 
 def test_rounding_is_drawn_as_nothing() -> None:

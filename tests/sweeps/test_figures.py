@@ -540,7 +540,7 @@ def test_orders_and_padded_cylinders() -> None:
             ),
             "torque_amplitude": (
                 ("cylinders", "order"),
-                np.ones((2, 6)),
+                np.outer([1.0, 2.0], np.ones(6)),
                 {"long_name": "amplitude of the torque harmonics", "units": "N m"},
             ),
         },
@@ -636,6 +636,7 @@ def test_axes_of_words_are_spelled() -> None:
     assert legend_texts(found["delta_speed"])[:2] == ["thesis", "newton"]
     assert [a.get_title(loc="left") for a in found["omega_speed"].axes] == ["thesis", "newton"]
     words_only = product({"method": ["thesis", "newton"], "model": ["constant", "variable"]})
+    words_only["delta"][:, 1] *= 1.1
     figure = plates(words_only)["delta_method"]
     assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["thesis", "newton"]
     assert legend_texts(figure) == ["constant", "variable"]
@@ -652,8 +653,9 @@ def test_a_single_design_gives_curves_and_a_table() -> None:
     assert {"kinematics", "indicator_diagrams", "torque_components", "torque_and_speed"} < set(
         found
     )
-    assert {"omega", "summary"} < set(found)
-    assert not found["omega"].legends
+    assert "summary" in found
+    assert not {"omega", "torque", "load_torque"} & set(found)  # all in torque_and_speed
+    assert not plates(thesis_like().isel(design=0)[["omega"]])["omega"].legends
     said = words(found["summary"])
     assert "Coefficient of speed fluctuation" in said
     assert "rad/s" in said
@@ -667,11 +669,106 @@ def test_an_empty_archive_gives_no_figures() -> None:
     assert plates(product(inertia=[1.0, 2.0]).isel(inertia=slice(0, 0))) == {}
 
 
+# ------------------------------------------------------------- nothing that is not there
+
+
+def constant_map(noise: float, tolerance: float) -> xr.Dataset:
+    """A wanted delta over two axes, met to some relative noise."""
+    data = product(inertia=np.geomspace(2, 12, 6), speed=np.linspace(1500, 3000, 7))
+    rng = np.random.default_rng(1)
+    data["delta"][:] = (1 + noise * rng.uniform(-1, 1, (6, 7))) / 6
+    data["status"][:] = 0
+    data.attrs["solver"] = json.dumps({"method": ["auto"], "tolerance": tolerance})
+    return data[["delta", "status"]]
+
+
+@pytest.mark.parametrize(("noise", "tolerance"), [(1e-9, 1e-6), (9e-4, 1e-3)])
+def test_what_the_tolerance_leaves_is_no_map(noise: float, tolerance: float) -> None:
+    found = plates(constant_map(noise, tolerance))
+    assert set(found) == {"summary"}
+    said = words(found["summary"])
+    assert "0.16" in said
+    assert "$\\delta$: the same over inertia and speed" in said
+
+
+def test_what_is_more_than_the_tolerance_is_drawn() -> None:
+    assert "delta_map_inertia_speed" in plates(constant_map(9e-4, 1e-6))
+    # of a speed, the tolerance is not the relative error
+    data = constant_map(9e-4, 1e-3).rename(delta="omega_max")
+    data["omega_max"].attrs = attributes("omega_max")
+    assert "omega_max_map_inertia_speed" in plates(data)
+
+
+def test_designs_that_failed_are_not_the_same() -> None:
+    data = constant_map(0.0, 1e-6)
+    data["status"][0, 0], data["delta"][0, 0] = status.STALLED, np.nan
+    assert "Stalled" in legend_texts(plates(data)["delta_map_inertia_speed"])
+    data = constant_map(0.0, 1e-6)
+    data["status"][0, 0] = status.TOLERANCE_NOT_MET
+    assert "Tolerance not met" in legend_texts(plates(data)["delta_map_inertia_speed"])
+
+
+def test_an_axis_without_effect_is_said_and_not_drawn() -> None:
+    data = product({"model": ["constant", "variable"]}, inertia=np.geomspace(2, 12, 6))
+    found = plates(data)
+    figure = found["delta_inertia"]
+    assert len(figure.axes[0].get_lines()) == 1
+    assert not figure.legends
+    assert "the same over model" in texts(figure)
+    assert "omega_model" not in found
+    assert len([a for a in found["omega_inertia"].axes if a.get_title(loc="left")]) == 0
+    assert "the same over model" in texts(found["omega_inertia"])
+
+
+def test_contours_are_told_apart() -> None:
+    data = product(inertia=np.geomspace(2, 12, 6), speed=np.linspace(1500, 3000, 7))[["delta"]]
+    grid = np.add.outer(np.linspace(0, 0.05, 6), np.linspace(0, 0.05, 7))
+    data["delta"] = data["delta"].copy(data=125.6 + grid)
+    figure = plates(data)["delta_map_inertia_speed"]
+    bar = [t.get_text() for t in figure.axes[-1].get_yticklabels() if t.get_text()]
+    assert len(bar) >= 4
+    assert len(set(bar)) == len(bar)
+
+
+def test_legends_tell_values_apart() -> None:
+    data = product(inertia=[2.00001, 2.00002], speed=np.linspace(1500, 3000, 4))[["delta"]]
+    data["delta"] = data["delta"] * np.array([1.0, 2.0])[:, None]
+    assert legend_texts(plates(data)["delta_speed"]) == ["2.00001", "2.00002"]
+
+
+def test_there_is_nothing_between_two_numbers_of_cylinders() -> None:
+    data = product(cylinders=[1, 2, 3, 4, 6, 8], speed=np.linspace(1500, 3000, 7))
+    factor = np.array([1.0, 0.9, 0.7, 0.5, 0.3, 0.2])[:, None]
+    data["delta"] = data["delta"] * factor
+    found = plates(data[["delta"]])
+    assert set(found) == {"delta_speed", "delta_cylinders"}
+    assert legend_texts(found["delta_speed"]) == ["1", "2", "3", "4", "6", "8"]
+
+
+def test_a_number_of_all_designs_beside_its_published_value() -> None:
+    data = thesis_like()[["delta", "delta_published"]]
+    attrs = {"long_name": "rod mass at the crank pin", "symbol": "$M_c$", "units": "kg"}
+    data["rod_mass"] = ((), 0.4446, attrs)
+    data["rod_mass_published"] = ("design", np.r_[0.445, np.full(data.sizes["design"] - 1, np.nan)])
+    data["rod_mass_published"].attrs = attrs
+    data["other"] = ((), 2.0, {**attrs, "long_name": "another"})
+    said = words(plates(data)["summary"])
+    assert "0.4446 kg (published: 0.445)" in said
+    alone = data.drop_vars(["delta", "delta_published"])
+    alone["other_published"] = alone["rod_mass_published"] * 4.4
+    alone["other_published"].attrs = attrs
+    figure = plates(alone)["published"]
+    rows = [t.get_text() for t in figure.axes[0].get_yticklabels()]
+    assert rows == ["Rod mass at the crank pin $M_c$", "Another $M_c$"]
+    (dots,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert dots.get_xdata()[0] == pytest.approx(100 * (0.4446 / 0.445 - 1))
+
+
 # ----------------------------------------------------------------------------- outcomes
 
 
 def test_designs_without_an_answer_are_hatched_in_maps() -> None:
-    data = product(inertia=[0.5, 1.1, 1.6, 4.0, 12.0], speed=[600.0, 1200.0, 2000.0, 3000.0])
+    data = product(inertia=[0.5, 1.1, 1.6, 4.0, 12.0], speed=[600.0, 1200, 2000, 3000, 4000])
     found = plates(data)
     figure = found["delta_map_inertia_speed"]
     assert legend_texts(figure) == ["Not converged", "Stalled", "Tolerance not met"]
@@ -706,7 +803,7 @@ def test_passes_done_are_numbers(thesis_plates: dict) -> None:
 
 
 def test_a_study_in_which_all_failed() -> None:
-    data = product(inertia=np.geomspace(0.5, 12, 4), speed=np.linspace(600, 3000, 5))
+    data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))
     data["status"][:] = status.NO_STEADY_STATE
     for name in ("delta", "omega"):
         data[name][:] = np.nan
@@ -776,6 +873,9 @@ def test_designs_beside_axes() -> None:
     data = thesis_like()[["delta", "omega", "status"]].isel(design=[0, 2, 3, 4])
     data = data.drop_vars("load").expand_dims(load=[10.0, 90.0])
     data["load"].attrs = attributes("load")
+    for name in ("delta", "omega"):
+        data[name] = data[name] * (1 + data["load"] / 1e4)
+        data[name].attrs = attributes(name)
     found = plates(data.transpose("design", "load", "crank_angle"))
     assert legend_texts(found["delta_inertia"]) == ["10", "90"]
     assert [a.get_title(loc="left") for a in found["omega_inertia"].axes] == [
@@ -801,7 +901,7 @@ def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_files_are_written_and_come_out_the_same_again(tmp_path, kind: str) -> None:
-    data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 4))[["delta"]]
+    data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))[["delta"]]
     before = data.copy(deep=True)
     first = draw(data, tmp_path / "new" / "folder", format=kind)
     names = ["delta_map_inertia_speed", "delta_inertia", "delta_speed"]

@@ -132,7 +132,7 @@ def test_polar_diagrams_have_one_scale(found: dict[str, Any]) -> None:
                 assert (np.abs(y - np.mean(panel.get_ylim())) <= np.ptp(panel.get_ylim()) / 2).all()
     said = words(found["crank_pin_polar_tangential_radial_speed"])
     assert "Polar diagram of the load of the crank pin by speed" in said
-    assert "a mark every 30° of crank angle" in said
+    assert "in axes that turn with the crank; a mark every 30° of crank" in said
 
 
 def test_down_is_down(found: dict[str, Any]) -> None:
@@ -173,7 +173,34 @@ def test_orders_are_stems_side_by_side(found: dict[str, Any]) -> None:
     assert np.mean([one[0], other[0]]) == pytest.approx(0.5)
     assert "Order" in words(figure)
     single = found["phase_vector_sum"].axes[0]
-    assert single.lines[0].get_xdata() == pytest.approx(np.arange(1, 13) / 2)
+    sums = mechanism()["phase_vector_sum"].values
+    assert single.lines[0].get_xdata() == pytest.approx(np.arange(1, 13)[sums > 0] / 2)
+
+
+def test_of_what_is_not_there_nothing_is_drawn() -> None:
+    data = mechanism()[["torque_order"]]
+    size = np.array(data["torque_order"].values)
+    data["torque_order"][:] = np.where(data["order"] % 1 == 0, size, 0.0)
+    attrs = {"long_name": "phase of the orders", "units": "degree"}
+    phases = np.where(data["order"] % 1 == 0, 90.0, 0.0) * np.ones(size.shape)
+    data["torque_phase"] = (data["torque_order"].dims, phases, attrs)
+    found = plates(data)
+    for stem in ("torque_order_speed", "torque_phase"):
+        drawn = found[stem].axes[0].lines[0].get_xdata()
+        assert len(drawn) == 6, stem
+    assert len(found["torque_phase"].axes[0].collections) == 0  # a phase has no stem
+    data["torque_order"][:] = 0.0
+    assert "zero at every order" in words(plates(data)["torque_order"])
+
+
+def test_journals_of_one_engine() -> None:
+    """Points without a line from one bearing to the next, and a polar diagram for each."""
+    found = plates(mechanism().isel(speed=0))
+    figure = found["main_journal_polar_x_y"]
+    titles = [panel.get_title(loc="left") for panel in figure.axes if panel.get_visible()]
+    assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
+    (line,) = found["main_journal_load_max_main_bearing"].axes[0].get_lines()
+    assert line.get_linestyle() == "None"
 
 
 def test_nothing_is_written_outside_a_figure(found: dict[str, Any]) -> None:
