@@ -51,7 +51,7 @@ PARAMETERS = (
     ),
     _parameter(
         "balance_shaft_radius", "R_{s1}", "m",
-        "distance of that shaft's centre of gravity from its axis", "Asgari eq. 13", low=0.0,
+        "distance of the balance shaft's centre of gravity from its axis", "Asgari eq. 13", low=0.0,
     ),
     _parameter(
         "second_shaft_mass", "m_{s2}", "kg",
@@ -60,7 +60,7 @@ PARAMETERS = (
     ),
     _parameter(
         "second_shaft_radius", "R_{s2}", "m",
-        "distance of the centre of gravity from the axis, shafts at twice the speed",
+        "distance of the second shafts' centre of gravity from their axes, at twice the speed",
         "Lanchester's balancer; derived here", low=0.0,
     ),
     _parameter(

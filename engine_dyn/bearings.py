@@ -94,10 +94,10 @@ class Factors(NamedTuple):
     rotating: Any
 
 
-def _forces_on_crank(
+def _piston_force(
     phi: Any, member: Member, ratio: Any, offset: Any, family: Family, row: Any
-) -> tuple[Any, Any]:
-    """Parts of P of a cylinder (four, last axis of the first), and tan(beta).
+) -> Any:
+    """Parts of P of a cylinder, four along the last axis.
 
     `ratio` and `offset` are those of the cylinder's own crank radius, the factors of the engine's.
     """
@@ -105,8 +105,7 @@ def _forces_on_crank(
     share = member.mass_factor * member.radius_factor
     inertia = -share * slider_crank.acceleration(phi, ratio, offset)
     none = np.zeros(np.shape(inertia))
-    parts = np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none), axis=-1)
-    return parts, mechanism.thrust_ratio(phi, ratio, offset)
+    return np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none), axis=-1)
 
 
 def _crank_pin(
@@ -117,7 +116,7 @@ def _crank_pin(
     `number` is not used: there is one such load.
     """
     member = engine.members[0]
-    pushed, _ = _forces_on_crank(phi, member, ratio, offset, family, row)
+    pushed = _piston_force(phi, member, ratio, offset, family, row)
     radial = -mechanism.radial_ratio(phi, ratio, offset)[..., None] * pushed
     tangential = slider_crank.velocity(phi, ratio, offset)[..., None] * pushed
     radial[..., 3] = 1.0
@@ -133,8 +132,8 @@ def _piston_pin(
     cylinder; the thrust on the wall is that of all reciprocating masses.
     """
     member = engine.members[0]
-    pushed, lean = _forces_on_crank(phi, member, ratio, offset, family, row)
-    side = lean[..., None] * pushed
+    pushed = _piston_force(phi, member, ratio, offset, family, row)
+    side = mechanism.thrust_ratio(phi, ratio, offset)[..., None] * pushed
     pushed[..., 3] = slider_crank.acceleration(phi, ratio, offset)
     return np.stack([side, pushed], axis=-1)
 
@@ -153,9 +152,9 @@ def _main_journal(
         member, bank = engine.members[cylinder], banks[cylinder]
         angle, radius = phi + member.phase, member.radius_factor
         own, beside_line = radius * np.asarray(ratio), np.asarray(offset) / radius
-        pushed, lean = _forces_on_crank(angle, member, own, beside_line, family, row)
+        pushed = _piston_force(angle, member, own, beside_line, family, row)
         crank = angle + slider_crank.dead_centres(own, beside_line).top + bank
-        side = lean[..., None] * pushed
+        side = mechanism.thrust_ratio(angle, own, beside_line)[..., None] * pushed
         x = side * np.cos(bank) - pushed * np.sin(bank)
         y = -side * np.sin(bank) - pushed * np.cos(bank)
         x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
@@ -322,11 +321,15 @@ def extremes(
             some = keys[:, begin : begin + TABLES_AT_ONCE]
             mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
             parts = np.full((some.shape[1], PARTS, 2, samples), np.nan)
-            for i, (ratio, beside, where, count, number) in enumerate(some.T.tolist()):
+            # those of one pressure and one bearing are made together
+            for where, count, number in sorted(set(zip(*some[2:].tolist(), strict=True))):
                 engine = by_count[int(count)]
                 if _exists(load, engine, int(number)):
-                    made = LOADS[load](phi, engine, ratio, beside, family, where, int(number))
-                    parts[i] = np.moveaxis(made, 0, -1)
+                    alike = np.equal(some[2:].T, (where, count, number))
+                    these = np.flatnonzero(alike.all(axis=1))
+                    ratios, besides = some[:2, these, None]
+                    made = LOADS[load](phi, engine, ratios, besides, family, where, int(number))
+                    parts[these] = np.moveaxis(made, 1, -1)
             found = np.empty((3, mine.size))
             _extremes(parts, table[mine] - begin, np.ascontiguousarray(here[5:, mine]), found)
             rows = index[mine]

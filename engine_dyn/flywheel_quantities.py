@@ -191,7 +191,7 @@ NODES = (
         ),
     ),
     Node(
-        "flywheel_thickness", "b_f", "m", "thickness of that ring along the shaft",
+        "flywheel_thickness", "b_f", "m", "thickness of the flywheel's ring along the shaft",
         "Asgari, after eq. 31", needs=("flywheel_mass", *_RING, "flywheel_density"),
         make=lambda flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter,
         flywheel_density: flywheel.ring_thickness(

@@ -48,6 +48,7 @@ FOUR_STROKE = 2.0 * TURN
 NUMBERINGS = ("banks", "alternate")
 PINS = ("shared", "split")
 CRANKS = ("cross-plane", "flat-plane")
+PIN_WORDS = ("shared-pin", "split-pin")
 
 
 def in_line(
@@ -307,7 +308,7 @@ def _read(text: str, period: float) -> Arrangement:
     match words:
         case ["in-line", count, *rest]:
             order = _taken_order(rest)
-            _no_more(rest)
+            _no_more(rest, ("an order such as 1-3-4-2",))
             return in_line(_count(count), order, period)
         case ["parallel", "twin", angle]:
             if period != FOUR_STROKE:
@@ -315,19 +316,20 @@ def _read(text: str, period: float) -> Arrangement:
             return parallel_twin(_angle(angle))
         case ["boxer", count, *rest]:
             order, numbering = _taken_order(rest), _taken_word(rest, ("alternate",))
-            _no_more(rest)
+            _no_more(rest, ("an order such as 1-4-3-2", "alternate"))
             return boxer(_count(count), order, numbering, period)
         case ["radial", count, *rest]:
             rows = 2 if _taken_word(rest, ("two-row",)) else 1
-            _no_more(rest)
+            _no_more(rest, ("two-row",))
             return radial(_count(count), rows, period)
         case [first, *rest] if re.fullmatch(r"[vw]\d+", first):
             order, numbering = _taken_order(rest), _taken_word(rest, ("alternate",))
-            pin = _taken_word(rest, ("shared-pin", "split-pin")) or "shared-pin"
+            pin = _taken_word(rest, PIN_WORDS) or "shared-pin"
             pins = pin.removesuffix("-pin")
             crank = _taken_word(rest, CRANKS)
             angles = rest.pop(0) if rest else None
-            _no_more(rest)
+            allowed = ("one angle", *PIN_WORDS, *CRANKS, "alternate", "an order such as 1-3-4-2")
+            _no_more(rest, allowed)
             cylinders = _count(first[1:])
             if first[0] == "w":
                 banks = [_angle(word) for word in (angles or "").split(",") if word]
@@ -358,9 +360,9 @@ def _taken_word(words: list[str], known: tuple[str, ...]) -> str | None:
     return None
 
 
-def _no_more(words: list[str]) -> None:
+def _no_more(words: list[str], allowed: tuple[str, ...]) -> None:
     if words:
-        raise ValueError(f"'{words[0]}' is not understood")
+        raise ValueError(f"'{words[0]}' is not understood; may follow: {', '.join(allowed)}")
 
 
 def _count(word: str) -> int:

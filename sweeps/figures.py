@@ -6,9 +6,10 @@ is written beside it comes from its attributes (``long_name``, ``symbol``, ``uni
 =====================  ==========================================================================
 a variable over        is drawn as
 =====================  ==========================================================================
-nothing                a row of the table ``summary``
+nothing                a row of the table ``summary``, and so what is the same in all designs
 one axis               points joined by lines
-two axes               a map with labelled contours, or lines where an axis is words or short
+two axes               a map with labelled contours, or lines where an axis is words, short, or
+                       whole numbers such as those of cylinders
 more axes              small multiples of these; what is left is cut at one slice, which is stated
 ``crank_angle``        curves, one line per value of one axis; two components of a load against
                        each other, as a polar diagram
@@ -18,6 +19,9 @@ attribute              throws, banks and the firing star, where an arrangement i
 ``design``             the list of designs is taken apart into families, see
                        `sweeps.drawing.views.families_of`
 =====================  ==========================================================================
+
+An axis along which nothing changes is named in the note and not drawn: what differs by less than
+the solver's tolerance, or than ticks can say, is the same (`sweeps.drawing.views.View.idle`).
 
 Designs without an answer (``status``) are hatched in maps and marked on the frame in curves, and
 the legend names the outcome; they are never drawn as numbers.

@@ -149,6 +149,8 @@ def _lines(
 
 def order_figure(view: View, name: str, along: str | None) -> Figure:
     """Orders as stems, side by side for the values of one axis; facets for another."""
+    from matplotlib.ticker import MaxNLocator
+
     facet = facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
     axis = view.axis(along) if along else None
@@ -164,9 +166,11 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
     height = 0.5 + 1.75 * rows if across else 3.3
     figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
     orders = np.asarray(view.data.variables["order"].values, dtype=float)
-    room = float(np.min(np.diff(orders))) if orders.size > 1 else 1.0
     angles = view.array(name).attrs.get("units") == "degree"
     least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for v in values for y in v)
+    there = [np.abs(y) > least for v in values for y in v]
+    drawn = orders[np.any(there, axis=0)]
+    room = float(np.min(np.diff(drawn if drawn.size > 1 else orders), initial=1.0))
     entries: Entries = {}
     for panel, index, stems in zip(panels, shown, values, strict=False):
         any_drawn = False
@@ -194,7 +198,8 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
         panel.axhline(0.0, color="black", linewidth=0.6)
         if angles:
             degree_ticks(panel, view.array(name))
-        panel.set_xlim(orders[0] - room, orders[-1] + room)
+        panel.set_xlim(orders[0] - 0.5, orders[-1] + 0.5)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         if across:
             panel.set_title(across.tag(index))
     bare_panels(panels, len(shown), columns)

@@ -42,6 +42,7 @@ from sweeps.drawing.sheet import (
 from sweeps.drawing.views import (
     MOST_LINES,
     MOST_PANELS,
+    MOST_READ,
     NO_VALUE,
     SOUND,
     FloatArray,
@@ -497,7 +498,7 @@ def _groups(view: View, names: Sequence[str]) -> list[tuple[str, list[str]]]:
 def all_numbers(study: Study, names: Sequence[str]) -> Plates:
     """All variables without a running dimension."""
     level = [name for name in names if _is_level(study.view, name)]
-    if len(level) > 1 or any(study.view.axes([name]) for name in level):
+    if level:
         yield "summary", _summary(study.view, level)
     for stem, group in _groups(study.view, [name for name in names if name not in level]):
         axes = study.view.axes(group)
@@ -517,12 +518,16 @@ def all_numbers(study: Study, names: Sequence[str]) -> Plates:
 
 
 def _is_level(view: View, name: str) -> bool:
-    """Whether one number says all of a variable: it has no axis, or none does anything to it."""
-    axes = view.axes([name])
+    """Whether one number says all of a variable: it has no axis, or none does anything to it.
+
+    So does "no value", where there is none and no design failed.
+    """
+    axes, array = view.axes([name]), view.array(name)
     if not axes:
         return True
-    values = np.asarray(view.only([name], ()).array(name).values, dtype=float)
-    return bool(np.isfinite(values).all()) and all(view.idle([name], dim) for dim in axes)
+    if array.size <= MOST_READ and not np.isfinite(np.asarray(array.values, dtype=float)).any():
+        return bool((view.outcomes(name, array, {}) == NO_VALUE).all())
+    return all(view.idle([name], dim) for dim in axes)
 
 
 def _over_designs(study: Study, stem: str, group: Sequence[str], axes: Sequence[str]) -> Plates:

@@ -720,6 +720,14 @@ def test_an_axis_without_effect_is_said_and_not_drawn() -> None:
     assert "the same over model" in texts(found["omega_inertia"])
 
 
+def test_a_quantity_without_any_value_is_said_once() -> None:
+    data = product(inertia=np.geomspace(2, 12, 6))[["delta"]]
+    data["delta"][:] = np.nan
+    found = plates(data)
+    assert set(found) == {"summary"}
+    assert "no value" in words(found["summary"])
+
+
 def test_contours_are_told_apart() -> None:
     data = product(inertia=np.geomspace(2, 12, 6), speed=np.linspace(1500, 3000, 7))[["delta"]]
     grid = np.add.outer(np.linspace(0, 0.05, 6), np.linspace(0, 0.05, 7))
