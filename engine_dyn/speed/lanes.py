@@ -146,7 +146,8 @@ DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
 
 SERIES_RANGE = 0.2
-"""Largest u of a design whose powers are series in u, cheaper than roots and logarithms. Designs decide each for themselves: neighbours must not count."""
+"""Largest u of a design whose powers are series in u, cheaper than roots and logarithms. Designs
+decide each for themselves: neighbours must not count."""
 
 MOST_PASSES = 10
 
