@@ -69,8 +69,9 @@ OPERATIONS: dict[str, Operations | None] = {
         4000, "30 a coarse node (92), 14 a chunk of four, 900 for weights and two extremes"
     ),
     "factorial, alpha 1, Z 1": Operations(
-        7900, "15 a coarse node (92) once, 2.1 times 20 for the rest, 1.1 times 15 for what it "
-        "adds, extremes as above"
+        7900,
+        "15 a coarse node (92) once, 2.1 times 20 for the rest, 1.1 times 15 for what it "
+        "adds, extremes as above",
     ),
     "factorial, alpha 0, Z 1": Operations(
         4200, "one pass of 32 a coarse node (92), extremes as above"
@@ -80,7 +81,7 @@ OPERATIONS: dict[str, Operations | None] = {
         11300, "as alpha 1 with 28 for the rest, and 22 for the mean"
     ),
     "factorial, alpha 2, Z 1, variable": Operations(
-        13000, "2.2 passes of 50 a coarse node (92), 22 for the mean"
+        8400, "as alpha 1 with 7 for the rest, 3 for a division, and 22 for the mean"
     ),
     "table": Operations(
         32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
