@@ -194,6 +194,11 @@ def run(
             _say(f"nothing that is asked for depends on: {', '.join(planned.unused)}")
         if counts:
             click.echo("outcomes: " + ", ".join(f"{name} {n}" for name, n in counts.items()))
+        if read.inertia_follows and "stalled" in counts:
+            click.echo(
+                "stalled: no inertia gives the wanted delta, the engine would have to be so light "
+                "that it stops"
+            )
         if done.already:
             click.echo("complete already; nothing to do")
         else:

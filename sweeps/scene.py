@@ -370,8 +370,13 @@ class Scene:
         )
 
     @property
+    def inertia_follows(self) -> bool:
+        """Whether the inertia follows from a wanted delta."""
+        return self._gives(("wanted_delta",))
+
+    @property
     def _inertia_words(self) -> tuple[str, ...]:
-        if self._gives(("wanted_delta",)):
+        if self.inertia_follows:
             return ("wanted_delta",)
         return "given_inertia", "inertia_in_parts" if self._inertia_in_parts else "inertia_whole"
 

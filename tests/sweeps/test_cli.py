@@ -166,6 +166,16 @@ def test_without_fail_on_failed_designs_are_only_counted(tmp_path: Path) -> None
     assert "outcomes: converged 1, stalled 1" in succeeded("run", path, "-o", tmp_path / "out.nc")
 
 
+def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "ntua"\n[axes]\nwanted_delta = [0.05, 1.9]\n'
+        '[output]\nquantities = ["inertia_required"]\n'
+    )
+    said = succeeded("run", path, "-o", tmp_path / "out.nc")
+    assert "outcomes: converged 1, stalled 1\nstalled: no inertia gives the wanted delta" in said
+
+
 def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
     path, out = tmp_path / "scene.toml", tmp_path / "out.nc"
     path.write_text(SCENE)
