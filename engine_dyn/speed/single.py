@@ -39,7 +39,7 @@ class PeriodicSpeed:
     delta : float
         Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean.
     delta_error : float
-        Its estimated relative error.
+        Its estimated relative error; that of `omega_min` where it is more.
     omega_max, omega_min, omega_mean : float
         Largest, smallest and mean (over crank angle) crank speed [rad/s].
     torque_mean : float
