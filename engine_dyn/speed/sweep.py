@@ -127,6 +127,11 @@ SAFETY, LEAST_ERROR = 7.0, 5e-11
 solutions still see the knots of a tabulated diagram. Measured with benchmarks.stress: twice the
 nodes left one rough diagram in three hundred above the estimate, four times none of 800."""
 
+SAFETY_OF_SLOWEST = 2.0
+"""Factor on the difference of the smallest speed. Four times the nodes leave a quarter of the error
+even at first order, so it is at most 4/3 of the difference; the rest is room for rounding, which
+near a stall both solutions have alike."""
+
 ITERATED_FINER = 0.1 * LEAST_ERROR
 """Error that the iteration of the finer solution may leave: both may stop after as many passes, and
 then what is left is the same and no part of their difference."""
@@ -453,9 +458,9 @@ def _compare(
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
         delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.abs(delta / better["delta"][here] - 1.0)
+            error = SAFETY * np.abs(delta / better["delta"][here] - 1.0)
             slowest = np.abs(found["omega_min"][here] / better["omega_min"][here] - 1.0)
-            error = SAFETY * np.maximum(error, slowest) + LEAST_ERROR
+            error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
             eta = masses_at(np.arange(begin, begin + delta.size))
             error += lanes.ROUNDING * (1.0 + lanes.CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
