@@ -574,9 +574,9 @@ def _fine(batch: Batch, w: Array, bent: Array, rise: Array, start: Array) -> tup
         )
         stage = np.repeat(euler.stage, STAGES.size, axis=2)
         again = newton(batch, batch.width, w, bent, STAGES, rise, "power", euler.begin, stage, 120)
+        failed = ~found.good
         for name in ("begin", "stage", "good", "load"):
-            array = getattr(found, name)
-            array[~found.good] = getattr(again, name)[~found.good]
+            getattr(found, name)[failed] = getattr(again, name)[failed]
     d = (w / rise + found.stage - bent) / (1.0 + bent)
     lowest = 1.0 + d.min(axis=(1, 2))
     found.good &= lowest > _deepest(w, bent, rise)
