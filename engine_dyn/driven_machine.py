@@ -405,9 +405,12 @@ def motor_torque(
     return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
 
 
-def synchronous_speed(speed: Any, motor_slip: Any) -> Any:
-    """Synchronous speed of a motor [rad/s] whose slip at the nominal speed is given."""
-    return speed / (1.0 - motor_slip)
+def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:
+    """Synchronous speed of a motor [rad/s], at its own shaft, whose slip at nominal speed is given.
+
+    `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is the crank's.
+    """
+    return motor_gear_ratio * (speed / (1.0 - motor_slip))
 
 
 def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:

@@ -324,6 +324,7 @@ class Scene:
             *self._load_words,
             "characteristic" if self.characteristic is not None else "given_load",
             *self._inertia_words,
+            "load_inertia" if self._has("load_inertia") else "no_load_inertia",
             "weights_given" if self.weights_given else "weights_by_fraction",
             "counterweights" if self._has_counterweights else "no_counterweights",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
