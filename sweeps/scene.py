@@ -1284,7 +1284,19 @@ def _check_throw_radii(scene: Scene, name: str) -> None:
         try:
             engine.check_turning(ratio)
         except ValueError as error:
-            raise SceneError(f"{name}: engine {scene.engine.name} {mentioned(error)}") from None
+            raise SceneError(f"{name}: {_place_of_radii(scene)} {mentioned(error)}") from None
+
+
+def _place_of_radii(scene: Scene) -> str:
+    """Where the crank radii of single cylinders stand."""
+    for key in scene.cylinder_keys:
+        given = _places(scene, key)
+        if OF_CYLINDER[key].what == "radius_factor" and given is not None:
+            return f"[{given[0]}]"
+    if scene.arrangements:
+        return "[axes] arrangement:"
+    own = scene.own_cylinders is scene.engine.own_cylinders
+    return f"engine {scene.engine.name}" if own else "[set]"
 
 
 def _check_shares(scene: Scene, name: str) -> None:

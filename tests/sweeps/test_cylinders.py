@@ -586,7 +586,12 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ),
         (
             {"set": {"cylinders": 2, "radius_factor": [1, 1.9]}, "axes": {"crank_ratio": [0.55]}},
-            "radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be below 1.8",
+            r"\[set\] radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be "
+            "below 1.8",
+        ),
+        (
+            {"set": {"cylinders": 2}, "axes": {"radius_factor_2": [1, 2], "crank_ratio": [0.6]}},
+            r"\[axes\] radius_factor = 2: with crank_ratio = 0.6 the crank cannot turn",
         ),
         (
             {"set": {"friction_skirt": 0.6}, "axes": {"friction_mixed": [0.2, 0.5]}},

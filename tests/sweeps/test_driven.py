@@ -405,6 +405,13 @@ def test_bad_input_is_told_in_one_line(tables: dict[str, Any], words: str) -> No
     [
         ("load_angle_deg", range(0, 100, 10), [1.0] * 10, "covers 90 degrees"),
         ("load_angle_deg", [*range(0, 350, 10), 5], [1.0] * 36, "line 38: angle = 5 degree after"),
+        (
+            "load_angle_deg",
+            [*range(0, 110, 10), *range(200, 360, 10)],
+            [1.0] * 27,
+            "line 14: angle = 200 degree after 100: a gap of 100, allowed are 45",
+        ),
+        ("speed_rpm", [500, 1500], [1, "nan"], "[set] load_table bad.csv, line 4: torque_Nm = "),
         ("speed_rpm", [500, 1500, 1400], [1, 2, 3], "line 5: speed = 1400 rpm after 1500"),
         ("speed_rpm", [500, 1500], [1, -2], "line 4: torque = -2"),
         ("speed_rpm", [1500], [1], "1 points: must be at least 2"),
@@ -416,7 +423,7 @@ def test_bad_tables_are_told_with_their_line(
 ) -> None:
     write("bad.csv", column, places, torque)
     told = refused(set={"load_table": "bad.csv"})
-    assert words in told and "bad.csv" in told
+    assert words in told and told.count("bad.csv") == 1
 
 
 def test_engine_files_with_both_are_refused(folder: Path) -> None:
