@@ -867,7 +867,8 @@ def take_designs(
 def solve_block(
     form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
     least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
-    levels: Levels, s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
+    levels: Levels, s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
@@ -888,10 +889,9 @@ def solve_block(
     else:
         lanes.iterate(
             choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
-            levels.coarse, s, us, rs, tops, lows,
+            levels.coarse, s, energies, us, rs, tops, lows,
         )  # fmt: skip
-    if len(form) > 1:
-        lanes.mean_speed(form, choice.kind, choice.variable, width_of_lanes, levels, s, us)
+        lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)
     lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
     lanes.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
@@ -938,11 +938,12 @@ def march_lanes(
     nodes = table.shape[1]
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
+    energies = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     us = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     rs = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
     lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
-    lanes.clear(s, us, rs, tops, lows, chosen)
+    lanes.clear(s, energies, us, rs, tops, lows, chosen)
     levels, places = scratch.levels, scratch.places
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
@@ -968,8 +969,8 @@ def march_lanes(
         take_designs(index, count, designs, fields, product, scratch, places, s)
         solve_block(
             form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
-            float(INVALID_INPUT), choice, results, places, levels, s, us, rs, tops, lows,
-            chosen,
+            float(INVALID_INPUT), choice, results, places, levels, s, energies, us, rs, tops,
+            lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:
@@ -1085,11 +1086,12 @@ def march_panels(
     nodes = bases.coarse.shape[1] * ratio
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
+    energies = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     us = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     rs = rows_on_stack((nodes // ratio + 2 * lanes.PAD) * lanes.LANES)
     tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
     lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
-    lanes.clear(s, us, rs, tops, lows, chosen)
+    lanes.clear(s, energies, us, rs, tops, lows, chosen)
     designs = count_of(product.other_axes, product)
     leaving = 0
     place = 0
@@ -1119,7 +1121,7 @@ def march_panels(
         solve_block(
             form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
-            us, rs, tops, lows, chosen,
+            energies, us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if s[lanes.CODE + k] == lanes.LEFT:

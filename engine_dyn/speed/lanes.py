@@ -118,10 +118,10 @@ FIELDS = ROWS + POINTS + SERIES_TERMS
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
-    REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, REST_MOST, FROZEN, CODE, MEAN, MOVED, TOP,
+    REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
-    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SECOND_SUM, SLACK, THIN,
-    TOP_HILLS, BOTTOM_HILLS,
+    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SPEED_SUM, SLACK, THIN,
+    TOP_HILLS, BOTTOM_HILLS, PRODUCT,
 ) = (row * LANES for row in range(ROWS))  # fmt: skip
 
 NUMBERS = FIELDS * LANES
@@ -146,8 +146,7 @@ DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
 
 SERIES_RANGE = 0.2
-"""Largest u of a design whose powers and logarithms are binomial series in u, cheaper than roots
-and logarithms. Designs decide each for themselves: neighbours must not count."""
+"""Largest u of a design whose powers are series in u, cheaper than roots and logarithms. Designs decide each for themselves: neighbours must not count."""
 
 MOST_PASSES = 10
 
@@ -170,9 +169,12 @@ SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
 
 
 @inlined
-def clear(s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers) -> None:
+def clear(
+    s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    chosen: Integers,
+) -> None:  # fmt: skip
     """Fill the memory of a block with zeros, once a kernel."""
-    for rows in (s, us, rs, tops, lows):
+    for rows in (s, energies, us, rs, tops, lows):
         for i in range(rows.size):
             rows[i] = 0.0
     for k in range(chosen.size):
@@ -215,7 +217,7 @@ def loss_of(x: float) -> float:
 
 @formula
 def log_of(u: float) -> float:
-    """log(1 + u) for u from -0.5 to 1, to rounding: the series of the inverse tangent."""
+    """log(1 + u) for u from -0.5 to 1, to 2e-13: the series of the inverse tangent."""
     s = u / (2.0 + u)
     t = s * s
     return 2.0 * s * (1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0
@@ -238,35 +240,6 @@ def root_series(u: float) -> float:
     t = 0.06249999982944566 + u * t
     t = -0.1249999998028103 + u * t
     return u * u * t
-
-
-@formula
-def log_series(u: float) -> float:
-    """log(1 + u) for |u| up to SERIES_RANGE, to 1e-11."""
-    t = -0.10882048826269246
-    t = 0.12072639935263471 + u * t
-    t = -0.12468572573351773 + u * t
-    t = 0.14251462711202606 + u * t
-    t = -0.16667119228934751 + u * t
-    t = 0.20000493183276008 + u * t
-    t = -0.2499999772906624 + u * t
-    t = 0.3333333085860667 + u * t
-    t = -0.5000000000181744 + u * t
-    t = 1.0000000000198115 + u * t
-    return u * t
-
-
-@formula
-def inverse_series(u: float) -> float:
-    """1/(1 + u) for |u| up to SERIES_RANGE, to 1e-6."""
-    t = 1.073660635382625
-    t = -1.0736606352092093 + u * t
-    t = 0.9985043907238668 + u * t
-    t = -0.9985043907347663 + u * t
-    t = 1.0000075156246155 + u * t
-    t = -1.000007515624449 + u * t
-    t = 0.9999999999999998 + u * t
-    return t
 
 
 @formula
@@ -583,82 +556,99 @@ def solve_linear(
 def solve_free(
     variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
 ) -> None:
-    """Exponent 0: u at the coarse nodes, in one pass.
+    """Exponent 0: u at the coarse nodes, and the mean speed, in one pass.
 
     No load term: u = X + c, or e/tau - 1 with variable inertia, with the constant c from the
-    moments of the table. The mean of log q over the nodes is what these leave of the closure; its
-    first two derivatives give the step that is still to be made, MOVED, to rounding.
+    moments of the table. The mean of log q over the nodes, the logarithm of their product, is what
+    these leave of the closure; its first two derivatives give the step that is still to be made,
+    MOVED. The first is the mean of 1/(q tau), summed four nodes over one denominator.
     """
     wide_vectors()
     nodes = coarse.shape[0]
     for k in range(lanes):
         s[HIGH + k] = -1e300
         s[LOW + k] = 1e300
-        s[REST_SUM + k] = 0.0
+        s[PRODUCT + k] = 1.0
         s[FIRST_SUM + k] = 0.0
-        s[SECOND_SUM + k] = 0.0
+        s[SPEED_SUM + k] = 0.0
+        s[MEAN + k] = 0.0
     for group in range(nodes // CHUNK):
-        bound = group * LANES
+        n = CHUNK * group
+        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
+        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
+        row, bound = (n + PAD) * LANES, group * LANES
         for k in range(lanes):
-            tops[bound + k] = -1e300
-            lows[bound + k] = 1e300
-        for i in range(CHUNK):
-            n = CHUNK * group + i
-            pw, vw = shared(coarse, n, P), shared(coarse, n, V)
-            row = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
-            top, low = tops[bound : bound + LANES], lows[bound : bound + LANES]
-            for k in range(lanes):
-                p, v = own(coarse, pw, n, P, k), own(coarse, vw, n, V, k)
-                u = s[LEVEL + k] + s[GAS + k] * p - s[ETA + k] * v
-                inverse = 1.0
-                if variable:
-                    inverse = 1.0 / (1.0 + s[ETA + k] * v)
-                    u *= inverse
-                row[k] = u
-                top[k] = max(top[k], u)
-                low[k] = min(low[k], u)
-                inverse *= inverse_series(u)
-                s[REST_SUM + k] += log_series(u)
-                s[FIRST_SUM + k] += inverse
-                s[SECOND_SUM + k] += inverse * inverse
-        for k in range(lanes):
-            s[HIGH + k] = max(s[HIGH + k], tops[bound + k])
-            s[LOW + k] = min(s[LOW + k], lows[bound + k])
+            v0, v1 = own(coarse, vw0, n, V, k), own(coarse, vw1, n + 1, V, k)
+            v2, v3 = own(coarse, vw2, n + 2, V, k), own(coarse, vw3, n + 3, V, k)
+            gas, eta, level = s[GAS + k], s[ETA + k], s[LEVEL + k]
+            u0 = level + gas * own(coarse, pw0, n, P, k) - eta * v0
+            u1 = level + gas * own(coarse, pw1, n + 1, P, k) - eta * v1
+            u2 = level + gas * own(coarse, pw2, n + 2, P, k) - eta * v2
+            u3 = level + gas * own(coarse, pw3, n + 3, P, k) - eta * v3
+            w0, w1, w2, w3 = 1.0 + u0, 1.0 + u1, 1.0 + u2, 1.0 + u3
+            if variable:
+                t0, t1, t2, t3 = 1.0 + eta * v0, 1.0 + eta * v1, 1.0 + eta * v2, 1.0 + eta * v3
+                # One division for four: the inverse of each is that of all times the other three.
+                first, second = t0 * t1, t2 * t3
+                inverse = 1.0 / (first * second)
+                after, before = inverse * second, inverse * first
+                w0, w1, w2, w3 = w0 + eta * v0, w1 + eta * v1, w2 + eta * v2, w3 + eta * v3
+                u0, u1 = u0 * (after * t1), u1 * (after * t0)
+                u2, u3 = u2 * (before * t3), u3 * (before * t2)
+                s[PRODUCT + k] *= inverse
+            pair, other = w0 * w1, w2 * w3
+            whole = pair * other
+            s[PRODUCT + k] *= whole
+            share = 1.0 / whole
+            s[FIRST_SUM + k] += share * ((w0 + w1) * other + (w2 + w3) * pair)
+            r0, r1, r2, r3 = root_series(u0), root_series(u1), root_series(u2), root_series(u3)
+            r0, r1, r2, r3 = r0 + 0.5 * u0, r1 + 0.5 * u1, r2 + 0.5 * u2, r3 + 0.5 * u3
+            s[MEAN + k] += (r0 + r1) + (r2 + r3)
+            left = (1.0 + r0) * w1 + (1.0 + r1) * w0
+            right = (1.0 + r2) * w3 + (1.0 + r3) * w2
+            s[SPEED_SUM + k] += share * (left * other + right * pair)
+            us[row + k] = u0
+            us[row + LANES + k] = u1
+            us[row + 2 * LANES + k] = u2
+            us[row + 3 * LANES + k] = u3
+            high = max(max(u0, u1), max(u2, u3))
+            low = min(min(u0, u1), min(u2, u3))
+            tops[bound + k] = high
+            lows[bound + k] = low
+            s[HIGH + k] = max(s[HIGH + k], high)
+            s[LOW + k] = min(s[LOW + k], low)
     wrap(nodes, lanes, us)
-    if beyond_series(lanes, s):
-        for k in range(lanes):
-            series = s[WIDE + k] == 0.0
-            s[REST_SUM + k] = s[REST_SUM + k] if series else 0.0
-            s[FIRST_SUM + k] = s[FIRST_SUM + k] if series else 0.0
-            s[SECOND_SUM + k] = s[SECOND_SUM + k] if series else 0.0
-        for n in range(nodes):
-            vw = shared(coarse, n, V)
-            row = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
-            for k in range(lanes):
-                turn = s[ETA + k] if variable else 0.0
-                wide = s[WIDE + k] != 0.0
-                inverse = 1.0 / ((1.0 + turn * own(coarse, vw, n, V, k)) * (1.0 + row[k]))
-                s[REST_SUM + k] += log_of(row[k]) if wide else 0.0
-                s[FIRST_SUM + k] += inverse if wide else 0.0
-                s[SECOND_SUM + k] += inverse * inverse if wide else 0.0
     for k in range(lanes):
-        mean = s[REST_SUM + k] / nodes + s[ALIAS + k]
-        first, second = s[FIRST_SUM + k] / nodes, s[SECOND_SUM + k] / nodes
+        mean = log_of(s[PRODUCT + k] - 1.0) / nodes + s[ALIAS + k]
+        first = s[FIRST_SUM + k] / nodes
         step = -mean / first
-        moved = step + 0.5 * second * step * step / first
+        # The second derivative is some 1 + mean(u^2) times the square of the first.
+        bent = first * (1.0 + s[SQUARE_MEAN + k])
+        moved = step + 0.5 * bent * step * step
         s[MOVED + k] = moved
         within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST and abs(moved) < FREE_STEP
+        within = within and abs(s[PRODUCT + k] - 1.0) < -DEEPEST
         s[CODE + k] = s[CODE + k] if within or s[CODE + k] != 0.0 else LEFT
+        s[MEAN + k] += 0.5 * moved * s[SPEED_SUM + k]
+    if beyond_series(lanes, s):
+        exact_mean(variable, lanes, coarse, s, us)
+    for k in range(lanes):
+        s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
 @inlined
 def march(
-    variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats, tops: Floats,
-    lows: Floats,
+    variable: bool, lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
+    rs: Floats,
 ) -> None:  # fmt: skip
-    """One pass of the recurrence: u = (X - y)/tau at the coarse nodes from r there."""
+    """X - y and u at the coarse nodes by the linear recurrence: all but the rest, which is 0."""
     wide_vectors()
-    found = on_stack(FOUR_ROWS)
+    for k in range(lanes):
+        s[RUNNING + k] = s[WORK_END + k] * s[CLOSED + k]
+        s[HIGH + k] = -1e300
+        s[LOW + k] = 1e300
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
@@ -669,7 +659,7 @@ def march(
         pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
         vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
         vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-        row, bound = (n + PAD) * LANES, group * LANES
+        row = (n + PAD) * LANES
         for k in range(lanes):
             a0 = own(coarse, aw0, n, WORK, k)
             a1 = own(coarse, aw1, n + 1, WORK, k)
@@ -688,27 +678,73 @@ def march(
             v2 = own(coarse, vw2, n + 2, V, k)
             v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
-            gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
-            rho, sigma, shift = s[RHO + k], s[SIGMA + k], s[SHIFT + k]
+            gas, eta, shift = s[GAS_HERE + k], s[ETA_HERE + k], s[SHIFT + k]
+            y = s[RUNNING + k]
+            e0 = gas * p0 - eta * v0 - y
+            y = d * y + (g * a0 - e * b0)
+            e1 = gas * p1 - eta * v1 - y
+            y = d * y + (g * a1 - e * b1)
+            e2 = gas * p2 - eta * v2 - y
+            y = d * y + (g * a2 - e * b2)
+            e3 = gas * p3 - eta * v3 - y
+            s[RUNNING + k] = d * y + (g * a3 - e * b3)
+            energies[row + k] = e0
+            energies[row + LANES + k] = e1
+            energies[row + 2 * LANES + k] = e2
+            energies[row + 3 * LANES + k] = e3
+            u0, u1, u2, u3 = e0 - shift, e1 - shift, e2 - shift, e3 - shift
+            if variable:
+                turn = s[ETA + k]
+                u0, u1 = u0 / (1.0 + turn * v0), u1 / (1.0 + turn * v1)
+                u2, u3 = u2 / (1.0 + turn * v2), u3 / (1.0 + turn * v3)
+            us[row + k] = u0
+            us[row + LANES + k] = u1
+            us[row + 2 * LANES + k] = u2
+            us[row + 3 * LANES + k] = u3
+            s[HIGH + k] = max(s[HIGH + k], max(max(u0, u1), max(u2, u3)))
+            s[LOW + k] = min(s[LOW + k], min(min(u0, u1), min(u2, u3)))
+    for i in range(rs.size):
+        rs[i] = 0.0
+
+
+@inlined
+def answer(
+    variable: bool, lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
+    rs: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Speeds u at the coarse nodes from `march`, less what the load makes of the rest there."""
+    wide_vectors()
+    found = on_stack(FOUR_ROWS)
+    for k in range(lanes):
+        s[RUNNING + k] = s[START + k]
+        s[HIGH + k] = -1e300
+        s[LOW + k] = 1e300
+    for group in range(coarse.shape[0] // CHUNK):
+        n = CHUNK * group
+        row, bound = (n + PAD) * LANES, group * LANES
+        for k in range(lanes):
+            d, rho, sigma, shift = s[DECAY + k], s[RHO + k], s[SIGMA + k], s[SHIFT + k]
             near, far = s[EULER + k], s[EULER_FAR + k]
             ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
             r0, r1 = rs[row + k], rs[row + LANES + k]
             r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
             r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            x0 = gas * p0 - eta * v0 - (y + rho * r0) + near * (r1 - rb) - far * (r2 - ra) - shift
-            y = d * y + (g * a0 - e * b0) + sigma * r0
-            x1 = gas * p1 - eta * v1 - (y + rho * r1) + near * (r2 - r0) - far * (r3 - rb) - shift
-            y = d * y + (g * a1 - e * b1) + sigma * r1
-            x2 = gas * p2 - eta * v2 - (y + rho * r2) + near * (r3 - r1) - far * (r4 - r0) - shift
-            y = d * y + (g * a2 - e * b2) + sigma * r2
-            x3 = gas * p3 - eta * v3 - (y + rho * r3) + near * (r4 - r2) - far * (r5 - r1) - shift
-            s[RUNNING + k] = d * y + (g * a3 - e * b3) + sigma * r3
-            found[k] = x0
-            found[LANES + k] = x1
-            found[2 * LANES + k] = x2
-            found[3 * LANES + k] = x3
+            x0 = (y + rho * r0) - near * (r1 - rb) + far * (r2 - ra) + shift
+            y = d * y + sigma * r0
+            x1 = (y + rho * r1) - near * (r2 - r0) + far * (r3 - rb) + shift
+            y = d * y + sigma * r1
+            x2 = (y + rho * r2) - near * (r3 - r1) + far * (r4 - r0) + shift
+            y = d * y + sigma * r2
+            x3 = (y + rho * r3) - near * (r4 - r2) + far * (r5 - r1) + shift
+            s[RUNNING + k] = d * y + sigma * r3
+            found[k] = energies[row + k] - x0
+            found[LANES + k] = energies[row + LANES + k] - x1
+            found[2 * LANES + k] = energies[row + 2 * LANES + k] - x2
+            found[3 * LANES + k] = energies[row + 3 * LANES + k] - x3
         if variable:
+            vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+            vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
             for k in range(lanes):
                 turn = s[ETA + k]
                 found[k] /= 1.0 + turn * own(coarse, vw0, n, V, k)
@@ -716,12 +752,13 @@ def march(
                 found[2 * LANES + k] /= 1.0 + turn * own(coarse, vw2, n + 2, V, k)
                 found[3 * LANES + k] /= 1.0 + turn * own(coarse, vw3, n + 3, V, k)
         for k in range(lanes):
-            running = s[FROZEN + k] == 0.0
-            before = us[row + k]
-            u0 = found[k] if running else before
-            u1 = found[LANES + k] if running else us[row + LANES + k]
-            u2 = found[2 * LANES + k] if running else us[row + 2 * LANES + k]
-            u3 = found[3 * LANES + k] if running else us[row + 3 * LANES + k]
+            # Not a choice: of two loads the compiler makes one from places of its own, a gather.
+            kept = s[FROZEN + k]
+            moves = 1.0 - kept
+            u0 = moves * found[k] + kept * us[row + k]
+            u1 = moves * found[LANES + k] + kept * us[row + LANES + k]
+            u2 = moves * found[2 * LANES + k] + kept * us[row + 2 * LANES + k]
+            u3 = moves * found[3 * LANES + k] + kept * us[row + 3 * LANES + k]
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -732,7 +769,6 @@ def march(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-            s[CHANGE + k] = max(s[CHANGE + k], abs(found[k] - before - s[MOVED + k]))
 
 
 @formula
@@ -770,35 +806,41 @@ def rest_of(
 ) -> None:
     """Second-order rest r = F - 1 - a u tau at the coarse nodes, its sum and its recurrence.
 
-    Four nodes are written out: an inner loop over them would keep the lanes from being vectors.
+    CHANGE gets by how much it changes at most. Four nodes are written out: an inner loop over them
+    would keep the lanes from being vectors.
     """
     wide_vectors()
+    found = on_stack(FOUR_ROWS)
     wide = beyond_series(lanes, s)
+    for k in range(lanes):
+        s[CHANGE + k] = 0.0
+        s[REST_END + k] = 0.0
+        s[REST_SUM + k] = 0.0
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row = (n + PAD) * LANES
         if kind == 1:
             for k in range(lanes):
-                rs[row + k] = root_series(us[row + k])
-                rs[row + LANES + k] = root_series(us[row + LANES + k])
-                rs[row + 2 * LANES + k] = root_series(us[row + 2 * LANES + k])
-                rs[row + 3 * LANES + k] = root_series(us[row + 3 * LANES + k])
+                found[k] = root_series(us[row + k])
+                found[LANES + k] = root_series(us[row + LANES + k])
+                found[2 * LANES + k] = root_series(us[row + 2 * LANES + k])
+                found[3 * LANES + k] = root_series(us[row + 3 * LANES + k])
         elif kind == 2:
             for k in range(lanes):
-                rs[row + k] = 0.0
-                rs[row + LANES + k] = 0.0
-                rs[row + 2 * LANES + k] = 0.0
-                rs[row + 3 * LANES + k] = 0.0
+                found[k] = 0.0
+                found[LANES + k] = 0.0
+                found[2 * LANES + k] = 0.0
+                found[3 * LANES + k] = 0.0
         else:
             for k in range(lanes):
-                rs[row + k] = rest_series(us[row + k], k, s)
-                rs[row + LANES + k] = rest_series(us[row + LANES + k], k, s)
-                rs[row + 2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, s)
-                rs[row + 3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, s)
+                found[k] = rest_series(us[row + k], k, s)
+                found[LANES + k] = rest_series(us[row + LANES + k], k, s)
+                found[2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, s)
+                found[3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, s)
         if wide and kind != 2:
             for i in range(CHUNK):
                 here = us[row + i * LANES : row + (i + 1) * LANES]
-                rest = rs[row + i * LANES : row + (i + 1) * LANES]
+                rest = found[i * LANES : (i + 1) * LANES]
                 for k in range(lanes):
                     a, u = s[HALF + k], here[k]
                     power = math.sqrt(1.0 + u) if kind == 1 else exp_of(a * log_of(u))
@@ -808,55 +850,47 @@ def rest_of(
             vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
             for k in range(lanes):
                 e = s[HALF + k] * s[ETA + k]
-                rs[row + k] -= us[row + k] * e * own(coarse, vw0, n, V, k)
-                rs[row + LANES + k] -= us[row + LANES + k] * e * own(coarse, vw1, n + 1, V, k)
-                rs[row + 2 * LANES + k] -= (
-                    us[row + 2 * LANES + k] * e * own(coarse, vw2, n + 2, V, k)
-                )
-                rs[row + 3 * LANES + k] -= (
-                    us[row + 3 * LANES + k] * e * own(coarse, vw3, n + 3, V, k)
-                )
+                found[k] -= us[row + k] * e * own(coarse, vw0, n, V, k)
+                found[LANES + k] -= us[row + LANES + k] * e * own(coarse, vw1, n + 1, V, k)
+                found[2 * LANES + k] -= us[row + 2 * LANES + k] * e * own(coarse, vw2, n + 2, V, k)
+                found[3 * LANES + k] -= us[row + 3 * LANES + k] * e * own(coarse, vw3, n + 3, V, k)
         for k in range(lanes):
-            r0, r1 = rs[row + k], rs[row + LANES + k]
-            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
+            r0, r1 = found[k], found[LANES + k]
+            r2, r3 = found[2 * LANES + k], found[3 * LANES + k]
             d = s[DECAY + k]
             s[REST_END + k] = d * (d * (d * (d * s[REST_END + k] + r0) + r1) + r2) + r3
             s[REST_SUM + k] += (r0 + r1) + (r2 + r3)
-            most = max(max(abs(r0), abs(r1)), max(abs(r2), abs(r3)))
-            s[REST_MOST + k] = max(s[REST_MOST + k], most)
+            first = max(abs(r0 - rs[row + k]), abs(r1 - rs[row + LANES + k]))
+            second = max(abs(r2 - rs[row + 2 * LANES + k]), abs(r3 - rs[row + 3 * LANES + k]))
+            s[CHANGE + k] = max(s[CHANGE + k], max(first, second))
+            rs[row + k] = r0
+            rs[row + LANES + k] = r1
+            rs[row + 2 * LANES + k] = r2
+            rs[row + 3 * LANES + k] = r3
+    wrap(coarse.shape[0], lanes, rs)
 
 
 @inlined
 def iterate(
     kind: int, variable: bool, tolerance: float, period: float, lanes: int, coarse: Floats,
-    s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """Iterate r until every lane is frozen or given up; TURNS counts its passes.
 
-    `tolerance` is for u, relative to its range.
+    `tolerance` is for u, relative to its range. `energies` is scratch, a row a coarse node.
     """
     wide_vectors()
     nodes = coarse.shape[0]
     if kind == 3:
         fill_series(lanes, s)
-    for i in range((nodes + 2 * PAD) * LANES):
-        rs[i] = 0.0
     for k in range(lanes):
-        s[START + k] = s[WORK_END + k] * s[CLOSED + k]
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
+    march(variable, lanes, coarse, s, energies, us, rs)
     for turn in range(MOST_PASSES):
-        for k in range(lanes):
-            s[RUNNING + k] = s[START + k]
-            s[HIGH + k] = -1e300
-            s[LOW + k] = 1e300
-            s[CHANGE + k] = 0.0
-            s[REST_END + k] = 0.0
-            s[REST_SUM + k] = 0.0
-            s[REST_MOST + k] = 0.0
-        march(variable, lanes, coarse, s, us, rs, tops, lows)
+        if turn > 0:
+            answer(variable, lanes, coarse, s, energies, us, rs, tops, lows)
         rest_of(kind, variable, lanes, coarse, s, us, rs)
-        wrap(nodes, lanes, rs)
         running = 0.0
         for k in range(lanes):
             frozen = s[FROZEN + k]
@@ -866,26 +900,22 @@ def iterate(
             turned = 1.0 + 0.5 * (half - 1.0) * (half - 2.0) * s[SQUARE_MEAN + k]
             moved = (level - s[LEVEL + k]) / turned
             most = max(s[HIGH + k], -s[LOW + k])
+            # What the next pass would change u by: the integral of a wave of one period.
             reach = kappa * period / (2.0 * math.pi)
-            rate = 2.0 * reach * s[REST_MOST + k] / most
-            left = reach * s[REST_MOST + k]
-            if turn > 0:
-                rate = max(rate, s[CHANGE + k] / s[LAST + k])
-                left = s[CHANGE + k] * rate / (1.0 - rate)
+            rate = s[CHANGE + k] / max(s[LAST + k], 1e-300)
+            left = reach * s[CHANGE + k] / (1.0 - rate)
             # The closure's step is Newton's with a slope that is known up to the next moments.
             left += abs(moved) * (s[LOOSE + k] * (1.0 if variable else most) + reach * most)
             bound = tolerance * (s[HIGH + k] - s[LOW + k]) + 1e-15
             within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
-            done = left <= bound and rate < 0.5
+            done = turn > 0 and left <= bound and rate < 0.5
             # A frozen lane keeps its u; what it knows of itself stays too.
             s[MOVED + k] = moved if frozen == 0.0 else s[MOVED + k]
-            s[LAST + k] = (s[CHANGE + k] if turn > 0 else 1e300) if frozen == 0.0 else s[LAST + k]
+            s[LAST + k] = s[CHANGE + k] if frozen == 0.0 else s[LAST + k]
             s[TURNS + k] = turn + 1.0 if frozen == 0.0 else s[TURNS + k]
             stays = frozen != 0.0 or done or not within
             s[CODE + k] = LEFT if frozen == 0.0 and not within else s[CODE + k]
-            s[START + k] = s[START + k] if stays else (
-                (s[WORK_END + k] + s[SIGMA + k] * s[REST_END + k]) * s[CLOSED + k]
-            )  # fmt: skip
+            s[START + k] = s[SIGMA + k] * s[REST_END + k] * s[CLOSED + k]
             s[SHIFT + k] = s[SHIFT + k] if stays else s[ALIAS + k] - s[BENT + k] * mean
             s[LEVEL + k] = s[LEVEL + k] if stays else level
             s[FROZEN + k] = 1.0 if stays else 0.0
@@ -899,10 +929,9 @@ def iterate(
 
 @inlined
 def mean_speed(
-    form: tuple[int, ...], kind: int, variable: bool, lanes: int, levels: Levels, s: Floats,
-    us: Floats,
-) -> None:  # fmt: skip
-    """Mean of sqrt(q), once u is known at the coarse nodes; exponent 1 has it from its closure."""
+    kind: int, variable: bool, lanes: int, levels: Levels, s: Floats, us: Floats
+) -> None:
+    """Mean of sqrt(q) after an iteration; exponent 1 has it from its closure."""
     wide_vectors()
     coarse, constants = levels.coarse, levels.constants
     nodes = coarse.shape[0]
@@ -911,32 +940,17 @@ def mean_speed(
     if kind == 1:
         return
     for group in range(nodes // CHUNK):
-        n = CHUNK * group
-        row = (n + PAD) * LANES
-        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
+        row = (CHUNK * group + PAD) * LANES
         for k in range(lanes):
-            moved = s[MOVED + k]
             u0, u1 = us[row + k], us[row + LANES + k]
             u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            if variable and len(form) == 2:
-                eta = s[ETA + k]
-                u0 += moved / (1.0 + eta * own(coarse, vw0, n, V, k))
-                u1 += moved / (1.0 + eta * own(coarse, vw1, n + 1, V, k))
-                u2 += moved / (1.0 + eta * own(coarse, vw2, n + 2, V, k))
-                u3 += moved / (1.0 + eta * own(coarse, vw3, n + 3, V, k))
-            elif not variable:
-                u0 += moved
-                u1 += moved
-                u2 += moved
-                u3 += moved
             s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
             s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
-    if variable and len(form) == 3:
-        # After an iteration the step is as small as its tolerance: the mean of 1/tau will do.
-        for k in range(lanes):
-            turns = 1.0 + s[ETA + k] * s[ETA + k] * constant(constants, VV, k)
-            s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
+    # The closure's step is as small as its tolerance: the mean of 1/tau will do for its slope.
+    for k in range(lanes):
+        eta = s[ETA + k] if variable else 0.0
+        turns = 1.0 + eta * eta * constant(constants, VV, k)
+        s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
     if beyond_series(lanes, s):
         exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):
