@@ -54,7 +54,10 @@ class ThrowTable(Strict):
     angle: float = Field(description="a number, the direction of the crank pin [degree]")
     position: float | None = Field(
         default=None,
-        description="a number, the place along the shaft from the free end in cylinder spacings",
+        ge=-100.0,
+        le=100.0,
+        description="a number from -100 to 100, the place along the shaft from the free end in "
+        "cylinder spacings",
     )
     radius_factor: float = Field(
         default=1.0, description="a number, the crank radius over that of cylinder 1"

@@ -15,6 +15,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from engine_dyn.first_law import FourStrokeCycle, tabulate
+from engine_dyn.slider_crank import velocity
+from sweeps.engine_file import load_engine
 
 DEGREE = math.pi / 180.0
 GAMMA = 1.4
@@ -125,3 +127,18 @@ def rows() -> list[list[str]]:
 def _row(what: str, given: Textbook, ours: Textbook) -> list[str]:
     pairs = zip(given, ours, strict=True)
     return [what, *(f"{value:.5g}" for pair in pairs for value in pair)]
+
+
+def measured_remark() -> str:
+    """Say what the measured diagram of the catalogue leaves open."""
+    engine = load_engine("diesel_105x137")
+    diagram = engine.family.diagrams[-1]
+    angle = np.arange(7200) * (diagram.period / 7200) - 0.5 * diagram.period
+    speed = velocity(angle, engine.values["crank_ratio"])
+    mean = 0.5 * diagram.period * float((diagram(angle) * speed).mean())
+    return (
+        f"The measured diagram of `diesel_105x137` has a largest pressure of "
+        f"{diagram.peak / 1e5:.4g} bar and an indicated mean pressure of {mean / 1e5:.4g} bar, but "
+        "its sources name neither compression ratio nor boost, fuel or timing; the thesis prints "
+        "neither these nor its diagrams. Nothing can be predicted of either."
+    )

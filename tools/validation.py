@@ -621,6 +621,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "gravity_remark": mechanism_study.gravity_remark(),
         "rod_table": mechanism_study.rod_table(),
         "textbook_table": table(TEXTBOOK_HEADS, cycle_study.rows()),
+        "measured_remark": cycle_study.measured_remark(),
         "kinematics_errors": kinematics_errors(),
         "work_of_a_cycle": work_of_a_cycle(study),
         "other_errors": other_errors(),

@@ -225,6 +225,10 @@ def test_a_crankshaft_that_is_written_out(tmp_path: Path) -> None:
         ({"throws": [{"angle": 0}] * 17}, "must be a list of 1 to 16 tables with angle"),
         ({"throws": V4["throws"][:3]}, "cylinder 4: throw = 4: must be a number from 1 to 3"),
         ({"throws": [*V4["throws"], {"angle": 9}]}, "throw 5: has no cylinder; must have one at"),
+        (
+            {"throws": [{"angle": 0, "position": 1e308}]},
+            r"number 1 position = 1e\+308: must be a num",
+        ),
         ({"throws": [{"angel": 0}]}, r"number 1 angel: unknown key; did you mean 'angle'"),
         ({"cylinders": [{"throw": 1}]}, "number 1 firing_angle: missing; must be a number, the"),
         ({"firing_order": [1, 3, 2, 2]}, "must name each of the cylinders 1 to 4 once"),
