@@ -381,11 +381,8 @@ class Latencies:
     import_own: float
 
 
-def latencies(runs: int, fresh: bool) -> Latencies:
-    """One design: in this process warm, and as a command with a cold (if `fresh`) and a warm cache.
-
-    Seconds that were not measured are NaN.
-    """
+def one_design(runs: int) -> tuple[float, float]:
+    """Seconds of one design in this process, warm: by `periodic_speed`, by `sweeps.run`."""
     one = diagram()
 
     def single() -> Any:
@@ -395,8 +392,20 @@ def latencies(runs: int, fresh: bool) -> Latencies:
         )  # fmt: skip
 
     single(), sweeps.run(ONE_DESIGN)
-    of_single = statistics.median(seconds_of(single) for _ in range(20 * runs))
-    of_run = statistics.median(seconds_of(sweeps.run, ONE_DESIGN) for _ in range(4 * runs))
+    return (
+        statistics.median(seconds_of(single) for _ in range(20 * runs)),
+        statistics.median(seconds_of(sweeps.run, ONE_DESIGN) for _ in range(4 * runs)),
+    )
+
+
+def latencies(runs: int, fresh: bool) -> Latencies:
+    """One design: in a process warm, and as a command with a cold (if `fresh`) and a warm cache.
+
+    Processes of their own: the threads of peers that ran in this one would be measured along.
+    Seconds that were not measured are NaN.
+    """
+    asked = f"from benchmarks.measure import one_design; print(*one_design({runs}))"
+    of_single, of_run = (float(word) for word in _child(asked).split())
     with tempfile.TemporaryDirectory() as folder:
         cache = {"NUMBA_CACHE_DIR": str(Path(folder) / "cache")}
         file = Path(folder) / "one.toml"

@@ -240,6 +240,7 @@ class Scratch(NamedTuple):
     shared: Integers
     places: Integers
     varying: Integers
+    line: Integers
     levels: Levels
 
 
@@ -259,6 +260,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         shared=np.zeros(INPUTS, dtype=np.int64),
         places=np.zeros(lanes.LANES, dtype=np.int64),
         varying=np.zeros(INPUTS, dtype=np.int64),
+        line=np.zeros(1, dtype=np.int64),
         levels=make_levels(nodes, ratio),
     )
 
@@ -826,40 +828,44 @@ def take_designs(
 ) -> None:  # fmt: skip
     """Inputs of `count` designs from `index` on into the lanes; the last one fills what is over.
 
-    Only of the first `fields` of `scratch.varying`, and the places of results. Along the last axis
-    an input is a stride apart or the same.
+    Only of the first `fields` of `scratch.varying`, and the places of results. Designs along the
+    last axis are a line: `scratch.at` is where the first of the line `scratch.line` lies, so that
+    blocks of the same line need not ask again; along it an input is a stride apart or the same.
     """
     values, at, positions = product.values, scratch.at, product.positions
     axes = product.other_axes
+    axis, size, first = 0, 1, 0
+    if axes.size > 0:
+        axis = axes[axes.size - 1]
+        size, first = product.shape[axis], product.position_start[axis]
     k = 0
     while k < lanes.LANES:
         here = index % designs + min(k, count - 1)
-        offsets_at(here, axes, product, scratch.shared, at)
-        run, digit, first, axis = lanes.LANES - k, 0, 0, 0
-        if k < count:
-            run = 1
-            if axes.size > 0:
-                axis = axes[axes.size - 1]
-                digit = here % product.shape[axis]
-                first = product.position_start[axis] + digit
-                run = min(product.shape[axis] - digit, count - k)
-        along = positions[first : first + run]
+        line = here // size
+        digit = here - line * size
+        if line != scratch.line[0]:
+            offsets_at(line * size, axes, product, scratch.shared, at)
+            scratch.line[0] = line
+        run = min(size - digit, count - k) if k < count else lanes.LANES - k
+        along = positions[first + digit : first + digit + run]
         for i in range(fields):
             field = scratch.varying[i]
             row = (field - BORE) * lanes.LANES + k
             here_of = s[row : row + run]
-            stride = product.strides[axis, field] if k < count else 0
+            stride = product.strides[axis, field]
+            base = at[field] - stride * positions[first]
             if stride == 0:
-                here_of[:] = values[at[field]]
-            else:
-                base = at[field] - stride * positions[first]
+                here_of[:] = values[base]
+            elif k < count:
                 for j in range(run):
                     here_of[j] = values[base + stride * along[j]]
+            else:
+                here_of[:] = values[base + stride * along[0]]
         if k < count:
             stride = product.strides[axis, OUTPUT]
+            base = at[OUTPUT] - stride * positions[first]
             for j in range(run):
-                moved = positions[first + j] - positions[first]
-                places[k + j] = at[OUTPUT] + stride * moved
+                places[k + j] = base + stride * along[j]
         k += run
 
 
@@ -963,6 +969,7 @@ def march_lanes(
             fill_levels(table, width, ratio, levels)
             ranges = ranges_of(table)
             fields = take_common(product, scratch, s)
+            scratch.line[0] = -1
             for k in range(lanes.LANES):
                 s[lanes.SWING + k] = ranges.gas
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)

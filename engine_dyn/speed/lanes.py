@@ -14,7 +14,9 @@ terms, which along a periodic curve add up to corrections at the nodes and leave
 Starting the recurrence at y_N/(1 - d^N) closes the period and the power mean at once: both sides
 vanish together with the load, so a weak load is as well conditioned as any other. alpha = 2 with
 constant inertia has r = 0 and needs no iteration, alpha = 0 has no load term at all, only the
-geometric mean to close; else r is iterated, and converges by a factor of about kappa u a pass.
+geometric mean to close; else r is iterated, and converges by a factor of about kappa u a pass:
+`march` solves the linear part once, and each pass repeats what r adds to it, by the recurrence with
+r for its only input (`answer`).
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
@@ -146,7 +148,8 @@ DEEPEST, HIGHEST = -0.5, 1.0
 """Range of u in which the series of the logarithm has converged."""
 
 SERIES_RANGE = 0.2
-"""Largest u of a design whose powers are series in u, cheaper than roots and logarithms. Designs decide each for themselves: neighbours must not count."""
+"""Largest u of a design whose powers are series in u, cheaper than roots and logarithms. Designs
+decide each for themselves: neighbours must not count."""
 
 MOST_PASSES = 10
 
