@@ -28,7 +28,7 @@ from engine_dyn.speed import sweep
 from sweeps.engine_file import catalogue, load_engine
 
 PERIOD = 4.0 * math.pi
-RUNS = 5
+RUNS = 15
 FAMILY = family()
 FRICTION = {
     "boundary_friction": 3e3, "mixed_friction": 2e3, "hydrodynamic_friction": 5e3,
@@ -183,12 +183,12 @@ def even_rows(cases: tuple[tuple[int, float, bool], ...]) -> list[str]:
         strokes = "two-stroke" if engine.period == TWO_STROKE else "four-stroke"
         rows.append(f"| `{name}` | in-line {count}, {strokes} | {' | '.join(cells)} |")
     held = (
-        f"within 20 % for all of them: the ratios are {min(ratios):.2f} to {max(ratios):.2f}"
+        "holds within 20 % for all of them"
         if not over
-        else f"not within 20 % for {', '.join(over)}; the ratios are {min(ratios):.2f} to "
-        f"{max(ratios):.2f}"
+        else f"does not hold within 20 % for {', '.join(over)}"
     )
-    return [*rows, "", f"The throughput of even firing holds {held}."]
+    span = f"{min(ratios):.2f} to {max(ratios):.2f}"
+    return [*rows, "", f"The throughput of even firing {held}; the ratios are {span}."]
 
 
 def report(size: int) -> str:
