@@ -1107,7 +1107,8 @@ _QUANTITIES: tuple[Node, ...] = (
     _speed_result(
         "delta_error", r"\Delta\delta/\delta", "1",
         "estimated relative error of the coefficient of speed fluctuation",
-        "interpolation of the extremes; thesis and picard: against the periodic solution",
+        "against a solution with more nodes, or that of omega_min where it is more; thesis and "
+        "picard: against the periodic solution",
     ),
     _speed_result(
         "omega", r"\omega", "rad s-1", "crank speed over the cycle", "Kakaitsas eq. 3.1",

@@ -73,8 +73,9 @@ class Chunk:
     def solve(self, **options: Any) -> Any:
         """The kernels' answer, shaped as the product."""
         c = self.columns
+        options = {"family": family(), **options}
         return sweep.solve(
-            family=family(), wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
+            wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
             inertia_model=np.where(c["variable"], "variable", "constant"),
             crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0,
             crankcase_pressure=c["crankcase"], bore=c["bore"], stroke=c["stroke"], mass=c["mass"],

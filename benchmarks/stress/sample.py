@@ -40,7 +40,7 @@ CLEARLY = 0.01
 
 VERDICTS = {
     "agrees": "same outcome, and numbers within the tolerance",
-    "honest": "status 5, and the true error of δ is within δ_error",
+    "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
     "gave up": "status 3: there is a solution or a stall, but none was found",
     "border": "running or stalled by a hair: smallest ω below 3 % of nominal",
     "rounding": "numbers differ by no more than 1e-13 of the speed (δ itself below 1e-7)",
@@ -112,7 +112,8 @@ def judge(
             (true == spline.CONVERGED) & (exact.doubt > 0.1 * TOLERANCE)
         )
         within = worst <= TOLERANCE
-        honest = differs["delta"] <= np.maximum(found["delta_error"], TOLERANCE)
+        either = np.maximum(differs["delta"], differs["omega_min"])
+        honest = either <= np.maximum(found["delta_error"], TOLERANCE)
     runs, stalls = true == spline.CONVERGED, true == spline.STALLED
     kind = np.select(
         [

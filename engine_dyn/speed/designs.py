@@ -215,7 +215,9 @@ class Curves(NamedTuple):
 class Results(NamedTuple):
     """Arrays of results, one entry a design; `wanted[i]` is the row of result i or -1.
 
-    `omega` and `acceleration` have an empty second axis where they are not wanted.
+    `omega` and `acceleration` have an empty second axis where they are not wanted. `left` notes the
+    designs that `lanes` leaves to `march`, and those that are marked in it are left from the
+    beginning; empty where nobody asks.
     """
 
     wanted: Integers
@@ -223,6 +225,7 @@ class Results(NamedTuple):
     status: npt.NDArray[np.int8]
     omega: Floats
     acceleration: Floats
+    left: npt.NDArray[np.bool_]
 
 
 class Scratch(NamedTuple):
@@ -641,7 +644,8 @@ def speeds_of(
 ) -> tuple[float, float, float, float]:
     """Largest, smallest and mean speed [rad/s], and the share of delta that they may miss.
 
-    All are NaN where the smallest is no speed any more.
+    Or the share of the smallest speed, where that is more: near a stall it is far less than the
+    range, and may miss as much. All are NaN where the smallest is no speed any more.
     """
     table, records = scratch.table, scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
@@ -655,11 +659,12 @@ def speeds_of(
     error = 0.0
     if high > low:
         rounding = lanes.ROUNDING * (1.0 + lanes.CANCELLED * design.eta)
-        error = (0.5 * (high_miss / high + low_miss / low) + rounding) / (high - low)
+        error = (0.5 * (high_miss / high + low_miss / low) + rounding / low) / (high - low)
     error += unresolved(design.law, choice.closure, records)
     strong = abs(design.kappa) * width > STRONG_LOAD or is_shape(design.law)
     if strong and span > 0.0:
         error += load_missed(design.kappa, mu, width, records) / span
+    error *= max(1.0, (high - low) / low)
     return design.nominal * high, design.nominal * low, design.nominal * mean, error
 
 
@@ -916,6 +921,16 @@ def solve_block(
             )  # fmt: skip
 
 
+@inlined
+def is_left(k: int, places: Integers, results: Results, s: Floats) -> bool:
+    """Whether a lane's design is left to `march`; noted where that is asked for."""
+    leaves = s[lanes.CODE + k] == lanes.LEFT
+    if results.left.size > 0:
+        leaves = leaves or results.left[places[k]]
+        results.left[places[k]] = leaves
+    return leaves
+
+
 @kernel
 def march_lanes(
     form: tuple[int, ...],
@@ -980,7 +995,7 @@ def march_lanes(
             lows, chosen,
         )  # fmt: skip
         for k in range(count):
-            if s[lanes.CODE + k] == lanes.LEFT:
+            if is_left(k, places, results, s):
                 left[leaving] = index + k
                 leaving += 1
         if block < kept.targets.shape[0]:
@@ -1131,7 +1146,7 @@ def march_panels(
             energies, us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
-            if s[lanes.CODE + k] == lanes.LEFT:
+            if is_left(k, places, results, s):
                 left[leaving] = begin + order[place + k]
                 leaving += 1
         place += count

@@ -945,15 +945,16 @@ def mean_speed(
     for group in range(nodes // CHUNK):
         row = (CHUNK * group + PAD) * LANES
         for k in range(lanes):
-            u0, u1 = us[row + k], us[row + LANES + k]
-            u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
+            moved = 0.0 if variable else s[MOVED + k]
+            u0, u1 = us[row + k] + moved, us[row + LANES + k] + moved
+            u2, u3 = us[row + 2 * LANES + k] + moved, us[row + 3 * LANES + k] + moved
             s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
             s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
-    # The closure's step is as small as its tolerance: the mean of 1/tau will do for its slope.
-    for k in range(lanes):
-        eta = s[ETA + k] if variable else 0.0
-        turns = 1.0 + eta * eta * constant(constants, VV, k)
-        s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
+    if variable:
+        # The closure's step is as small as its tolerance: the mean of 1/tau will do for its slope.
+        for k in range(lanes):
+            turns = 1.0 + s[ETA + k] * s[ETA + k] * constant(constants, VV, k)
+            s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
     if beyond_series(lanes, s):
         exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):

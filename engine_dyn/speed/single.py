@@ -41,7 +41,8 @@ class PeriodicSpeed:
     delta : float
         Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean.
     delta_error : float
-        Its estimated relative error: a second, finer solution, made when this is first read.
+        Its estimated relative error, or that of `omega_min` where it is more: from a second, finer
+        solution, made when this is first read.
     omega_max, omega_min, omega_mean : float
         Largest, smallest and mean (over crank angle) crank speed [rad/s].
     torque_mean : float

@@ -74,6 +74,9 @@ SPEED_RESULTS = (
 )  # fmt: skip
 """Scalar results of the periodic solution, in the kernel's order."""
 
+COMPARED = ("delta", "omega_min")
+"""Results whose difference between two solutions is the error."""
+
 CURVE_RESULTS = ("omega", "angular_acceleration")
 
 TORQUE_RESULTS = ("torque_max", "torque_min", "energy_swing")
@@ -123,6 +126,15 @@ SAFETY, LEAST_ERROR = 7.0, 5e-11
 """Factor on the difference to a solution with four times the nodes, and what is added to it: both
 solutions still see the knots of a tabulated diagram. Measured with benchmarks.stress: twice the
 nodes left one rough diagram in three hundred above the estimate, four times none of 800."""
+
+SAFETY_OF_SLOWEST = 2.0
+"""Factor on the difference of the smallest speed. Four times the nodes leave a quarter of the error
+even at first order, so it is at most 4/3 of the difference; the rest is room for rounding, which
+near a stall both solutions have alike."""
+
+ITERATED_FINER = 0.1 * LEAST_ERROR
+"""Error that the iteration of the finer solution may leave: both may stop after as many passes, and
+then what is left is the same and no part of their difference."""
 
 CHUNK_OF_ARRAYS = 1 << 16
 
@@ -177,6 +189,7 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
+    left: npt.NDArray[np.bool_] | None = None,
     sharing: tuple[int, int] | None = None,
     driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
@@ -186,7 +199,8 @@ def solve(
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
     "delta_error" is wanted, all are solved a second time with four times the nodes, and with
     interpolated tables from points half as far apart: the difference is the error, and `status`
-    says whether that is within the tolerance.
+    says whether that is within the tolerance. It is that of delta or of the smallest speed,
+    whichever is more; the latter where a design nearly stalls.
 
     Parameters
     ----------
@@ -200,7 +214,7 @@ def solve(
     closure : str
         Of `CLOSURES`.
     tolerance : float
-        Relative error of delta aimed at.
+        Relative error of delta and of the speeds aimed at.
     cylinders : array_like of int
         How many, or keys of `cylinders_by_count`.
     cylinders_by_count : mapping, optional
@@ -218,6 +232,10 @@ def solve(
         tolerance unless given.
     general : bool
         Leave `lanes` out.
+    left : ndarray of bool, optional
+        Designs of the broadcast shape, flat, that are no matter for `lanes`: the coarser of two
+        solutions left them to the general method. The finer one would not be finer by the other,
+        whose coarse nodes may miss more than the general method does with fewer in all.
     sharing : tuple of int, optional
         Tables of the whole sweep, and designs that share one, where these designs are a block of
         it: blocks must not decide for themselves how tables are made. Their own unless given.
@@ -281,27 +299,30 @@ def solve(
     if sharing is None:
         tables = math.prod(np.broadcast_shapes(*(np.shape(inputs[n]) for n in TABLE_NAMES)))
         sharing = tables, size // max(tables, 1)
-    if "delta_error" in wanted and "delta" not in wanted:
+    compared = [name for name in COMPARED if "delta_error" in wanted and name not in wanted]
+    if compared:
         more = solve(
-            family=family, wanted=(*wanted, "delta"), method=method, inertia_model=inertia_model,
+            family=family, wanted=(*wanted, *compared), method=method, inertia_model=inertia_model,
             closure=closure, tolerance=tolerance, cylinders=cylinders,
             cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
             progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
             driven=driven, **inputs,
         )  # fmt: skip
-        more.pop("delta")
-        return more
+        return {name: array for name, array in more.items() if name not in compared}
     names = [name for name in SPEED_RESULTS if name in wanted]
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float)
     curves = {name: name in wanted and angles.size > 0 for name in CURVE_RESULTS}
     if not any(curves.values()):
         angles = np.zeros(0)
+    if left is None:
+        left = np.zeros(size if "delta_error" in names else 0, dtype=np.bool_)
     results = designs.Results(
         wanted=np.array([names.index(n) if n in names else -1 for n in SPEED_RESULTS]),
         scalars=np.empty((max(len(names), 1), size if names else 0)),
         status=np.empty(size, dtype=np.int8),
         omega=np.empty((size, angles.size) if curves["omega"] else (1, 0)),
         acceleration=np.empty((size, angles.size) if curves["angular_acceleration"] else (1, 0)),
+        left=left,
     )
     packed = Packed.of(inputs, shape)
     over_speed, over_angle = _acting(driven)
@@ -405,12 +426,12 @@ def solve(
             known &= ~np.isin(np.broadcast_to(keys[0], shape).reshape(-1), MARCHING)
         if known.any():
             refined = solve(
-                family=family, wanted=("delta",), method=method, inertia_model=inertia_model,
+                family=family, wanted=COMPARED, method=method, inertia_model=inertia_model,
                 closure=closure, tolerance=tolerance, cylinders=cylinders,
                 cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
-                iterated=0.01 * ITERATED * tolerance, general=general, sharing=sharing,
-                driven=driven, **inputs,
-            )["delta"].reshape(-1)  # fmt: skip
+                iterated=min(0.01 * ITERATED * tolerance, ITERATED_FINER), general=general,
+                left=left, sharing=sharing, driven=driven, **inputs,
+            )  # fmt: skip
 
             def masses_at(places: Integers) -> Floats:
                 square = 0.25 * np.square(chosen(inputs["stroke"], places))
@@ -422,21 +443,24 @@ def solve(
 
 
 def _compare(
-    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: Floats, tolerance: float,
+    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
     masses_at: Callable[[Integers], Floats],
 ) -> None:  # fmt: skip
     """Relative error of delta from its difference to a solution with more nodes, in place.
 
-    That one's own error is far smaller, so the difference is nearly all of the error; what
-    rounding leaves of a small delta comes on top (`masses_at` tells eta of designs). It knows
-    better than the kernel whether the tolerance is met, and says so in the status. Piece by piece:
-    no array of the sweep's size.
+    Or that of the smallest speed where it is more. That solution's own error is far smaller, so the
+    difference is nearly all of the error; what rounding leaves of a small delta comes on top
+    (`masses_at` tells eta of designs). It knows better than the kernel whether the tolerance is
+    met, and says so in the status. Piece by piece: no array of the sweep's size.
     """
-    for begin in range(0, refined.size, CHUNK_OF_ARRAYS):
+    better = {name: refined[name].reshape(-1) for name in COMPARED}
+    for begin in range(0, known.size, CHUNK_OF_ARRAYS):
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
         delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = SAFETY * np.abs(delta / refined[here] - 1.0) + LEAST_ERROR
+            error = SAFETY * np.abs(delta / better["delta"][here] - 1.0)
+            slowest = np.abs(found["omega_min"][here] / better["omega_min"][here] - 1.0)
+            error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
             eta = masses_at(np.arange(begin, begin + delta.size))
             error += lanes.ROUNDING * (1.0 + lanes.CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)

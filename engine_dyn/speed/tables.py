@@ -459,11 +459,17 @@ def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
     mean = total / (nodes * width)
     running = 0.0
     mean_work = 0.0
+    # Of many cylinders the squares nearly add up to a constant. Taken away before they are summed
+    # up: what rounding adds to a sum of nearly equal numbers, always on the same side, would be
+    # left in the mean, and masses far above the inertia multiply it by as much.
+    level = table[SQUARE, 0]
     mean_square = 0.0
     for j in range(nodes):
         whole = table[GAS_WORK, j] - mean * width
         table[GAS_WORK, j] = running
         mean_work += running
+        table[SQUARE, j] -= level
+        middles[1, j] -= level
         mean_square += table[SQUARE, j]
         middles[0, j] += running - 0.5 * mean * width
         running += whole
