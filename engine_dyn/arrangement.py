@@ -254,7 +254,7 @@ class Arrangement:
         if not self.uneven and not self.is_even:
             raise ValueError(
                 f"firing intervals {_degrees(self.firing_intervals)} degree: uneven; "
-                "say so if they are meant"
+                "uneven = true says that they are meant"
             )
 
     def _check_cylinder(self, number: int, cylinder: Cylinder) -> None:

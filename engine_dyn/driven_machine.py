@@ -261,7 +261,8 @@ def torque_over_angle(
     ----------
     angle : array_like, shape (K,)
         Ascending [rad]; both ends of the period are the same angle: one may be missing, both are
-        averaged. The period is one revolution or two, whichever the points cover.
+        averaged. The period is one revolution or two, whichever the points cover; no gap is wider
+        than an eighth of it.
     torque : array_like, shape (K,)
         [N m], positive against the rotation; at the shaft whose angle is given.
     own_angle : bool
@@ -282,6 +283,13 @@ def torque_over_angle(
         raise ValueError(
             f"angle covers {math.degrees(span):.6g} degrees: must cover one revolution, 360, or "
             "two, 720, without a gap at the ends"
+        )
+    widest = int(np.argmax(np.diff(theta)))
+    if gap > period / FEWEST_POINTS * (1.0 + 1e-9):
+        raise ValueError(
+            f"point {widest + 2}: angle = {math.degrees(theta[widest + 1]):.6g} degree after "
+            f"{math.degrees(theta[widest]):.6g}: a gap of {math.degrees(gap):.6g}, allowed are "
+            f"{math.degrees(period / FEWEST_POINTS):.6g}"
         )
     if abs(period - span) <= 1e-9 * period:
         if abs(values[-1] - values[0]) > ENDS_TOLERANCE * np.ptp(values):
@@ -405,9 +413,12 @@ def motor_torque(
     return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
 
 
-def synchronous_speed(speed: Any, motor_slip: Any) -> Any:
-    """Synchronous speed of a motor [rad/s] whose slip at the nominal speed is given."""
-    return speed / (1.0 - motor_slip)
+def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:
+    """Synchronous speed of a motor [rad/s], at its own shaft, whose slip at nominal speed is given.
+
+    `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is the crank's.
+    """
+    return motor_gear_ratio * (speed / (1.0 - motor_slip))
 
 
 def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:

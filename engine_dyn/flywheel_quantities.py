@@ -165,12 +165,11 @@ NODES = (
         "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
         "inertia that a flywheel adds to the running gear for the wanted delta, 0 where none is "
         "needed", "Kakaitsas sections 3.2, 3.2.2",
-        needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "load_inertia",
-               "gear_ratio"),
-        make=lambda inertia_required, engine_inertia, auxiliary_inertia, load_inertia, gear_ratio:
+        needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
+        make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:
         np.maximum(
             inertia_required - masses.inertia_of_parts(
-                engine_inertia, auxiliary_inertia, 0.0, load_inertia, gear_ratio
+                engine_inertia, auxiliary_inertia, 0.0, inertia_beyond_gear
             ),
             0.0,
         ),

@@ -75,7 +75,7 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
 
 def inertia_of_parts(
     engine_inertia: Any, auxiliary_inertia: Any, flywheel_inertia: Any, load_inertia: Any,
-    gear_ratio: Any,
+    gear_ratio: Any = 1.0,
 ) -> Any:  # fmt: skip
     """Inertia of engine and load at the crank [kg m2]: engine + auxiliaries + flywheel + i^2 load.
 

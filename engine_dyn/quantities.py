@@ -82,9 +82,11 @@ _PARAMETERS = (
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
         source="Kakaitsas section 3.2", low=0.0, when="inertia_in_parts",
-        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "load_inertia",
-               "gear_ratio"),
-        make=masses.inertia_of_parts,
+        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "inertia_beyond_gear"),
+        make=lambda engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear:
+        masses.inertia_of_parts(
+            engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear
+        ),
     ),
     _parameter(
         "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
@@ -117,13 +119,20 @@ _PARAMETERS = (
         source="this project",
     ),
     _parameter(
-        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
-        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_slip",
-        needs=("speed", "motor_slip"), make=driven_machine.synchronous_speed,
+        "motor_gear_ratio", "i_m", "1",
+        "driving motor: speed of its shaft over that of the crank", low=0.0, high=100.0,
+        high_included=True, source="this project",
     ),
     _parameter(
-        "motor_synchronous_speed", "n_s", "rpm", "driving motor: synchronous speed, at the crank",
-        si=RPM, low=0.0, source="Kloss's formula", when="motor_of_speed",
+        "motor_synchronous_speed", "n_s", "rpm",
+        "driving motor: synchronous speed, at its own shaft", si=RPM, low=0.0,
+        source="Kloss's formula", when="motor_of_slip",
+        needs=("speed", "motor_slip", "motor_gear_ratio"), make=driven_machine.synchronous_speed,
+    ),
+    _parameter(
+        "motor_synchronous_speed", "n_s", "rpm",
+        "driving motor: synchronous speed, at its own shaft", si=RPM, low=0.0,
+        source="Kloss's formula", when="motor_of_speed",
     ),
     _parameter(
         "motor_slip", "s_n", "1",
@@ -135,7 +144,7 @@ _PARAMETERS = (
         high=10.0, source="Kloss's formula",
     ),
     _parameter(
-        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at the crank",
+        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at its own shaft",
         low=0.0, source="Kloss's formula",
     ),
     _parameter(
@@ -345,6 +354,7 @@ NEUTRAL: Mapping[str, float] = MappingProxyType(
         "pin_offset": 0.0, "crank_offset": 0.0, "friction_mean_piston_speed_square": 0.0,
         "auxiliary_torque": 0.0, "auxiliary_inertia": 0.0, "flywheel_inertia": 0.0,
         "load_inertia": 0.0, "gear_ratio": 1.0, "load_phase": 0.0, "load_table_factor": 1.0,
+        "motor_gear_ratio": 1.0,
         "friction_boundary": 0.0, "friction_mixed": 0.0, "friction_hydrodynamic": 0.0,
         "friction_skirt": 0.0, "misfire": 0.0, **dict.fromkeys(balance_quantities.NEUTRAL, 0.0),
     }
@@ -354,9 +364,10 @@ NEUTRAL: Mapping[str, float] = MappingProxyType(
 INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
 """Any of them given, the inertia is that of the engine's running gear and these parts."""
 
-_OF_MOTOR = ("motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque")
-
-MOTOR_KEYS = (*_OF_MOTOR, "motor_slip")
+MOTOR_KEYS = (
+    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
+    "motor_gear_ratio",
+)  # fmt: skip
 """Any of them given, an induction motor drives."""
 
 STROKE_SHARES = (
@@ -573,9 +584,11 @@ def _power(base: Any, exponent: Any) -> Any:
     return np.where(exponent == 2.0, np.square(base), power)
 
 
+_OF_MOTOR = ("synchronous_speed", "motor_breakdown_slip", "breakdown_torque")
+
 _NAMES_OF_LOAD = {
     "load_gear": "gear_ratio", "load_table_factor": "load_scale",
-    "motor_synchronous_speed": "synchronous_speed", "motor_breakdown_slip": "breakdown_slip",
+    "motor_breakdown_slip": "breakdown_slip",
 }  # fmt: skip
 
 
@@ -853,6 +866,16 @@ _STAGES = (
         for load, more in (("steady_load", ()), ("angle_load", ("driven", *_OF_ANGLE)))
     ),
     Node(
+        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "Kakaitsas eq. 3.1", public=False, when="load_inertia",
+        needs=("load_inertia", "gear_ratio"),
+        make=lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
+    ),
+    Node(
+        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "Kakaitsas eq. 3.1", public=False, when="no_load_inertia", make=lambda: 0.0,
+    ),
+    Node(
         "load_gear", "i", "1", "speed of a load over its own angle or speed over the crank's",
         public=False,
         needs=("gear_ratio",), make=lambda gear_ratio: gear_ratio,
@@ -892,11 +915,23 @@ _STAGES = (
         make=lambda driven, speed, load_gear: load_gear * driven.over_speed(load_gear * speed),
     ),
     Node(
+        "synchronous_speed", "", "rad s-1", "driving motor: synchronous speed, at the crank",
+        public=False, needs=("motor_synchronous_speed", "motor_gear_ratio"),
+        make=lambda motor_synchronous_speed, motor_gear_ratio: motor_synchronous_speed
+        / motor_gear_ratio,
+    ),
+    Node(
+        "breakdown_torque", "", "N m", "driving motor: largest torque, at the crank",
+        public=False, needs=("motor_breakdown_torque", "motor_gear_ratio"),
+        make=lambda motor_breakdown_torque, motor_gear_ratio: motor_gear_ratio
+        * motor_breakdown_torque,
+    ),
+    Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
         public=False, when="motor", needs=("speed", *_OF_MOTOR),
-        make=lambda speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque:
+        make=lambda speed, synchronous_speed, motor_breakdown_slip, breakdown_torque:
         driven_machine.motor_torque(
-            speed, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
+            speed, synchronous_speed, motor_breakdown_slip, breakdown_torque
         ),
     ),
     _speed_solution_node("power_law steady_load"),
@@ -906,7 +941,7 @@ _STAGES = (
         )
         for law, of_law in (
             ("power_law", ()), ("table", ("load_gear",)),
-            ("motor", ("motor_synchronous_speed", "motor_breakdown_slip")),
+            ("motor", ("synchronous_speed", "motor_breakdown_slip")),
         )
         for load, of_angle in (
             ("steady_load", ()), ("angle_load", _OF_ANGLE),
@@ -995,9 +1030,9 @@ _LOAD = (
         "driver_torque", "M_D", "N m", "torque of the driver at the solved speed, 0 without one",
         "Kloss's formula", kind="curve", when="motor",
         needs=("driver_factor", "omega", *_OF_MOTOR),
-        make=lambda driver_factor, omega, motor_synchronous_speed, motor_breakdown_slip,
-        motor_breakdown_torque: driver_factor * driven_machine.motor_torque(
-            omega, motor_synchronous_speed, motor_breakdown_slip, motor_breakdown_torque
+        make=lambda driver_factor, omega, synchronous_speed, motor_breakdown_slip,
+        breakdown_torque: driver_factor * driven_machine.motor_torque(
+            omega, synchronous_speed, motor_breakdown_slip, breakdown_torque
         ),
     ),
     Node(

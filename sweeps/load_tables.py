@@ -64,6 +64,8 @@ def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
         table = read_table(path, f"{where}{key} {item}", "a table of torque (CSV)")
         try:
             found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
+        except SceneError:  # of the table itself: it names file and line already
+            raise
         except ValueError as error:
             raise SceneError(with_line(mentioned(error), table)) from None
     return Tables(**found)

@@ -11,11 +11,12 @@ from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any
 
-from engine_dyn import compressor, cycle
+from engine_dyn import compressor, cycle, pump
 from engine_dyn.compressor import CompressorCycle
 from engine_dyn.cycle import DieselCycle
 from engine_dyn.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.pump import PumpCycle
 from engine_dyn.slider_crank import crank_radius_of_ratio
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
@@ -27,6 +28,7 @@ KINDS: Mapping[str, tuple[type[Any], float]] = {
     "first_law": (FourStrokeCycle, FOUR_STROKE),
     "two_stroke": (TwoStrokeCycle, TWO_STROKE),
     "compressor": (CompressorCycle, TWO_STROKE),
+    "pump": (PumpCycle, TWO_STROKE),
 }
 """Kinds of modelled diagrams: what makes them, and the period of the engine [rad]."""
 
@@ -58,6 +60,7 @@ def modelled(
     units: Mapping[str, tuple[str, float]] = (
         cycle.FILE_UNITS if made is DieselCycle
         else compressor.FILE_UNITS if made is CompressorCycle
+        else pump.FILE_UNITS if made is PumpCycle
         else made.units
     )  # fmt: skip
     given: dict[str, Any] = {}
@@ -122,7 +125,9 @@ def _changed(made: Any, step: float, **changes: float) -> Diagram:
 @lru_cache(maxsize=256)
 def _diagram_of(made: Any, step: float) -> Diagram:
     # Integrating a cycle takes far longer than reading a scene, and sessions read many.
-    if isinstance(made, CompressorCycle):  # nothing burns, nothing is left out without combustion
+    if isinstance(
+        made, CompressorCycle | PumpCycle
+    ):  # nothing burns, nothing is left out without combustion
         return made.diagram(step)
     return replace(_without_motored(made, step), motored=partial(_motored_of, made, step))
 

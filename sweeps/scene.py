@@ -32,7 +32,6 @@ from engine_dyn.driven_machine import (
 from engine_dyn.engine import Engine
 from engine_dyn.family_grid import FamilyGrid
 from engine_dyn.indicator import Diagram
-from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.motored import motored
 from engine_dyn.node import Node
 from engine_dyn.quantities import (
@@ -63,7 +62,16 @@ from sweeps.checks import (
     plain,
     shortened,
 )
-from sweeps.cylinder_keys import KEYS, CylinderKeys, read_keys, resolve
+from sweeps.cylinder_keys import (
+    KEYS,
+    ArrangementTable,
+    CylinderKeys,
+    arrangement_of,
+    name_of,
+    read_arrangement,
+    read_keys,
+    resolve,
+)
 from sweeps.design_table import LABELS, read_designs
 from sweeps.engine_file import load_engine, parse_toml, read_indicator
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
@@ -316,6 +324,7 @@ class Scene:
             *self._load_words,
             "characteristic" if self.characteristic is not None else "given_load",
             *self._inertia_words,
+            "load_inertia" if self._has("load_inertia") else "no_load_inertia",
             "weights_given" if self.weights_given else "weights_by_fraction",
             "counterweights" if self._has_counterweights else "no_counterweights",
             "shaft" if self._has("balance_shaft_mass") else "no_shaft",
@@ -495,10 +504,13 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
     keys = read_keys(given.set, f"{name}: [set] ")
     tables = read_tables(given.set, base, f"{name}: [set] ")
     axes: dict[str, FloatArray | tuple[str, ...]] = {}
+    arranged: tuple[str | ArrangementTable, ...] = ()
     for key, item in given.axes.items():
-        axes[key] = (
-            _arrangement_axis(item, keys, name) if key == "arrangement" else _axis(key, item, name)
-        )
+        if key == "arrangement":
+            arranged = _arrangement_axis(item, keys, name)
+            axes[key] = tuple(name_of(one) for one in arranged)
+        else:
+            axes[key] = _axis(key, item, name)
         total = sum(len(values) for values in axes.values())
         if total > MOST_VALUES:
             raise SceneError(
@@ -559,7 +571,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
         labels=labels,
         settings=settings,
         own_cylinders=_own_cylinders(keys, counts, engine, f"{name}: [set] "),
-        arrangements=_arrangements(axes, keys, counts, engine, name),
+        arrangements=_arrangements(arranged, keys, counts, engine, name),
         tables=tables,
         indicator=indicator,
         characteristic=characteristic,
@@ -625,7 +637,7 @@ def _own_cylinders(
         lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
         if keys.arrangement is not None:
             try:
-                made = arrangement_from_text(keys.arrangement, engine.period)
+                made = arrangement_of(keys.arrangement, engine.period)
             except ValueError as error:
                 raise SceneError(f"{where}{mentioned(error)}") from None
             lengths = {len(made.cylinders)}
@@ -678,32 +690,44 @@ def _characteristic(
     return CHARACTERISTICS[kind]
 
 
-def _arrangement_axis(raw: Any, keys: CylinderKeys, name: str) -> tuple[str, ...]:
-    """Texts of [axes] arrangement."""
+def _arrangement_axis(
+    raw: Any, keys: CylinderKeys, name: str
+) -> tuple[str | ArrangementTable, ...]:
+    """Texts and tables of [axes] arrangement."""
     where = f"{name}: [axes] arrangement"
-    if not isinstance(raw, list) or not raw or not all(isinstance(text, str) for text in raw):
-        raise SceneError(f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane'")
+    if not isinstance(raw, list) or not raw or not all(isinstance(i, str | dict) for i in raw):
+        raise SceneError(
+            f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane', or of tables"
+        )
     for key in ("arrangement", "firing_angles"):
         if key in keys.given:
             raise SceneError(f"{where}: not allowed beside {key} in [set]; give one of them")
-    for i, text in enumerate(raw):
-        if text in raw[:i]:
-            raise SceneError(f"{where}: {shown(text)} stands there twice; each once")
-    return tuple(raw)
+    several = tuple(
+        read_arrangement(item, f"{where} number {i}") for i, item in enumerate(raw, start=1)
+    )
+    names = [name_of(one) for one in several]
+    for i, text in enumerate(names):
+        if text in names[:i]:
+            other = "" if isinstance(several[i], str) else ", or have another name"
+            raise SceneError(f"{where}: {shown(text)} stands there twice; each once{other}")
+    return several
 
 
 def _arrangements(
-    axes: Mapping[str, Any], keys: CylinderKeys, counts: list[int], engine: Engine, name: str
+    several: tuple[str | ArrangementTable, ...],
+    keys: CylinderKeys,
+    counts: list[int],
+    engine: Engine,
+    name: str,
 ) -> tuple[Cylinders, ...]:
     """Cylinders along the axis `arrangement`."""
     where = f"{name}: [axes] "
-    texts = axes.get("arrangement", ())
-    if texts and len(counts) > 1:
+    if several and len(counts) > 1:
         raise SceneError(
             f"{where}arrangement: not allowed together with several numbers of cylinders; must be "
             "one number"
         )
-    made = (_own_cylinders(replace(keys, arrangement=t), counts, engine, where) for t in texts)
+    made = (_own_cylinders(replace(keys, arrangement=a), counts, engine, where) for a in several)
     return tuple(cylinders for cylinders in made if cylinders is not None)
 
 
@@ -1265,7 +1289,19 @@ def _check_throw_radii(scene: Scene, name: str) -> None:
         try:
             engine.check_turning(ratio)
         except ValueError as error:
-            raise SceneError(f"{name}: engine {scene.engine.name} {mentioned(error)}") from None
+            raise SceneError(f"{name}: {_place_of_radii(scene)} {mentioned(error)}") from None
+
+
+def _place_of_radii(scene: Scene) -> str:
+    """Where the crank radii of single cylinders stand."""
+    for key in scene.cylinder_keys:
+        given = _places(scene, key)
+        if OF_CYLINDER[key].what == "radius_factor" and given is not None:
+            return f"[{given[0]}]"
+    if scene.arrangements:
+        return "[axes] arrangement:"
+    own = scene.own_cylinders is scene.engine.own_cylinders
+    return f"engine {scene.engine.name}" if own else "[set]"
 
 
 def _check_shares(scene: Scene, name: str) -> None:

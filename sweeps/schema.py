@@ -14,7 +14,7 @@ from engine_dyn.characteristic import CHARACTERISTICS
 from engine_dyn.node import Node
 from engine_dyn.quantities import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
 from sweeps.checks import allowed
-from sweeps.cylinder_keys import KEYS
+from sweeps.cylinder_keys import KEYS, ArrangementTable
 from sweeps.load_tables import KEYS as TABLE_KEYS
 from sweeps.scene import (
     CLOSURES,
@@ -38,6 +38,8 @@ def scene_schema() -> Schema:
     schema: Schema = _plain(SceneFile.model_json_schema())
     tables = {name.lstrip("_"): table for name, table in schema.pop("$defs").items()}
     tables["Range"] = _plain(Range.model_json_schema())
+    written_out = _plain(ArrangementTable.model_json_schema())
+    tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
     parameters = {name: _value(node) for name, node in PARAMETERS.items()}
     free = {name: node for name, node in PARAMETERS.items() if name not in SOLVER_COLUMNS}
 
@@ -49,11 +51,11 @@ def scene_schema() -> Schema:
             **{name: _text(about) for name, about in TABLE_KEYS.items()},
         }
     )
-    words = {"type": "array", "minItems": 1, "uniqueItems": True, "items": {"type": "string"}}
+    several = {"type": "array", "minItems": 1, "uniqueItems": True, "items": _ONE_ARRANGEMENT}
     properties["axes"] |= _closed(
         {
             **{name: _axis(name) for name in free},
-            "arrangement": {**words, "description": KEYS["arrangement"]},
+            "arrangement": {**several, "description": KEYS["arrangement"]},
         }
     )
     properties["designs"] = {
@@ -167,9 +169,12 @@ def _text(about: str) -> Schema:
     return {"type": "string", "minLength": 1, "description": about}
 
 
+_ONE_ARRANGEMENT: Schema = {"anyOf": [{"type": "string"}, _reference("ArrangementTable")]}
+
+
 def _key_of_cylinders(name: str) -> Schema:
     if name == "arrangement":
-        return _text(KEYS[name])
+        return {**_ONE_ARRANGEMENT, "description": KEYS[name]}
     return {**_list({"type": "number"}), "description": KEYS[name]}
 
 

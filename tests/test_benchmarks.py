@@ -111,6 +111,14 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
 @pytest.mark.compiled
 def test_uneven_engines_are_measured_beside_even_ones() -> None:
     text = engines.report(500)
-    rows = [line for line in text.splitlines() if line.startswith("| ")][2:]
+    even, uneven = text.split("## Uneven")
+    rows = [line for line in uneven.splitlines() if line.startswith("| ")][2:]
     assert len(rows) == sum(len(group) for group in engines.kinds())
     assert all(" | 1.00 |" in row for row in rows if ", even |" in row)
+    # Every engine of the catalogue with several cylinders that fire evenly, and no other.
+    names = re.findall(r"^\| `(\w+)` \| in-line \d+, (?:four|two)-stroke \|", even, re.M)
+    assert names == [
+        "boxer_twin_101x70", "diesel_105x137", "marine_80x345", "parallel_twin_360",
+        "si_four_87x101", "v6_96x81", "v8_cross_plane_93x86", "v8_flat_plane_94x93",
+    ]  # fmt: skip
+    assert "The throughput of even firing " in even

@@ -68,7 +68,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_readme_first_scene(folder: Path) -> None:
-    first, every_table, _ = blocks("toml")
+    first, every_table, *_ = blocks("toml")
     (folder / "my_scene.toml").write_text(first, encoding="utf-8")
     archive = sweeps.run("my_scene.toml")
     assert dict(archive.sizes) == {"inertia": 24, "speed": 3}
@@ -91,6 +91,27 @@ def test_readme_engine_file(folder: Path) -> None:
     archive = sweeps.run({"engine": "mine.toml", "output": {"quantities": ["delta", "imep"]}})
     assert int(archive["status"]) == 0
     assert float(archive["imep"]) > 0.0
+
+
+def test_readme_arrangement(folder: Path) -> None:
+    described = tomllib.loads(blocks("toml")[3])
+    scene = read_scene(
+        {
+            "engine": "ntua",
+            "set": {"cylinders": 4, **described},
+            "output": {"quantities": ["delta"]},
+        }
+    )
+    assert scene.own_cylinders is not None and scene.own_cylinders.arrangement is not None
+    made = scene.own_cylinders.arrangement
+    np.testing.assert_allclose(np.degrees(made.firing_intervals), [180, 228, 180, 132])
+    assert scene.own_cylinders.along_shaft == ((0, 1), (2, 3))
+    # At the top of an engine file, in front of its tables of values.
+    text = blocks("toml")[2].replace("firing_order = [1, 3, 4, 2]\n", "")
+    (folder / "vee.toml").write_text(text + "\n" + blocks("toml")[3], encoding="utf-8")
+    engine = load_engine("vee.toml", folder)
+    assert engine.firing_order == (1, 3, 2, 4)
+    assert engine.own_cylinders == scene.own_cylinders
 
 
 @pytest.mark.usefixtures("folder")

@@ -4,9 +4,10 @@ Spark ignition: the charge is what the cylinder traps, with gasoline at the air'
 share, so the heat follows from `intake_pressure`, which is fitted to the rated power; above
 atmosphere it stands for a tuned intake. Lower loads are the same engine throttled until the brake
 mean effective pressure is that share of the rated one. Two-stroke diesel: heat and compression
-ratio are fitted to the mean effective pressure and the largest pressure. Compressor: clearance and
-delivery pressure are fitted to the indicated mean effective and the largest pressure. All else is
-given or assumed, as they say.
+ratio are fitted to the mean effective pressure and the largest pressure; lower loads have that
+compression ratio, and the heat for their share of the mean effective pressure. Compressor:
+clearance and delivery pressure are fitted to the indicated mean effective and the largest pressure.
+All else is given or assumed, as they say.
 
     python tools/calibrate_catalogue.py    # writes the fitted numbers into sweeps/engines/*.toml
 """
@@ -17,7 +18,6 @@ import math
 import re
 import tomllib
 from dataclasses import fields, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -105,23 +105,36 @@ def spark_ignition(cycle: FourStrokeCycle, values: dict[str, float], goal: float
     }
 
 
+def heated(
+    cycle: TwoStrokeCycle, values: dict[str, float], goal: float, ratio: float
+) -> TwoStrokeCycle:
+    """Return the cycle with a compression ratio and the heat that makes a mean pressure."""
+    changed = replace(cycle, compression_ratio=ratio)
+
+    def miss(heat: float) -> float:
+        return brake_mean_pressure(replace(changed, heat=heat), values) - goal
+
+    return replace(changed, heat=float(brentq(miss, 0.5 * goal, 4.0 * goal, xtol=10.0)))
+
+
 def two_stroke(
     cycle: TwoStrokeCycle, values: dict[str, float], goal: float, peak: float
 ) -> dict[str, str]:
     """Heat and compression ratio that make a mean effective pressure and a largest pressure."""
 
-    def heated(ratio: float) -> TwoStrokeCycle:
-        changed = replace(cycle, compression_ratio=ratio)
-
-        def miss(heat: float) -> float:
-            return brake_mean_pressure(replace(changed, heat=heat), values) - goal
-
-        return replace(changed, heat=float(brentq(miss, 10e5, 100e5, xtol=10.0)))
-
     def too_high(ratio: float) -> float:
-        return float(heated(ratio).points()[1].max()) - peak
+        return float(heated(cycle, values, goal, ratio).points()[1].max()) - peak
 
-    found = heated(float(brentq(too_high, 8.0, 30.0, xtol=1e-6)))
+    return two_stroke_at_part_load(
+        cycle, values, goal, float(brentq(too_high, 8.0, 30.0, xtol=1e-6))
+    )
+
+
+def two_stroke_at_part_load(
+    cycle: TwoStrokeCycle, values: dict[str, float], goal: float, ratio: float
+) -> dict[str, str]:
+    """Heat that makes a mean effective pressure with a given compression ratio, and that ratio."""
+    found = heated(cycle, values, goal, ratio)
     return {
         "compression_ratio": f"{found.compression_ratio:.4f}",
         "heat": f"{found.heat / BAR:.4f}",
@@ -179,16 +192,19 @@ def main() -> None:
         values, tables = engine["values"], engine["diagram"]
         head, *parts = text.split("[[diagram]]\n")
         volume = values["cylinders"] * 0.25 * math.pi * values["bore"] ** 2 * values["stroke"]
-        for i, table in enumerate(tables):
+        ratio = math.nan  # of the rated point, which comes last in the file
+        for i, table in reversed(list(enumerate(tables))):
             cycle = cycle_of(table, values)
             rated = power * cycle.period / (volume * values["speed"] * RPM)
             goal = rated * table["load"] / 100.0
-            fit = (
-                partial(two_stroke, peak=PEAK[name])
-                if isinstance(cycle, TwoStrokeCycle)
-                else spark_ignition
-            )
-            for key, number in fit(cycle, values, goal).items():
+            if not isinstance(cycle, TwoStrokeCycle):
+                found = spark_ignition(cycle, values, goal)
+            elif table["load"] == 100:
+                found = two_stroke(cycle, values, goal, PEAK[name])
+                ratio = float(found["compression_ratio"])
+            else:
+                found = two_stroke_at_part_load(cycle, values, goal, ratio)
+            for key, number in found.items():
                 line = f"{key} = {number}".ljust(COLUMN)
                 parts[i] = re.sub(rf"(?m)^{key} = [0-9.]+ *(?=#)", line, parts[i])
                 print(f"{name} {table['load']} percent: {key} = {number}")

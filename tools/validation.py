@@ -23,6 +23,7 @@ from typing import Any
 
 import balance_study
 import calibrate_ntua
+import cycle_study
 import mechanism_study
 import numpy as np
 from thesis_study import (
@@ -77,6 +78,10 @@ FIGURES_OF_FIT = {
     90: ("p_max, bar", *(f"{name}, rad/s" for name in SPEEDS)),
 }  # fmt: skip
 """What the calibration script's figures are called here, in its order."""
+
+TEXTBOOK_HEADS = (
+    "cycle", "p_max/p_1", "ours", "mean/p_1", "ours", "efficiency", "ours",
+)  # fmt: skip
 
 REASONS = {
     "torque_ratio": "the diagram's shape; the mean torque is fitted",
@@ -615,6 +620,8 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "work_table": mechanism_study.work_table(),
         "gravity_remark": mechanism_study.gravity_remark(),
         "rod_table": mechanism_study.rod_table(),
+        "textbook_table": table(TEXTBOOK_HEADS, cycle_study.rows()),
+        "measured_remark": cycle_study.measured_remark(),
         "kinematics_errors": kinematics_errors(),
         "work_of_a_cycle": work_of_a_cycle(study),
         "other_errors": other_errors(),

@@ -12,6 +12,7 @@ import pytest
 import sweeps
 from engine_dyn import periodic_speed
 from engine_dyn.friction import FrictionShape
+from engine_dyn.layouts import arrangement_from_text
 from engine_dyn.quantities import QUANTITIES
 from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
 from sweeps.engine_file import load_engine
@@ -114,6 +115,133 @@ def test_plan_says_the_period_that_is_solved() -> None:
     assert "2 cylinders: whole cycle, uneven firing" in twin
     vee = planned(set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"})
     assert "6 cylinders: Phi/3, uneven firing" in vee
+
+
+def written_out(text: str, period: float = 4.0 * np.pi) -> dict[str, Any]:
+    """Table of an arrangement that a text stands for."""
+    made = arrangement_from_text(text, period)
+    return {
+        "name": made.name,
+        "banks": [float(np.degrees(b)) for b in made.banks],
+        "throws": [
+            {"angle": float(np.degrees(t.angle)), "position": float(t.position)}
+            for t in made.throws
+        ],
+        "cylinders": [
+            {"throw": c.throw + 1, "bank": c.bank + 1,
+             "firing_angle": float(np.degrees(c.firing_angle))}
+            for c in made.cylinders
+        ],
+        "uneven": made.uneven,
+        "firing_order": list(made.firing_order),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["in-line 1", "in-line 6 1-5-3-6-2-4", "V8 cross-plane", "V6 60 split-pin", "V2 45", "boxer 4",
+     "W12 60,0,-60", "radial 9", "parallel twin 270"],
+)  # fmt: skip
+def test_a_text_and_its_table_are_the_same_engine(text: str) -> None:
+    table = written_out(text)
+    count = len(table["cylinders"])
+    by_text, by_table = (
+        read_scene(
+            {
+                "engine": "ntua",
+                "set": {"cylinders": count, "arrangement": given},
+                "output": {"quantities": ["delta"]},
+            }
+        ).own_cylinders
+        for given in (text, table)
+    )
+    assert by_text is not None and by_table is not None
+    assert by_table.along_shaft == by_text.along_shaft
+    assert by_table.symmetry == by_text.symmetry
+    for one, other in zip(by_text.members, by_table.members, strict=True):
+        assert one == pytest.approx(other, abs=1e-13)
+
+
+# A V4 whose pairs of pins stand 28 degrees apart: no text says it.
+V4: dict[str, Any] = {
+    "name": "V4", "banks": [0, 76],
+    "throws": [{"angle": 0}, {"angle": 28}, {"angle": 180}, {"angle": 208, "radius_factor": 0.9}],
+    "cylinders": [
+        {"throw": 1, "bank": 1, "firing_angle": 0}, {"throw": 2, "bank": 2, "firing_angle": 408},
+        {"throw": 3, "bank": 1, "firing_angle": 180}, {"throw": 4, "bank": 2, "firing_angle": 588},
+    ],
+    "uneven": True,
+}  # fmt: skip
+
+
+@pytest.mark.compiled
+def test_a_crankshaft_that_is_written_out(tmp_path: Path) -> None:
+    """In a scene, along an axis and in an engine file: as its angles and radii say."""
+    asked = ("delta", "torque_mean", "shaking_moment_max")
+    shaft = {"cylinder_spacing": 0.2}
+    found = run(set={"cylinders": 4, "arrangement": V4, **shaft}, quantities=asked)
+    kept = json.loads(found.attrs["arrangement"])
+    assert kept["name"] == "V4"
+    assert kept["throws"] == [0.0, 28.0, 180.0, 208.0]
+    assert kept["radius_factor"] == [1.0, 1.0, 1.0, 0.9]
+    angles = {"firing_angles": [0, 408, 180, 588], "radius_factor": [1, 1, 1, 0.9]}
+    in_line = run(set={"cylinders": 4, **angles}, quantities=asked[:2])
+    for name in asked[:2]:
+        assert float(found[name]) == pytest.approx(float(in_line[name]), rel=1e-12)
+
+    closer = {**V4, "name": "pairs in one place", "throws": [
+        {**throw, "position": i // 2} for i, throw in enumerate(V4["throws"])
+    ]}  # fmt: skip
+    several = run(
+        set={"cylinders": 4, **shaft}, axes={"arrangement": [V4, "in-line 4", closer]},
+        quantities=asked,
+    )  # fmt: skip
+    assert several["arrangement_name"].values.tolist() == ["V4", "in-line 4", "pairs in one place"]
+    assert several["delta"].values[0] == several["delta"].values[2] == found["delta"].values
+    moments = several["shaking_moment_max"].values
+    assert moments[0] == found["shaking_moment_max"].values
+    assert moments[2] < 0.5 * moments[0]
+
+    lines = ["[arrangement]", f"banks = {V4['banks']}", "uneven = true"]
+    for key in ("throws", "cylinders"):
+        rows = (", ".join(f"{k} = {v}" for k, v in row.items()) for row in V4[key])
+        lines.append(f"{key} = [{', '.join(f'{{ {row} }}' for row in rows)}]")
+    body = VALUES.replace("cylinders = 2", "cylinders = 4")
+    path = written(tmp_path, body + modelled() + "\n" + "\n".join(lines) + "\n")
+    own = load_engine(path, Path()).own_cylinders
+    assert own is not None and own.arrangement is not None
+    assert own.arrangement.name == "4 cylinders on 4 throws, 2 banks"
+    assert own.radius_factors == (1.0, 1.0, 1.0, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"uneven": False}, "intervals 180, 228, 180, 132 degree: uneven; uneven = true says that"),
+        ({"banks": [0]}, "cylinder 2: bank = 2: must be a number from 1 to 1"),
+        ({"banks": [0, "a"]}, r"\[banks\] number 2 = 'a': must be a list of 1 to 16 directions"),
+        ({"banks": []}, r"banks = \[\]: must be a list of 1 to 16 directions"),
+        ({"banks": [0, 80]}, "firing_angle = 408 degree: its throw is at top dead centre at 52 or"),
+        ({"throws": [{"angle": 0}] * 17}, "must be a list of 1 to 16 tables with angle"),
+        ({"throws": V4["throws"][:3]}, "cylinder 4: throw = 4: must be a number from 1 to 3"),
+        ({"throws": [*V4["throws"], {"angle": 9}]}, "throw 5: has no cylinder; must have one at"),
+        (
+            {"throws": [{"angle": 0, "position": 1e308}]},
+            r"number 1 position = 1e\+308: must be a num",
+        ),
+        ({"throws": [{"angel": 0}]}, r"number 1 angel: unknown key; did you mean 'angle'"),
+        ({"cylinders": [{"throw": 1}]}, "number 1 firing_angle: missing; must be a number, the"),
+        ({"firing_order": [1, 3, 2, 2]}, "must name each of the cylinders 1 to 4 once"),
+        ({"firing_order": [1, 2, 3, 4]}, "the firing angles make 1-3-2-4; must be the same"),
+        ({"order": [1, 2, 3, 4]}, "order: unknown table or key"),
+    ],
+)
+def test_crankshafts_that_are_none(change: dict[str, Any], message: str) -> None:
+    tables = {"set": {"cylinders": 4, "arrangement": {**V4, **change}}}
+    with pytest.raises(SceneError, match=message) as caught:
+        read_scene({"engine": "ntua", **tables, "output": {"quantities": ["delta"]}})
+    assert str(caught.value).startswith("scene: [set] arrangement: ")
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.compiled
@@ -437,6 +565,7 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"axes": {"arrangement": []}}, r"\[axes\] arrangement = \[\]: must be a list of texts"),
         ({"axes": {"arrangement": [4]}}, "must be a list of texts such as 'V8 flat-plane'"),
         ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "'in-line 1' stands there twice"),
+        ({"set": {"cylinders": 4}, "axes": {"arrangement": [V4, V4]}}, "each once, or have"),
         ({"axes": {"arrangement": ["boxer 2"]}}, r"\[axes\] arrangement = 'boxer 2': has 2 cyl"),
         (
             {"axes": {"arrangement": ["in-line 1"]}, "set": {"arrangement": "in-line 1"}},
@@ -461,7 +590,12 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ),
         (
             {"set": {"cylinders": 2, "radius_factor": [1, 1.9]}, "axes": {"crank_ratio": [0.55]}},
-            "radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be below 1.8",
+            r"\[set\] radius_factor = 1.9: with crank_ratio = 0.55 the crank cannot turn; must be "
+            "below 1.8",
+        ),
+        (
+            {"set": {"cylinders": 2}, "axes": {"radius_factor_2": [1, 2], "crank_ratio": [0.6]}},
+            r"\[axes\] radius_factor = 2: with crank_ratio = 0.6 the crank cannot turn",
         ),
         (
             {"set": {"friction_skirt": 0.6}, "axes": {"friction_mixed": [0.2, 0.5]}},

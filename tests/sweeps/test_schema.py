@@ -18,6 +18,7 @@ SCHEMA = scene_schema()
 
 TYPES: dict[str, Any] = {
     "object": dict, "array": list, "string": str, "number": (int, float), "integer": int,
+    "boolean": bool,
 }  # fmt: skip
 
 KNOWN = {
@@ -38,7 +39,9 @@ def fits(value: Any, schema: Any) -> bool:
         if not fits(value, target):
             return False
     kind = schema.get("type")
-    if kind and (isinstance(value, bool) or not isinstance(value, TYPES[kind])):
+    if kind and not isinstance(value, TYPES[kind]):
+        return False
+    if kind and isinstance(value, bool) and kind != "boolean":
         return False
     if "enum" in schema and value not in schema["enum"]:
         return False
@@ -62,6 +65,8 @@ def fits(value: Any, schema: Any) -> bool:
             and all(fits(item, schema.get("items", True)) for item in value)
             and not (schema.get("uniqueItems") and len(set(map(str, value))) < len(value))
         )
+    if isinstance(value, bool):
+        return True
     if isinstance(value, str):
         return len(value) >= schema.get("minLength", 0)
     return (
@@ -80,9 +85,17 @@ def test_built_in_scenes_fit(name: str) -> None:
 
 BASE = {"engine": "ntua", "output": {"quantities": ["delta"]}}
 
+TWIN: dict[str, Any] = {
+    "name": "twin", "throws": [{"angle": 0.0}, {"angle": 180.0, "radius_factor": 0.9}],
+    "cylinders": [{"throw": 1, "firing_angle": 0}, {"throw": 2, "bank": 1, "firing_angle": 180}],
+    "uneven": True,
+}  # fmt: skip
+
 RIGHT: list[dict[str, Any]] = [
     {},
     {"set": {"inertia": 2.0, "cylinders": 4, "misfire": 1.0, "mass_factor": [1.0, 1.1, 1, 1]}},
+    {"set": {"arrangement": TWIN, "cylinders": 2}},
+    {"set": {"cylinders": 2}, "axes": {"arrangement": ["in-line 2", TWIN]}},
     {"axes": {"speed": {"start": 1000, "stop": 2000, "num": 5, "spacing": "log"}}},
     {"axes": {"speed": [1000.0, 1200], "cylinders": [1, 2]}, "title": "x"},
     {"designs": {"inertia": [1.0, 1.0], "case": ["a", "b"]}},
@@ -97,6 +110,8 @@ WRONG: list[dict[str, Any]] = [
     {"titel": "x"},
     {"set": {"inertai": 2.0}},
     {"set": {"inertia": 0}},
+    {"set": {"arrangement": {**TWIN, "throws": [{"angel": 0.0}]}}},
+    {"axes": {"arrangement": [{**TWIN, "cylinders": []}]}},
     {"set": {"inertia": -2.0}},
     {"set": {"inertia": "2 kg"}},
     {"set": {"inertia": True}},
