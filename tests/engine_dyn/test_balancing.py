@@ -155,7 +155,7 @@ def test_harmonics_of_the_acceleration() -> None:
             balancing.acceleration_harmonics(whole, ratio),
             kinematic_series.acceleration_coefficients(whole, ratio), atol=1e-13,
         )  # fmt: skip
-    with pytest.raises(ValueError, match="order = 600: must be at most 512"):
+    with pytest.raises(ValueError, match="order = 600: must be above 0 and at most 512"):
         balancing.acceleration_harmonics(600.0, 0.3)
 
 
