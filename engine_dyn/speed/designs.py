@@ -894,12 +894,12 @@ def solve_block(
     )  # fmt: skip
     lanes.end_of_work(width_of_lanes, levels.coarse, s)
     if len(form) == 1:
-        lanes.solve_linear(width_of_lanes, levels.coarse, s, us, tops, lows)
+        lanes.solve_linear(form, width_of_lanes, levels.coarse, s, energies, us, tops, lows)
     elif len(form) == 2:
         lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
-            choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
+            form, choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, energies, us, rs, tops, lows,
         )  # fmt: skip
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)

@@ -486,18 +486,22 @@ def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
 
 
 @inlined
-def solve_linear(
-    lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
-) -> None:
-    """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
+def march(
+    form: tuple[int, ...], variable: bool, lanes: int, coarse: Floats, s: Floats,
+    energies: Floats, us: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Speeds u at the coarse nodes by the linear recurrence.
+
+    Of form LINEAR that is all, and the mean speed is summed up on the way. Else it is all but the
+    rest, which is taken from the `energies` X - y.
+    """
     wide_vectors()
-    nodes = coarse.shape[0]
     for k in range(lanes):
         s[RUNNING + k] = s[WORK_END + k] * s[CLOSED + k]
         s[MEAN + k] = 0.0
         s[HIGH + k] = -1e300
         s[LOW + k] = 1e300
-    for group in range(nodes // CHUNK):
+    for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
         aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
@@ -536,18 +540,42 @@ def solve_linear(
             y = d * y + (g * a2 - e * b2)
             u3 = gas * p3 - eta * v3 - y
             s[RUNNING + k] = d * y + (g * a3 - e * b3)
+            if len(form) == 3:
+                energies[row + k] = u0
+                energies[row + LANES + k] = u1
+                energies[row + 2 * LANES + k] = u2
+                energies[row + 3 * LANES + k] = u3
+                shift = s[SHIFT + k]
+                u0, u1, u2, u3 = u0 - shift, u1 - shift, u2 - shift, u3 - shift
+                if variable:
+                    turn = s[ETA + k]
+                    u0, u1 = u0 / (1.0 + turn * v0), u1 / (1.0 + turn * v1)
+                    u2, u3 = u2 / (1.0 + turn * v2), u3 / (1.0 + turn * v3)
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
             us[row + 3 * LANES + k] = u3
             high = max(max(u0, u1), max(u2, u3))
             low = min(min(u0, u1), min(u2, u3))
-            tops[bound + k] = high
-            lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-            s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
-            s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
+            if len(form) == 1:
+                tops[bound + k] = high
+                lows[bound + k] = low
+                roots = (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
+                s[MEAN + k] += roots
+                s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
+
+
+@inlined
+def solve_linear(
+    form: tuple[int, ...], lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
+    tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
+    wide_vectors()
+    nodes = coarse.shape[0]
+    march(form, False, lanes, coarse, s, energies, us, tops, lows)
     wrap(nodes, lanes, us)
     if beyond_series(lanes, s):
         exact_mean(False, lanes, coarse, s, us)
@@ -639,75 +667,6 @@ def solve_free(
         exact_mean(variable, lanes, coarse, s, us)
     for k in range(lanes):
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
-
-
-@inlined
-def march(
-    variable: bool, lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
-    rs: Floats,
-) -> None:  # fmt: skip
-    """X - y and u at the coarse nodes by the linear recurrence: all but the rest, which is 0."""
-    wide_vectors()
-    for k in range(lanes):
-        s[RUNNING + k] = s[WORK_END + k] * s[CLOSED + k]
-        s[HIGH + k] = -1e300
-        s[LOW + k] = 1e300
-    for group in range(coarse.shape[0] // CHUNK):
-        n = CHUNK * group
-        aw0, aw1 = shared(coarse, n, WORK), shared(coarse, n + 1, WORK)
-        aw2, aw3 = shared(coarse, n + 2, WORK), shared(coarse, n + 3, WORK)
-        bw0, bw1 = shared(coarse, n, SQUARES), shared(coarse, n + 1, SQUARES)
-        bw2, bw3 = shared(coarse, n + 2, SQUARES), shared(coarse, n + 3, SQUARES)
-        pw0, pw1 = shared(coarse, n, P), shared(coarse, n + 1, P)
-        pw2, pw3 = shared(coarse, n + 2, P), shared(coarse, n + 3, P)
-        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-        row = (n + PAD) * LANES
-        for k in range(lanes):
-            a0 = own(coarse, aw0, n, WORK, k)
-            a1 = own(coarse, aw1, n + 1, WORK, k)
-            a2 = own(coarse, aw2, n + 2, WORK, k)
-            a3 = own(coarse, aw3, n + 3, WORK, k)
-            b0 = own(coarse, bw0, n, SQUARES, k)
-            b1 = own(coarse, bw1, n + 1, SQUARES, k)
-            b2 = own(coarse, bw2, n + 2, SQUARES, k)
-            b3 = own(coarse, bw3, n + 3, SQUARES, k)
-            p0 = own(coarse, pw0, n, P, k)
-            p1 = own(coarse, pw1, n + 1, P, k)
-            p2 = own(coarse, pw2, n + 2, P, k)
-            p3 = own(coarse, pw3, n + 3, P, k)
-            v0 = own(coarse, vw0, n, V, k)
-            v1 = own(coarse, vw1, n + 1, V, k)
-            v2 = own(coarse, vw2, n + 2, V, k)
-            v3 = own(coarse, vw3, n + 3, V, k)
-            d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
-            gas, eta, shift = s[GAS_HERE + k], s[ETA_HERE + k], s[SHIFT + k]
-            y = s[RUNNING + k]
-            e0 = gas * p0 - eta * v0 - y
-            y = d * y + (g * a0 - e * b0)
-            e1 = gas * p1 - eta * v1 - y
-            y = d * y + (g * a1 - e * b1)
-            e2 = gas * p2 - eta * v2 - y
-            y = d * y + (g * a2 - e * b2)
-            e3 = gas * p3 - eta * v3 - y
-            s[RUNNING + k] = d * y + (g * a3 - e * b3)
-            energies[row + k] = e0
-            energies[row + LANES + k] = e1
-            energies[row + 2 * LANES + k] = e2
-            energies[row + 3 * LANES + k] = e3
-            u0, u1, u2, u3 = e0 - shift, e1 - shift, e2 - shift, e3 - shift
-            if variable:
-                turn = s[ETA + k]
-                u0, u1 = u0 / (1.0 + turn * v0), u1 / (1.0 + turn * v1)
-                u2, u3 = u2 / (1.0 + turn * v2), u3 / (1.0 + turn * v3)
-            us[row + k] = u0
-            us[row + LANES + k] = u1
-            us[row + 2 * LANES + k] = u2
-            us[row + 3 * LANES + k] = u3
-            s[HIGH + k] = max(s[HIGH + k], max(max(u0, u1), max(u2, u3)))
-            s[LOW + k] = min(s[LOW + k], min(min(u0, u1), min(u2, u3)))
-    for i in range(rs.size):
-        rs[i] = 0.0
 
 
 @inlined
@@ -875,8 +834,9 @@ def rest_of(
 
 @inlined
 def iterate(
-    kind: int, variable: bool, tolerance: float, period: float, lanes: int, coarse: Floats,
-    s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    form: tuple[int, ...], kind: int, variable: bool, tolerance: float, period: float, lanes: int,
+    coarse: Floats, s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats,
+    lows: Floats,
 ) -> None:  # fmt: skip
     """Iterate r until every lane is frozen or given up; TURNS counts its passes.
 
@@ -889,7 +849,9 @@ def iterate(
     for k in range(lanes):
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
-    march(variable, lanes, coarse, s, energies, us, rs)
+    for i in range(rs.size):
+        rs[i] = 0.0
+    march(form, variable, lanes, coarse, s, energies, us, tops, lows)
     for turn in range(MOST_PASSES):
         if turn > 0:
             answer(variable, lanes, coarse, s, energies, us, rs, tops, lows)
