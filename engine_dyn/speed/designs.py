@@ -23,7 +23,7 @@ from engine_dyn.compilation import (
     rows_on_stack,
     wide_vectors,
 )
-from engine_dyn.speed import lanes, panels, tables, traces
+from engine_dyn.speed import hills, lanes, panels, tables, traces
 from engine_dyn.speed.angle_load import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.cycles import (
     RATES,
@@ -903,8 +903,8 @@ def solve_block(
             levels.coarse, s, energies, us, rs, tops, lows,
         )  # fmt: skip
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)
-    lanes.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
-    lanes.extremes(
+    hills.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
+    hills.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
     for k in range(count):

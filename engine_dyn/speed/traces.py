@@ -354,7 +354,7 @@ def fill_smooth(
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
 
-    They are those of `lanes.load_at`.
+    They are those of `hills.load_at`.
     """
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]

@@ -1,0 +1,492 @@
+"""Where the speed of sixteen designs is highest and lowest, between the nodes of their lanes.
+
+The curve of a design is known at the coarse nodes (`lanes`); each of its hills that may hold the
+extreme is searched: two coarse nodes, two fine ones between them, and there the extreme of the
+curve itself. A lane looks at places of its own, so what it reads is gathered, and nothing branches.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import (
+    formula,
+    indices_on_stack,
+    inlined,
+    on_stack,
+    wide_vectors,
+)
+from engine_dyn.speed.extremes import interpolate, refine
+from engine_dyn.speed.lanes import (
+    BETA,
+    BOTTOM,
+    BOTTOM_HILLS,
+    BOTTOM_LAST,
+    CANCELLED,
+    CODE,
+    CRANKCASE,
+    ERROR,
+    ETA,
+    EULER,
+    EULER_FAR,
+    GAS,
+    HALF,
+    HIGH,
+    KAPPA,
+    LANES,
+    LEFT,
+    LOW,
+    MISS,
+    MOVED,
+    NEXT_SHARE,
+    NEXT_TABLE,
+    PAD,
+    PEAK,
+    POINT,
+    POINTS,
+    ROUNDING,
+    ROW_SHARE,
+    ROW_TABLE,
+    SLACK,
+    THIN,
+    TOP,
+    TOP_HILLS,
+    TOP_LAST,
+    UNIT_TABLE,
+    constant,
+    own,
+    shared,
+)
+from engine_dyn.speed.levels import (
+    CHUNK,
+    HIGHEST_SLOPE,
+    HIGHEST_SLOPE_V,
+    P_ABOVE,
+    P_BELOW,
+    P_MOMENT,
+    SQUARES,
+    V_ABOVE,
+    V_BELOW,
+    V_MOMENT,
+    WORK,
+    Levels,
+    P,
+    V,
+)
+
+__all__ = ["candidates", "extremes"]
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+THREE_ROWS, SIX_ROWS, ELEVEN_ROWS = 3 * LANES, 6 * LANES, 11 * LANES
+
+
+@formula
+def take_hills(
+    upward: float, group: int, extreme: int, lanes: int, s: Floats, us: Floats, bounds: Floats,
+    noted: Floats,
+) -> None:  # fmt: skip
+    """Note which nodes of a chunk have hills that may hold the extreme.
+
+    `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk and
+    how many there are: a row of lanes each. No hill rises above its node by more than the
+    chunk's bound above its highest node. One node a hill: the first of equals.
+    """
+    row, number = (CHUNK * group + PAD - 1) * LANES, float(CHUNK * group)
+    here = us[row : row + SIX_ROWS]
+    bounds = bounds[group * LANES : (group + 1) * LANES]
+    extremes = s[extreme : extreme + LANES]
+    for k in range(lanes):
+        best, bound = upward * extremes[k], upward * bounds[k]
+        u0, u1, u2 = upward * here[k], upward * here[LANES + k], upward * here[2 * LANES + k]
+        u3, u4 = upward * here[3 * LANES + k], upward * here[4 * LANES + k]
+        u5 = upward * here[5 * LANES + k]
+        least = best - (bound - max(max(u1, u2), max(u3, u4))) if bound >= best else 1e300
+        is1 = 1.0 if (u1 >= max(least, u2)) & (u1 > u0) else 0.0
+        is2 = 1.0 if (u2 >= max(least, u3)) & (u2 > u1) else 0.0
+        is3 = 1.0 if (u3 >= max(least, u4)) & (u3 > u2) else 0.0
+        is4 = 1.0 if (u4 >= max(least, u5)) & (u4 > u3) else 0.0
+        found = (is1 + is2) + (is3 + is4)
+        node = number + (is2 if is1 + is2 > 0.0 else 3.0 - is3)
+        noted[k] = node if (noted[k] < 0.0) & (found > 0.0) else noted[k]
+        noted[LANES + k] = float(group) if bound >= best else noted[LANES + k]
+        noted[2 * LANES + k] += found
+
+
+@inlined
+def candidates(
+    variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
+    us: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
+
+    Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
+    `tops` and `lows` become these bounds.
+    """
+    wide_vectors()
+    chunk, constants = levels.chunk, levels.constants
+    above, below = on_stack(THREE_ROWS), on_stack(THREE_ROWS)
+    for k in range(lanes):
+        above[k] = below[k] = -1.0
+        above[LANES + k] = below[LANES + k] = -1.0
+        above[2 * LANES + k] = below[2 * LANES + k] = 0.0
+        g, eta = s[GAS + k], s[ETA + k]
+        steepest = g * constant(constants, HIGHEST_SLOPE, k)
+        steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
+        s[SLACK + k] = 0.125 * step * step * s[BETA + k] * steepest
+        s[THIN + k] = 1.0
+        if variable:
+            # q exceeds q* where e - q* tau does, which is linear in P and V.
+            s[THIN + k] = 1.0 / (1.0 + eta * least_square)
+    for group in range(chunk.shape[0]):
+        pa, pb = shared(chunk, group, P_ABOVE), shared(chunk, group, P_BELOW)
+        va, vb = shared(chunk, group, V_ABOVE), shared(chunk, group, V_BELOW)
+        row = group * LANES
+        high = deep = 0.0
+        for k in range(lanes):
+            p_above, p_below = own(chunk, pa, group, P_ABOVE, k), own(chunk, pb, group, P_BELOW, k)
+            v_above, v_below = own(chunk, va, group, V_ABOVE, k), own(chunk, vb, group, V_BELOW, k)
+            g, eta = s[GAS + k], s[ETA + k]
+            if variable:
+                eta *= 1.0 + s[HIGH + k]
+            top = tops[row + k] + s[THIN + k] * (g * p_above + eta * v_below + s[SLACK + k])
+            low = lows[row + k] - s[THIN + k] * (g * p_below + eta * v_above + s[SLACK + k])
+            tops[row + k] = top
+            lows[row + k] = low
+            high += 1.0 if top >= s[HIGH + k] else 0.0
+            deep += 1.0 if low <= s[LOW + k] else 0.0
+        if high > 0.0:
+            take_hills(1.0, group, HIGH, lanes, s, us, tops, above)
+        if deep > 0.0:
+            take_hills(-1.0, group, LOW, lanes, s, us, lows, below)
+    for k in range(lanes):
+        # Without a hill the numbers are none.
+        none = (s[CODE + k] == 0.0) & (min(above[k], below[k]) < 0.0)
+        s[CODE + k] = LEFT if none else s[CODE + k]
+        wanted = s[CODE + k] == 0.0
+        s[TOP + k], s[BOTTOM + k] = max(above[k], 0.0), max(below[k], 0.0)
+        s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
+        s[TOP_HILLS + k] = above[2 * LANES + k] if wanted else 0.0
+        s[BOTTOM_HILLS + k] = below[2 * LANES + k] if wanted else 0.0
+
+
+VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
+"""Pairs of fields of a fine node, one of P and the same of V."""
+
+
+@formula
+def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[float, float]:
+    """One of the pairs of a fine node.
+
+    A lane with a table of its own has them by interpolation in the crank ratio: the tables of the
+    panel's ratios, weighted (`panels`).
+    """
+    if fine.ndim == 2:
+        return fine[place, 2 * pair], fine[place, 2 * pair + 1]
+    first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
+    here, after = fine[first, place, pair], fine[second, place, pair]
+    under, square = fine[unit, place, pair], fine[unit + 1, place, pair]
+    a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
+    gas = squares = 0.0
+    for i in range(POINTS):
+        weight = s[POINT + i * LANES + k]
+        gas += weight * (a * here[i] + b * after[i] - c * under[i])
+        squares += weight * square[i]
+    return gas, squares
+
+
+@formula
+def load_at(
+    node: int, r: float, turn: float, k: int, coarse: Floats, s: Floats, us: Floats
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return X, y, the slope of y and tau at a coarse node, with all that its extremes need.
+
+    The recurrence takes X for a line between two coarse nodes; what its first moments differ from
+    that is too little to matter but here.
+    """
+    nodes = coarse.shape[0]
+    here = node + nodes if node < 0 else (node - nodes if node >= nodes else node)
+    p, v = (
+        own(coarse, shared(coarse, here, P), here, P, k),
+        own(coarse, shared(coarse, here, V), here, V, k),
+    )
+    moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
+    turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
+    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+    moved = s[MOVED + k] - beta * beta * (g * moment - eta * turning)
+    tau = 1.0 + turn * v
+    u = us[(node + PAD) * LANES + k] + moved / tau
+    x = g * p - eta * v
+    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau), tau
+
+
+@formula
+def bend_at(
+    form: tuple[int, ...], place: int, x: float, y: float, dy: float, tau: float, turn: float,
+    k: int, fine: Floats, s: Floats,
+) -> float:  # fmt: skip
+    """Second slope of w = y - beta I at a coarse node, by its fine `place`: kappa r' - beta y'.
+
+    With F = q^a, F' is a F/q times that of u, and r is F - 1 - a u tau.
+    """
+    beta = s[BETA + k]
+    if len(form) < 3:
+        return -beta * dy
+    a, kappa = s[HALF + k], s[KAPPA + k]
+    dp, dv = pair_at(place, SLOPES, k, fine, s)
+    energy, rate = x - y, s[GAS + k] * dp - s[ETA + k] * dv - dy
+    u = energy / tau
+    rising = (rate - u * turn * dv) / tau
+    power = 1.0 + dy / kappa
+    return kappa * a * (power / (1.0 + u) * rising - rate) - beta * dy
+
+
+@formula
+def extreme_between(
+    left: float, right: float, d_left: float, d_right: float, width: float, g: float, eta: float,
+    turn: float, mp: float, mv: float, v_left: float, v_right: float, dv_left: float,
+    dv_right: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Extreme of u between two fine nodes, and what the middle adds to it.
+
+    The middle of q = e/tau comes from those of energy and inertia, both known.
+    """
+    d_left *= width
+    d_right *= width
+    tau_left, tau_right = 1.0 + turn * v_left, 1.0 + turn * v_right
+    turn_left, turn_right = width * turn * dv_left, width * turn * dv_right
+    energy = g * mp - (eta - turn) * mv + interpolate(
+        0.5, tau_left + left * tau_left - 1.0, tau_right + right * tau_right - 1.0,
+        d_left * tau_left + (1.0 + left) * turn_left,
+        d_right * tau_right + (1.0 + right) * turn_right,
+    )  # fmt: skip
+    off = turn * mv + interpolate(0.5, tau_left - 1.0, tau_right - 1.0, turn_left, turn_right)
+    middle = (energy - off) / (1.0 + off) - interpolate(0.5, left, right, d_left, d_right)
+    value, _, bump = refine(left, right, d_left, d_right, middle)
+    return value, abs(bump)
+
+
+@inlined
+def peaks_near(
+    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, chosen: Integers,
+) -> None:  # fmt: skip
+    """PEAK and MISS of every lane get the extreme beside its node where it is more than they hold.
+
+    Without a branch, so that lanes stay vectors although each looks at a place of its own.
+    """
+    wide_vectors()
+    fine, coarse = levels.fine, levels.coarse
+    nodes = coarse.shape[0]
+    share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
+    found, values, bumps = on_stack(ELEVEN_ROWS), on_stack(LANES), on_stack(LANES)
+    starts, at = indices_on_stack(LANES), indices_on_stack(LANES)
+    for k in range(lanes):
+        node = chosen[k]
+        g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
+        turn = eta if variable else 0.0
+        row = (node + PAD) * LANES + k
+        r1 = rough = 0.0
+        if len(form) == 3:
+            r1 = rs[row]
+            # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
+            far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
+            near = rs[row + LANES] - rs[row - LANES]
+            rough = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
+        # No coarse node beside it is higher: by its slope, the extreme lies before it or behind.
+        dp, dv = pair_at(ratio * (node + 1), SLOPES, k, fine, s)
+        u1 = us[row] + s[MOVED + k]
+        tau = 1.0
+        if variable:
+            tau += turn * own(coarse, shared(coarse, node, V), node, V, k)
+        slope = g * dp - eta * dv - kappa * (r1 + a * u1 * tau) - u1 * turn * dv
+        first = node if slope * upward > 0.0 else node - 1
+        here = first + nodes if first < 0 else first
+        r0 = r2 = 0.0
+        if len(form) == 3:
+            row = (first + PAD) * LANES + k
+            r0, r2 = rs[row], rs[row + LANES]
+        x0, y0, dy0, tau0 = load_at(first, r0, turn, k, coarse, s, us)
+        x2, y2, dy2, tau2 = load_at(first + 1, r2, turn, k, coarse, s, us)
+        # Between the two, y = beta I + w: the antiderivative I of X carries all that is not
+        # smooth, and the rest is a polynomial by values and two slopes at both ends.
+        base = ratio * (first + 1)
+        ip, iv = pair_at(base, INTEGRALS, k, fine, s)
+        of_p = own(coarse, shared(coarse, here, WORK), here, WORK, k)
+        of_v = own(coarse, shared(coarse, here, SQUARES), here, SQUARES, k)
+        before = g * ip - eta * iv
+        w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
+        w2, d2 = y2 - beta * (before + g * of_p - eta * of_v), (dy2 - beta * x2) * step
+        c0, c2 = (
+            bend_at(form, base, x0, y0, dy0, tau0, turn, k, fine, s),
+            bend_at(form, base + ratio, x2, y2, dy2, tau2, turn, k, fine, s),
+        )
+        c0, c2 = c0 * step * step, c2 * step * step
+        rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
+        found[k], found[LANES + k] = dy0, (dy2 - dy0) * share
+        found[2 * LANES + k], found[3 * LANES + k] = x0 - y0, (x2 - y2 - x0 + y0) * share
+        found[4 * LANES + k], found[5 * LANES + k] = w0, d0
+        found[6 * LANES + k] = 0.5 * c0
+        found[7 * LANES + k] = 10.0 * rise - 4.0 * run + 0.5 * turned
+        found[8 * LANES + k] = -15.0 * rise + 7.0 * run - turned
+        found[9 * LANES + k] = 6.0 * rise - 3.0 * run + 0.5 * turned
+        found[10 * LANES + k] = rough
+        starts[k] = base
+        at[k] = 0
+    # Halve the interval down to two neighbouring fine nodes; for the sign of the slope, y' and u
+    # are lines.
+    part = ratio // 2
+    while part > 0:
+        for k in range(lanes):
+            dp, dv = pair_at(starts[k] + at[k] + part, SLOPES, k, fine, s)
+            t = float(at[k] + part)
+            slope = s[GAS + k] * dp - s[ETA + k] * dv - (found[k] + t * found[LANES + k])
+            if variable:
+                slope -= (found[2 * LANES + k] + t * found[3 * LANES + k]) * s[ETA + k] * dv
+            at[k] += part if slope * upward > 0.0 else 0
+        part //= 2
+    for k in range(lanes):
+        g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+        turn = eta if variable else 0.0
+        w0, d0 = found[4 * LANES + k], found[5 * LANES + k]
+        c2, c3 = found[6 * LANES + k], found[7 * LANES + k]
+        c4, c5 = found[8 * LANES + k], found[9 * LANES + k]
+        rough = found[10 * LANES + k]
+        one = starts[k] + at[k]
+        t, after = at[k] * share, (at[k] + 1) * share
+        p1, v1 = pair_at(one, VALUES, k, fine, s)
+        p2, v2 = pair_at(one + 1, VALUES, k, fine, s)
+        dp1, dv1 = pair_at(one, SLOPES, k, fine, s)
+        dp2, dv2 = pair_at(one + 1, SLOPES, k, fine, s)
+        mp, mv = pair_at(one, MIDDLES, k, fine, s)
+        ip, iv = pair_at(one, INTEGRALS, k, fine, s)
+        x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
+        dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
+        work = g * ip - eta * iv
+        y1 = beta * work + w0 + t * (d0 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+        work += width * (
+            0.5 * (x1 + x2) + width / 12.0 * (dx1 - dx2) + 8.0 / 15.0 * (g * mp - eta * mv)
+        )
+        y2 = beta * work + w0
+        y2 += after * (d0 + after * (c2 + after * (c3 + after * (c4 + after * c5))))
+        dy1 = d0 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))
+        dy1 = beta * x1 + turns * dy1
+        dy2 = d0 + after * (2.0 * c2 + after * (3.0 * c3 + after * (4.0 * c4 + after * 5.0 * c5)))
+        dy2 = beta * x2 + turns * dy2
+        left, right = x1 - y1, x2 - y2
+        d_left, d_right = dx1 - dy1, dx2 - dy2
+        if variable:
+            tau1, tau2 = 1.0 / (1.0 + turn * v1), 1.0 / (1.0 + turn * v2)
+            left *= tau1
+            right *= tau2
+            d_left = (d_left - left * turn * dv1) * tau1
+            d_right = (d_right - right * turn * dv2) * tau2
+        value, bump = extreme_between(
+            left, right, d_left, d_right, width, g, eta, turn, mp, mv, v1, v2, dv1, dv2
+        )
+        # Beside the interval by a hair, where y' was not a line: the parabola at the nearer end.
+        beside = d_right * upward > 0.0
+        end, slope = (right if beside else left), (d_right if beside else d_left) * width
+        curvature = (d_right - d_left) * width
+        short = (curvature * upward < 0.0) & (abs(slope) < abs(curvature))
+        hair = -0.5 * slope * slope / (curvature if short else 1.0)
+        between = (d_left * upward > 0.0) & (d_right * upward < 0.0)
+        value = value if between else (
+            end + hair if short else upward * max(upward * left, upward * right)
+        )  # fmt: skip
+        more = upward * value > upward * s[PEAK + k]
+        values[k] = value if more else s[PEAK + k]
+        bumps[k] = rough + (bump if between else 0.0) if more else s[MISS + k]
+    for k in range(lanes):
+        s[PEAK + k], s[MISS + k] = values[k], bumps[k]
+
+
+@inlined
+def next_hill(
+    upward: float, after: int, last: int, best: float, k: int, us: Floats, bounds: Floats
+) -> int:
+    """Next coarse node of a lane whose hill may hold the extreme; -1: there is none.
+
+    It lies behind the node `after`, in the chunk `last` at most. `best` is the highest node.
+    """
+    for group in range((after + 1) // CHUNK, last + 1):
+        bound = upward * bounds[group * LANES + k]
+        if bound < best:
+            continue
+        row = (CHUNK * group + PAD) * LANES + k
+        u0, u1 = upward * us[row - LANES], upward * us[row]
+        u2, u3 = upward * us[row + LANES], upward * us[row + 2 * LANES]
+        u4, u5 = upward * us[row + 3 * LANES], upward * us[row + 4 * LANES]
+        # No hill rises above its node by more than this chunk's bound above its highest node.
+        least = best - (bound - max(max(u1, u2), max(u3, u4)))
+        # One node a hill: the first of equals.
+        here = (u1 >= least) & (u1 > u0) & (u1 >= u2), (u2 >= least) & (u2 > u1) & (u2 >= u3)
+        there = (u3 >= least) & (u3 > u2) & (u3 >= u4), (u4 >= least) & (u4 > u3) & (u4 >= u5)
+        begin = after - CHUNK * group
+        if here[0] and begin < 0:
+            return CHUNK * group
+        if here[1] and begin < 1:
+            return CHUNK * group + 1
+        if there[0] and begin < 2:
+            return CHUNK * group + 2
+        if there[1] and begin < 3:
+            return CHUNK * group + 3
+    return -1
+
+
+@inlined
+def peaks(
+    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    levels: Levels, s: Floats, us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
+) -> None:  # fmt: skip
+    """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and what it may miss.
+
+    Lanes with several hills take one after the other; the rest repeat what they have. `chosen` is
+    scratch.
+    """
+    wide_vectors()
+    first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
+    extreme, many = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
+    firsts, hills = s[first : first + LANES], s[many : many + LANES]
+    most = 0.0
+    for k in range(lanes):
+        s[PEAK + k] = -1e300 * upward
+        chosen[k] = int(firsts[k])
+        most = max(most, hills[k])
+    peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+    while most > 1.0:
+        for k in range(LANES):
+            if hills[k] > 1.0:
+                best = upward * s[extreme + k]
+                node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
+                chosen[k] = max(node, 0)
+                hills[k] -= 1.0
+        peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+        most -= 1.0
+
+
+@inlined
+def extremes(
+    form: tuple[int, ...], variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
+    s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
+) -> None:  # fmt: skip
+    """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
+    wide_vectors()
+    for side in range(2):
+        upward = 1.0 if side == 0 else -1.0
+        bounds = tops if side == 0 else lows
+        place = TOP if side == 0 else BOTTOM
+        found = s[place : place + LANES]
+        peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
+        for k in range(lanes):
+            found[k] = math.sqrt(1.0 + s[PEAK + k])
+            missed = 0.5 * s[MISS + k] / found[k]
+            s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
+    for k in range(lanes):
+        span = s[TOP + k] - s[BOTTOM + k]
+        rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
+        s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
