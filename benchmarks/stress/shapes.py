@@ -28,6 +28,9 @@ POINTS = 720
 FIRST, LAST, STEPS = -14.0, 7.2, 266
 """Of log(lambda/(1 - lambda)); a step is 0.08."""
 
+TINY = 1e-300
+"""Least size of what is tabulated by its logarithm."""
+
 MARGIN = 0.02
 """For what the interpolation and the samples of the ranges miss (they miss less than 1 %)."""
 
@@ -73,8 +76,9 @@ class Shapes:
             phi = np.arange(POINTS * count) * CYCLE / (POINTS * count)
             v = velocity(phi, ratios)
             square = folded(v * v, count)
-            self.least[count - 1] = square.min(axis=1) - square.mean(axis=1)
-            self.most[count - 1] = square.max(axis=1) - square.mean(axis=1)
+            # Powers of the crank ratio, and high ones for many cylinders: lines as logarithms.
+            self.least[count - 1] = np.log(np.maximum(square.mean(1) - square.min(1), TINY))
+            self.most[count - 1] = np.log(np.maximum(square.max(1) - square.mean(1), TINY))
             self.moment[count - 1] = np.ptp(folded(-v * acceleration(phi, ratios), count), axis=1)
             for i, row in enumerate(rows):
                 p = pressure_of(family, float(row), phi)
@@ -100,8 +104,8 @@ class Shapes:
         moment = throw * np.asarray(columns["speed"]) ** 2
         gas = lever * at(self.torque, (count - 1, kind), place)
         mass = moment * at(self.moment, (count - 1,), place)
-        least = at(self.least, (count - 1,), place)
-        most = at(self.most, (count - 1,), place)
+        least = -np.exp(at(self.least, (count - 1,), place))
+        most = np.exp(at(self.most, (count - 1,), place))
         return Bounds(
             mean_gas=count * lever * at(self.mean, (row,), place),
             gas_swing=lever * at(self.swing, (count - 1, kind), place),

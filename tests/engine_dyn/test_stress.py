@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.stress import calibration, chunks, draw, sample, spikes
-from benchmarks.stress.checks import CHECKS, check
+from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes
+from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn.speed import sweep
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from tests.oracle import spline
+from tests.oracle.spline import velocity
 
 pytestmark = pytest.mark.compiled
 
@@ -74,6 +75,22 @@ def test_every_rule_is_broken_by_something() -> None:
     stalled["status"][:] = 1
     broken = check(columns, chunk.closure, bounds, stalled)["no false stall"]
     assert 0 < broken.sum() < SIZE and not broken[found["status"] == 1].any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 13, 16])
+def test_the_least_inertia_of_the_rules_is_exact_enough(count: int) -> None:
+    # Of many cylinders it is a high power of the crank ratio: no cubic through values follows it.
+    ratios = np.random.default_rng(count).uniform(0.15, 0.9, 200)
+    columns = {
+        "crank_ratio": ratios, "cylinders": np.full(200, count), "row": np.zeros(200),
+        "crankcase": np.full(200, 101325.0), "stroke": 1.0, "bore": 1.0, "mass": 1.0, "speed": 1.0,
+    }  # fmt: skip
+    phi = np.arange(4000 * count) * (shapes.CYCLE / (4000 * count))
+    square = shapes.folded(velocity(phi, ratios[:, None]) ** 2, count)
+    exact = square.min(axis=1) - square.mean(axis=1)
+    found = draw.shapes().bounds(columns).least_square
+    seen = np.abs(exact) > 1e-10  # less has not enough digits in a sum of some ten squares
+    assert np.abs(found / exact - 1.0)[seen].max() < 0.5 * VANISHING
 
 
 def test_same_seed_same_designs() -> None:
