@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -36,13 +35,11 @@ class PeriodicSpeed:
     Attributes
     ----------
     status : int
-        Outcome, see `engine_dyn.status`; numbers are NaN for 1 to 4. Whether the tolerance is met
-        it takes from an estimate that is more cautious than `delta_error`.
+        Outcome, see `engine_dyn.status`; numbers are NaN for 1 to 4.
     delta : float
         Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean.
     delta_error : float
-        Its estimated relative error, or that of `omega_min` where it is more: from a second, finer
-        solution, made when this is first read.
+        Its estimated relative error, or that of `omega_min` where it is more.
     omega_max, omega_min, omega_mean : float
         Largest, smallest and mean (over crank angle) crank speed [rad/s].
     torque_mean : float
@@ -60,6 +57,7 @@ class PeriodicSpeed:
 
     status: int
     delta: float
+    delta_error: float
     omega_max: float
     omega_min: float
     omega_mean: float
@@ -69,12 +67,6 @@ class PeriodicSpeed:
     iterations: int
     crank_angle: npt.NDArray[np.float64]
     omega: npt.NDArray[np.float64]
-    _solve: Callable[..., dict[str, Any]] = field(repr=False)
-
-    @cached_property
-    def delta_error(self) -> float:
-        """Estimated relative error of delta."""
-        return float(self._solve(wanted=("delta", "delta_error"))["delta_error"])
 
 
 @lru_cache(maxsize=8)
@@ -250,8 +242,7 @@ def periodic_speed(
     constant = load_offset
     if driven.over_angle is not None:
         constant = constant_load(load_offset, driven.over_angle, gear, load_scale)
-    solve = partial(
-        sweep.solve,
+    result = sweep.solve(
         family=family,
         driven=driven,
         gear_ratio=gear,
@@ -259,12 +250,14 @@ def periodic_speed(
         load_scale=load_scale,
         synchronous_speed=synchronous_speed or 1.0,
         breakdown_slip=breakdown_slip or 1.0,
+        wanted=(*sweep.SPEED_RESULTS, *(("omega",) if angles.size else ())),
         method=method,
         inertia_model=inertia_model,
         closure=closure,
         tolerance=tolerance,
         cylinders=cylinders,
         cylinders_by_count={cylinders: engine},
+        crank_angle=angles,
         threads=1,
         crank_ratio=crank_ratio,
         row=0.0,
@@ -285,8 +278,6 @@ def periodic_speed(
         passes=0.0 if passes is None else float(passes),
         start_angle=start_angle,
     )
-    wanted = [name for name in sweep.SPEED_RESULTS if name != "delta_error"]
-    result = solve(wanted=(*wanted, *(("omega",) if angles.size else ())), crank_angle=angles)
     code = int(result["status"])
     steps = float(result["iterations"])
     with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
@@ -300,6 +291,7 @@ def periodic_speed(
     return PeriodicSpeed(
         status=code,
         delta=float(result["delta"]),
+        delta_error=float(result["delta_error"]),
         omega_max=float(result["omega_max"]),
         omega_min=float(result["omega_min"]),
         omega_mean=float(result["omega_mean"]),
@@ -309,7 +301,6 @@ def periodic_speed(
         iterations=int(steps) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
-        _solve=solve,
     )
 
 
