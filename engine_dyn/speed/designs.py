@@ -892,7 +892,8 @@ def solve_block(
         form, choice.variable, step, coarse, shape, least_square, IDLE,
         float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
     )  # fmt: skip
-    lanes.end_of_work(width_of_lanes, levels.coarse, s)
+    if len(form) != 2:  # exponent 0 has no load that its work would drive
+        lanes.end_of_work(width_of_lanes, levels.coarse, s)
     if len(form) == 1:
         lanes.solve_linear(form, width_of_lanes, levels.coarse, s, energies, us, tops, lows)
     elif len(form) == 2:
