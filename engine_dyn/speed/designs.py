@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import (
+    formula,
     indices_on_stack,
     inlined,
     kernel,
@@ -874,7 +875,7 @@ def take_designs(
         k += run
 
 
-@inlined
+@formula
 def solve_block(
     form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
     least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,

@@ -102,9 +102,9 @@ MOST_NODES = 1024
 
 # Numbers of a design, one row of lanes each.
 POINTS = 6
-SERIES_TERMS = 11
+SERIES_TERMS, SLOPE_TERMS = 11, 5
 ROWS = 66
-FIELDS = ROWS + POINTS + SERIES_TERMS
+FIELDS = ROWS + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
@@ -121,8 +121,8 @@ NUMBERS = FIELDS * LANES
 POINT = ROWS * LANES
 """Weights of the crank ratios between which a lane's own table is interpolated."""
 
-SERIES = (ROWS + POINTS) * LANES
-"""Coefficients of q^a from u^2 on."""
+SERIES_ROWS = SERIES_TERMS * LANES
+"""Memory for the coefficients of q^a from u^2 on."""
 
 LEFT = -1.0
 """Code of a design that is left to the general method."""
@@ -474,7 +474,16 @@ def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
             s[MEAN + k] += math.sqrt(q) - 1.0 if s[WIDE + k] != 0.0 else 0.0
 
 
-@inlined
+@formula
+def inverses(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
+    """One division for four: the inverse of each is that of all times the other three."""
+    first, second = a * b, c * d
+    inverse = 1.0 / (first * second)
+    after, before = inverse * second, inverse * first
+    return after * b, after * a, before * d, before * c
+
+
+@formula
 def march(
     form: tuple[int, ...], variable: bool, lanes: int, coarse: Floats, s: Floats,
     energies: Floats, us: Floats, tops: Floats, lows: Floats,
@@ -538,8 +547,10 @@ def march(
                 u0, u1, u2, u3 = u0 - shift, u1 - shift, u2 - shift, u3 - shift
                 if variable:
                     turn = s[ETA + k]
-                    u0, u1 = u0 / (1.0 + turn * v0), u1 / (1.0 + turn * v1)
-                    u2, u3 = u2 / (1.0 + turn * v2), u3 / (1.0 + turn * v3)
+                    t0, t1, t2, t3 = inverses(
+                        1.0 + turn * v0, 1.0 + turn * v1, 1.0 + turn * v2, 1.0 + turn * v3
+                    )  # fmt: skip
+                    u0, u1, u2, u3 = u0 * t0, u1 * t1, u2 * t2, u3 * t3
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -658,21 +669,56 @@ def solve_free(
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 
+@formula
+def rest_series(u: float, k: int, series: Floats) -> float:
+    """(1 + u)^a - 1 - a u for |u| up to SERIES_RANGE, to 1e-11, from its coefficients."""
+    total = series[10 * LANES + k]
+    total = series[9 * LANES + k] + u * total
+    total = series[8 * LANES + k] + u * total
+    total = series[7 * LANES + k] + u * total
+    total = series[6 * LANES + k] + u * total
+    total = series[5 * LANES + k] + u * total
+    total = series[4 * LANES + k] + u * total
+    total = series[3 * LANES + k] + u * total
+    total = series[2 * LANES + k] + u * total
+    total = series[LANES + k] + u * total
+    return u * u * (series[k] + u * total)
+
+
+@formula
+def rest_slope(u: float, half: float, turning: float, k: int, series: Floats) -> float:
+    """Slope a (q^(a-1) - tau) of the rest, from the first coefficients of `rest_series`.
+
+    `turning` is tau - 1. For |u| up to SERIES_RANGE, to some 1e-5: its steps are small.
+    """
+    total = 5.0 * series[3 * LANES + k] + u * (6.0 * series[4 * LANES + k])
+    total = 4.0 * series[2 * LANES + k] + u * total
+    total = 3.0 * series[LANES + k] + u * total
+    return u * (2.0 * series[k] + u * total) - half * turning
+
+
 @inlined
 def answer(
-    variable: bool, lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
-    rs: Floats, tops: Floats, lows: Floats,
+    variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats, energies: Floats,
+    us: Floats, rs: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
-    """Speeds u at the coarse nodes from `march`, less what the load makes of the rest there."""
+    """Speeds u at the coarse nodes from `march`, less what the load makes of the rest there.
+
+    How they change the rest is taken to first order, from its slope half way: for REST_SUM, and
+    for CHANGE, the most at a node.
+    """
     wide_vectors()
     found = on_stack(FOUR_ROWS)
     for k in range(lanes):
         s[RUNNING + k] = s[START + k]
         s[HIGH + k] = -1e300
         s[LOW + k] = 1e300
+        s[CHANGE + k] = 0.0
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row, bound = (n + PAD) * LANES, group * LANES
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
             d, rho, sigma, shift = s[DECAY + k], s[RHO + k], s[SIGMA + k], s[SHIFT + k]
             near, far = s[EULER + k], s[EULER_FAR + k]
@@ -693,23 +739,29 @@ def answer(
             found[LANES + k] = energies[row + LANES + k] - x1
             found[2 * LANES + k] = energies[row + 2 * LANES + k] - x2
             found[3 * LANES + k] = energies[row + 3 * LANES + k] - x3
-        if variable:
-            vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-            vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-            for k in range(lanes):
-                turn = s[ETA + k]
-                found[k] /= 1.0 + turn * own(coarse, vw0, n, V, k)
-                found[LANES + k] /= 1.0 + turn * own(coarse, vw1, n + 1, V, k)
-                found[2 * LANES + k] /= 1.0 + turn * own(coarse, vw2, n + 2, V, k)
-                found[3 * LANES + k] /= 1.0 + turn * own(coarse, vw3, n + 3, V, k)
         for k in range(lanes):
+            u0, u1, u2, u3 = found[k], found[LANES + k], found[2 * LANES + k], found[3 * LANES + k]
+            e0 = e1 = e2 = e3 = 0.0
+            if variable:
+                turn = s[ETA + k]
+                e0, e1 = turn * own(coarse, vw0, n, V, k), turn * own(coarse, vw1, n + 1, V, k)
+                e2, e3 = turn * own(coarse, vw2, n + 2, V, k), turn * own(coarse, vw3, n + 3, V, k)
+                t0, t1, t2, t3 = inverses(1.0 + e0, 1.0 + e1, 1.0 + e2, 1.0 + e3)
+                u0, u1, u2, u3 = u0 * t0, u1 * t1, u2 * t2, u3 * t3
             # Not a choice: of two loads the compiler makes one from places of its own, a gather.
-            kept = s[FROZEN + k]
-            moves = 1.0 - kept
-            u0 = moves * found[k] + kept * us[row + k]
-            u1 = moves * found[LANES + k] + kept * us[row + LANES + k]
-            u2 = moves * found[2 * LANES + k] + kept * us[row + 2 * LANES + k]
-            u3 = moves * found[3 * LANES + k] + kept * us[row + 3 * LANES + k]
+            half, moves = s[HALF + k], 1.0 - s[FROZEN + k]
+            last0, last1 = us[row + k], us[row + LANES + k]
+            last2, last3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
+            step0, step1 = moves * (u0 - last0), moves * (u1 - last1)
+            step2, step3 = moves * (u2 - last2), moves * (u3 - last3)
+            c0 = step0 * rest_slope(last0 + 0.5 * step0, half, e0, k, series)
+            c1 = step1 * rest_slope(last1 + 0.5 * step1, half, e1, k, series)
+            c2 = step2 * rest_slope(last2 + 0.5 * step2, half, e2, k, series)
+            c3 = step3 * rest_slope(last3 + 0.5 * step3, half, e3, k, series)
+            s[REST_SUM + k] += (c0 + c1) + (c2 + c3)
+            largest = max(max(abs(c0), abs(c1)), max(abs(c2), abs(c3)))
+            s[CHANGE + k] = max(s[CHANGE + k], largest)
+            u0, u1, u2, u3 = last0 + step0, last1 + step1, last2 + step2, last3 + step3
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -722,47 +774,31 @@ def answer(
             s[LOW + k] = min(s[LOW + k], low)
 
 
-@formula
-def rest_series(u: float, k: int, s: Floats) -> float:
-    """(1 + u)^a - 1 - a u for |u| up to SERIES_RANGE, to 1e-11, from its coefficients in SERIES."""
-    total = s[SERIES + (SERIES_TERMS - 1) * LANES + k]
-    total = s[SERIES + 9 * LANES + k] + u * total
-    total = s[SERIES + 8 * LANES + k] + u * total
-    total = s[SERIES + 7 * LANES + k] + u * total
-    total = s[SERIES + 6 * LANES + k] + u * total
-    total = s[SERIES + 5 * LANES + k] + u * total
-    total = s[SERIES + 4 * LANES + k] + u * total
-    total = s[SERIES + 3 * LANES + k] + u * total
-    total = s[SERIES + 2 * LANES + k] + u * total
-    total = s[SERIES + LANES + k] + u * total
-    return u * u * (s[SERIES + k] + u * total)
-
-
 @inlined
-def fill_series(lanes: int, s: Floats) -> None:
-    """Binomial coefficients of q^a from u^2 on, in SERIES."""
+def fill_series(terms: int, lanes: int, s: Floats, series: Floats) -> None:
+    """Binomial coefficients of q^a from u^2 on."""
     wide_vectors()
     for k in range(lanes):
-        s[SERIES + k] = 0.5 * s[HALF + k] * (s[HALF + k] - 1.0)
-    for i in range(1, SERIES_TERMS):
-        here = s[SERIES + i * LANES : SERIES + (i + 1) * LANES]
-        before = s[SERIES + (i - 1) * LANES : SERIES + i * LANES]
+        series[k] = 0.5 * s[HALF + k] * (s[HALF + k] - 1.0)
+    for i in range(1, terms):
+        here = series[i * LANES : (i + 1) * LANES]
+        before = series[(i - 1) * LANES : i * LANES]
         for k in range(lanes):
             here[k] = before[k] * (s[HALF + k] - (i + 1.0)) / (i + 2.0)
 
 
-@inlined
+@formula
 def rest_of(
-    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, rs: Floats
-) -> None:
+    first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
+    us: Floats, rs: Floats,
+) -> None:  # fmt: skip
     """Second-order rest r = F - 1 - a u tau at the coarse nodes, its sum and its recurrence.
 
-    CHANGE gets by how much it changes at most. Four nodes are written out: an inner loop over them
-    would keep the lanes from being vectors.
+    Lanes that are done, or have it by roots, keep theirs but the `first` time, when CHANGE gets the
+    most of it. Four nodes are written out: an inner loop over them would keep the lanes from being
+    vectors.
     """
-    wide_vectors()
     found = on_stack(FOUR_ROWS)
-    wide = beyond_series(lanes, s)
     for k in range(lanes):
         s[CHANGE + k] = 0.0
         s[REST_END + k] = 0.0
@@ -784,18 +820,10 @@ def rest_of(
                 found[3 * LANES + k] = 0.0
         else:
             for k in range(lanes):
-                found[k] = rest_series(us[row + k], k, s)
-                found[LANES + k] = rest_series(us[row + LANES + k], k, s)
-                found[2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, s)
-                found[3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, s)
-        if wide and kind != 2:
-            for i in range(CHUNK):
-                here = us[row + i * LANES : row + (i + 1) * LANES]
-                rest = found[i * LANES : (i + 1) * LANES]
-                for k in range(lanes):
-                    a, u = s[HALF + k], here[k]
-                    power = math.sqrt(1.0 + u) if kind == 1 else exp_of(a * log_of(u))
-                    rest[k] = power - 1.0 - a * u if s[WIDE + k] != 0.0 else rest[k]
+                found[k] = rest_series(us[row + k], k, series)
+                found[LANES + k] = rest_series(us[row + LANES + k], k, series)
+                found[2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, series)
+                found[3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, series)
         if variable:
             vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
             vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
@@ -808,17 +836,55 @@ def rest_of(
         for k in range(lanes):
             r0, r1 = found[k], found[LANES + k]
             r2, r3 = found[2 * LANES + k], found[3 * LANES + k]
+            if first:
+                largest = max(max(abs(r0), abs(r1)), max(abs(r2), abs(r3)))
+                s[CHANGE + k] = max(s[CHANGE + k], largest)
+            else:
+                # Not a choice: of two loads the compiler makes one from places of its own, a
+                # gather.
+                kept = max(s[FROZEN + k], s[WIDE + k])
+                moves = 1.0 - kept
+                r0 = moves * r0 + kept * rs[row + k]
+                r1 = moves * r1 + kept * rs[row + LANES + k]
+                r2 = moves * r2 + kept * rs[row + 2 * LANES + k]
+                r3 = moves * r3 + kept * rs[row + 3 * LANES + k]
             d = s[DECAY + k]
             s[REST_END + k] = d * (d * (d * (d * s[REST_END + k] + r0) + r1) + r2) + r3
             s[REST_SUM + k] += (r0 + r1) + (r2 + r3)
-            first = max(abs(r0 - rs[row + k]), abs(r1 - rs[row + LANES + k]))
-            second = max(abs(r2 - rs[row + 2 * LANES + k]), abs(r3 - rs[row + 3 * LANES + k]))
-            s[CHANGE + k] = max(s[CHANGE + k], max(first, second))
             rs[row + k] = r0
             rs[row + LANES + k] = r1
             rs[row + 2 * LANES + k] = r2
             rs[row + 3 * LANES + k] = r3
-    wrap(coarse.shape[0], lanes, rs)
+
+
+@inlined
+def exact_rest(
+    first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    rs: Floats,
+) -> None:  # fmt: skip
+    """Take the rest of the lanes in WIDE by roots and powers, and how much it changes."""
+    wide_vectors()
+    for k in range(lanes):
+        wide = s[WIDE + k] != 0.0
+        s[CHANGE + k] = 0.0 if wide else s[CHANGE + k]
+        s[REST_END + k] = 0.0 if wide else s[REST_END + k]
+        s[REST_SUM + k] = 0.0 if wide else s[REST_SUM + k]
+    for n in range(coarse.shape[0]):
+        vw = shared(coarse, n, V)
+        here = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
+        rest = rs[(n + PAD) * LANES : (n + PAD + 1) * LANES]
+        for k in range(lanes):
+            a, u, wide = s[HALF + k], here[k], s[WIDE + k] != 0.0
+            turn = s[ETA + k] if variable else 0.0
+            power = math.sqrt(1.0 + u) if kind == 1 else exp_of(a * log_of(u))
+            power = 1.0 + u if kind == 2 else power
+            r = power - 1.0 - a * u * (1.0 + turn * own(coarse, vw, n, V, k))
+            r = r if wide and s[FROZEN + k] == 0.0 else rest[k]
+            change = abs(r - (0.0 if first else rest[k]))
+            s[CHANGE + k] = max(s[CHANGE + k], change) if wide else s[CHANGE + k]
+            s[REST_END + k] = s[DECAY + k] * s[REST_END + k] + r if wide else s[REST_END + k]
+            s[REST_SUM + k] += r if wide else 0.0
+            rest[k] = r
 
 
 @inlined
@@ -829,22 +895,23 @@ def iterate(
 ) -> None:  # fmt: skip
     """Iterate r until every lane is frozen or given up; TURNS counts its passes.
 
-    `tolerance` is for u, relative to its range. `energies` is scratch, a row a coarse node.
+    `tolerance` is for u, relative to its range. `energies` is scratch, a row a coarse node. What
+    `rs` holds in the end is what u was found with.
     """
     wide_vectors()
     nodes = coarse.shape[0]
-    if kind == 3:
-        fill_series(lanes, s)
+    series = on_stack(SERIES_ROWS)
+    fill_series(SERIES_TERMS if kind == 3 else SLOPE_TERMS, lanes, s, series)
     for k in range(lanes):
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
-    for i in range(rs.size):
-        rs[i] = 0.0
     march(form, variable, lanes, coarse, s, energies, us, tops, lows)
+    rest_of(True, kind, variable, lanes, coarse, s, series, us, rs)
     for turn in range(MOST_PASSES):
         if turn > 0:
-            answer(variable, lanes, coarse, s, energies, us, rs, tops, lows)
-        rest_of(kind, variable, lanes, coarse, s, us, rs)
+            answer(variable, lanes, coarse, s, series, energies, us, rs, tops, lows)
+        if beyond_series(lanes, s):
+            exact_rest(turn == 0, kind, variable, lanes, coarse, s, us, rs)
         running = 0.0
         for k in range(lanes):
             frozen = s[FROZEN + k]
@@ -869,13 +936,17 @@ def iterate(
             s[TURNS + k] = turn + 1.0 if frozen == 0.0 else s[TURNS + k]
             stays = frozen != 0.0 or done or not within
             s[CODE + k] = LEFT if frozen == 0.0 and not within else s[CODE + k]
-            s[START + k] = s[SIGMA + k] * s[REST_END + k] * s[CLOSED + k]
             s[SHIFT + k] = s[SHIFT + k] if stays else s[ALIAS + k] - s[BENT + k] * mean
             s[LEVEL + k] = s[LEVEL + k] if stays else level
             s[FROZEN + k] = 1.0 if stays else 0.0
             running += 0.0 if stays else 1.0
         if running == 0.0:
             break
+        if turn > 0:
+            rest_of(False, kind, variable, lanes, coarse, s, series, us, rs)
+        wrap(nodes, lanes, rs)
+        for k in range(lanes):
+            s[START + k] = s[SIGMA + k] * s[REST_END + k] * s[CLOSED + k]
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
     wrap(nodes, lanes, us)
