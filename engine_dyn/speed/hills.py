@@ -400,7 +400,8 @@ def peaks_near(
         )  # fmt: skip
         more = upward * value > upward * s[PEAK + k]
         values[k] = value if more else s[PEAK + k]
-        bumps[k] = rough + (bump if between else 0.0) if more else s[MISS + k]
+        missed = bump if between else (abs(hair) if short else 1.0)
+        bumps[k] = rough + missed if more else s[MISS + k]
     for k in range(lanes):
         s[PEAK + k], s[MISS + k] = values[k], bumps[k]
 

@@ -580,6 +580,9 @@ def solve_linear(
     if beyond_series(lanes, s):
         exact_mean(False, lanes, coarse, s, us)
     for k in range(lanes):
+        # The mean speed is where the coarse nodes see wrongly, and it is corrected by series.
+        within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
+        s[CODE + k] = s[CODE + k] if within or s[CODE + k] != 0.0 else LEFT
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
 

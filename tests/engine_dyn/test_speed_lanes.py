@@ -44,3 +44,50 @@ def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
         wanted=("omega",), method="newton", finer=4, tolerance=1e-9, crank_angle=angles, **inputs
     )["omega"]
     assert found["omega_min"].item() == pytest.approx(curve.min(), rel=1e-8)
+
+
+@pytest.mark.parametrize("half", [0.25, 0.5, 0.8, 1.3, 2.5, 5.0])
+def test_series_of_powers_are_as_good_as_they_say(half: float) -> None:
+    terms = lanes.SERIES_TERMS
+    series = np.zeros(lanes.SERIES_ROWS)
+    coefficients = [half * (half - 1.0) / 2.0]
+    for i in range(3, terms + 2):
+        coefficients.append(coefficients[-1] * (half - i + 1.0) / i)
+    series[:: lanes.LANES] = coefficients
+    value = getattr(lanes.rest_series, "py_func", lanes.rest_series)
+    slope = getattr(lanes.rest_slope, "py_func", lanes.rest_slope)
+    rest = (1.0 + U) ** half - 1.0 - half * U
+    rising = half * ((1.0 + U) ** (half - 1.0) - 1.0)
+    assert np.abs([value(u, 0, series) for u in U] - rest).max() < 1e-10
+    assert np.abs([slope(u, half, 0.0, 0, series) for u in U] - rising).max() < 1e-4
+    turned = slope(0.1, half, 0.3, 0, series) - slope(0.1, half, 0.0, 0, series)
+    assert turned == pytest.approx(-0.3 * half)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("cylinders", "variable", "exponent"),
+    [(2, False, 2.0), (4, False, 3.0), (1, True, 1.0), (2, True, 0.0), (4, True, 0.0),
+     (4, True, 2.0)],
+)  # fmt: skip
+def test_strong_fluctuations_are_as_good_as_they_say(
+    cylinders: int, variable: bool, exponent: float
+) -> None:
+    # Light flywheels at high and low speed: up to where the speed falls to nothing.
+    scene = problem.Scene(
+        inertia=cylinders * np.geomspace(0.05, 40.0, 40),
+        speed=np.geomspace(10.0, 400.0, 21),
+        mass=np.linspace(0.5, 9.0, 5),
+        exponent=exponent,
+        cylinders=cylinders,
+        variable=variable,
+        friction=5.0,
+    )
+    inputs = problem.own_inputs(scene, problem.family())
+    speeds = ("omega_max", "omega_min", "omega_mean", "delta")
+    found = sweep.solve(wanted=(*speeds, "status"), **inputs)
+    exact = sweep.solve(wanted=(*speeds, "status"), method="newton", finer=4, **inputs)
+    good = (found["status"] == 0) & (exact["status"] == 0)
+    assert good.sum() > 0.5 * scene.size
+    for name in speeds:
+        assert found[name][good] == pytest.approx(exact[name][good], rel=1e-6)
