@@ -1,7 +1,7 @@
 """Stress the solver and write docs/stability.md.
 
-python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N] [--seed N]
-                            [--processes N] [-o FOLDER]
+python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
+                            [--flywheels N] [--seed N] [--processes N] [-o FOLDER]
 
 Ends with status 1 if anything is not as it should be; out/stress.json then has the designs.
 """
@@ -18,7 +18,7 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks.stress import calibration, chunks, draw, report, sample, spikes, weak
+from benchmarks.stress import calibration, chunks, draw, report, sample, spikes, strong, weak
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -57,6 +57,7 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=4000)
     parser.add_argument("--calibrate", type=int, default=4000)
     parser.add_argument("--diagrams", type=int, default=100, help="of each kind")
+    parser.add_argument("--flywheels", type=int, default=8, help="rounds of light flywheels")
     parser.add_argument("--seed", type=int, default=20261121)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--limit", type=float, default=chunks.LIMIT, help="seconds for a chunk")
@@ -68,6 +69,7 @@ def main() -> int:
     size = draw.size_of(chosen.designs)
     agreement = sample.run(chosen.seed, outcome.picked, size, chosen.processes, log)
     spiky = spikes.run(chosen.seed, chosen.diagrams, log)
+    light = strong.run(chosen.seed, chosen.flywheels, log)
     reading = calibration.run(chosen.seed, chosen.calibrate, chosen.processes, log)
     means, cure = weak.drift()
     measured = report.Measured(
@@ -78,6 +80,7 @@ def main() -> int:
         outcome=outcome,
         agreement=agreement,
         spiky=spiky,
+        light=light,
         reading=reading,
         own_error=calibration.own_error(chosen.seed),
         weak=weak.study(),
@@ -90,7 +93,14 @@ def main() -> int:
     examples.parent.mkdir(exist_ok=True)
     examples.write_text(
         json.dumps(
-            [*outcome.examples, *agreement.examples, *spiky.examples, *reading.examples], indent=1
+            [
+                *outcome.examples,
+                *agreement.examples,
+                *spiky.examples,
+                *light.examples,
+                *reading.examples,
+            ],
+            indent=1,
         ),
         "utf-8",
     )

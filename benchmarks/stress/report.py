@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from benchmarks.stress import calibration, draw, sample, spikes, weak
+from benchmarks.stress import calibration, draw, sample, spikes, strong, weak
 from benchmarks.stress.checks import CHECKS
 from benchmarks.stress.chunks import Outcome
 from engine_dyn.status import MEANINGS
@@ -35,6 +35,7 @@ class Measured:
     outcome: Outcome
     agreement: sample.Agreement
     spiky: spikes.Spiky
+    light: strong.Strong
     reading: calibration.Reading
     own_error: float
     weak: list[weak.Weak]
@@ -46,7 +47,13 @@ class Measured:
         """Designs, chunks and bits that should not be."""
         o = self.outcome
         wrong = sum(self.agreement.of(name) for name in sample.DEFECTS)
-        return sum(o.broken.values()) + len(o.lost) + o.unlike.total() + wrong + self.spiky.wrong
+        return (
+            sum(o.broken.values())
+            + len(o.lost)
+            + o.unlike.total()
+            + wrong
+            + (self.spiky.wrong + self.light.wrong)
+        )
 
 
 # Text ---------------------------------------------------------------------------------------------
@@ -82,7 +89,7 @@ def cycles(value: float) -> str:
 def document(m: Measured) -> str:
     """docs/stability.md."""
     parts = [
-        *_head(m), *_draws(), *_outcomes(m), *_rules(m), *_agreement(m), *_spikes(m),
+        *_head(m), *_draws(), *_outcomes(m), *_rules(m), *_agreement(m), *_spikes(m), *_light(m),
         *_repetition(m), *_closures(m), *_errors(m),
     ]  # fmt: skip
     return "\n".join(parts).rstrip() + "\n"
@@ -112,6 +119,8 @@ def _head(m: Measured) -> list[str]:
         + (", ".join(f"`{name}` of {count(n)}" for name, n in o.unlike.items()) or "none")
         + " differs in a bit.",
         f"- {count(a.size)} of them solved again by an independent solver: {wrong} disagree.",
+        f"- {count(sum(m.light.compared.values()))} ordinary engines with light flywheels, "
+        f"converged by the fast kernels: {count(m.light.wrong)} beyond the tolerance.",
         f"- `delta_error`: the true error is below the estimate for {100.0 * covered:.2f} % of "
         f"{count(len(r))} sane designs; median of estimate over error {median:.3g}, 95th "
         f"percentile {tail:.3g}. Required: {100.0 * calibration.COVERAGE:.1f} %, "
@@ -247,6 +256,27 @@ def _spikes(m: Measured) -> list[str]:
               body),
         "",
         *_examples(s.examples, "diagram"),
+    ]  # fmt: skip
+
+
+def _light(m: Measured) -> list[str]:
+    s = m.light
+    body = [
+        [*key, count(s.compared[key]), count(s.off[key]), size(s.worst[key])] for key in s.compared
+    ]
+    return [
+        "## Light flywheels",
+        "",
+        "Ordinary engines of 1 to 8 cylinders with inertias from plenty down to next to nothing, "
+        "half of them full factorials and half designs that share nothing, without `delta_error`: "
+        "what the fast kernels call converged, against the general method with four times as many "
+        "nodes. Off: δ, ω_max, ω_min or ω_mean differs by more than the tolerance, "
+        f"{sample.TOLERANCE:g}.",
+        "",
+        *rows(["inertia model", "load exponent", "both converged", "off", "largest difference"],
+              body, 2),
+        "",
+        *_examples(s.examples, "inertia_model"),
     ]  # fmt: skip
 
 
