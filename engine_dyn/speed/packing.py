@@ -125,15 +125,16 @@ class Packed:
         rank = len(shape)
         strides = np.zeros((max(rank, 1), INPUTS), dtype=np.int64)
         start = np.zeros(INPUTS, dtype=np.int64)
-        pieces = []
-        place = 0
+        # Numbers first, as most are of a single design: an array of each would take its time.
+        numbers = {i: inputs[n] for i, n in enumerate(INPUT_NAMES) if isinstance(inputs[n], float)}
+        start[list(numbers)] = range(len(numbers))
+        place = len(numbers)
+        pieces = [np.array(list(numbers.values()), dtype=np.float64)]
         for i, name in enumerate(INPUT_NAMES):
-            start[i] = place
-            if isinstance(inputs[name], float):  # most are, of a single design
-                place += 1
-                pieces.append(np.array([inputs[name]]))
+            if i in numbers:
                 continue
             array = aligned(np.asarray(inputs[name], dtype=np.float64), rank)
+            start[i] = place
             place += array.size
             pieces.append(array.ravel())
             strides[:, i] = _strides(array.shape)
@@ -143,15 +144,15 @@ class Packed:
     def product(self, part: Part) -> Product:
         """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
-        of_table = np.any(self.strides[:, :TABLE_INPUTS] != 0, axis=1).tolist()
+        of_table = self.strides[:, :TABLE_INPUTS].any(axis=1).tolist()
         axes = range(len(sizes))
         return Product(
             table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),
             other_axes=np.array([a for a in axes if not of_table[a]], dtype=np.int64),
             shape=np.array(sizes or [1], dtype=np.int64),
             strides=self.strides,
-            positions=np.concatenate([*part.positions, np.zeros(1, np.int64)]).astype(np.int64),
-            position_start=np.cumsum([0, *sizes]).astype(np.int64),
+            positions=np.concatenate([*part.positions, [0]], dtype=np.int64),
+            position_start=np.array([0, *itertools.accumulate(sizes)], dtype=np.int64),
             values=self.values,
             value_start=self.start,
         )
