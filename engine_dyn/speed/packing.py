@@ -21,6 +21,7 @@ __all__ = [
     "Part",
     "aligned",
     "run_pieces",
+    "shared_by",
     "split",
 ]
 
@@ -43,7 +44,8 @@ PIECE = 16384
 """Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
 
 FEWEST = 64
-"""Designs that are worth a thread."""
+"""Designs that are worth a thread: some 50 us each by a general method. A pool takes 200 us, and
+milliseconds where other programs use the processors."""
 
 
 def aligned(array: Any, rank: int) -> npt.NDArray[Any]:
@@ -169,14 +171,23 @@ def _strides(shape: tuple[int, ...]) -> list[int]:
     return steps or [0]
 
 
+def shared_by(designs: int, threads: int, fewest: int) -> int:
+    """How many of the threads share the work."""
+    return max(1, min(threads, designs // fewest))
+
+
 def run_pieces(
     designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
-    largest: int = PIECE,
+    largest: int = PIECE, fewest: int = FEWEST,
 ) -> None:  # fmt: skip
-    """Call `work(begin, end)` over all designs, on threads when there is enough to share."""
-    threads = max(1, min(threads, designs // min(FEWEST, largest)))
-    # Several pieces a thread even out the load.
-    size = max(1, min(largest, designs if threads == 1 else -(-designs // (threads * 8))))
+    """Call `work(begin, end)` over all designs, on threads when there is enough to share.
+
+    That is from `fewest` designs a thread on.
+    """
+    threads = shared_by(designs, threads, fewest)
+    size = max(1, min(largest, designs))
+    if threads > 1:  # several pieces a thread even out the load; each begins with a table
+        size = min(largest, max(-(-designs // (threads * 8)), fewest // 4))
     pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
     if threads == 1:
         for begin, end in pieces:

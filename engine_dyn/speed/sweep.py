@@ -33,12 +33,14 @@ from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import (
+    FEWEST,
     TABLE_NAMES,
     Packed,
     Part,
     Progress,
     aligned,
     run_pieces,
+    shared_by,
     split,
 )
 from engine_dyn.speed.product import Product
@@ -134,6 +136,10 @@ PANEL_BYTES = 64_000_000
 
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
+
+FEWEST_IN_LANES, ANGLES_OF_DESIGN = 4096, 32
+"""Designs that are worth a thread in lanes, a fraction of a microsecond each, and the angles of a
+curve that take as long."""
 
 MANY_MEANS, POINTS_OF_MEANS = 512, 10
 """From that many on, mean torques are interpolated between that many crank ratios of a panel; what
@@ -433,15 +439,18 @@ def _solve_parts(
                 rest=rest, threads=threads, progress=progress, parts=1 if iterated is None else 2,
             )  # fmt: skip
             continue
+        fewest_shared = FEWEST
+        if in_lanes:
+            fewest_shared = max(FEWEST, FEWEST_IN_LANES // (1 + angles.size // ANGLES_OF_DESIGN))
         wanted_at = None
         if in_lanes and angles.size:
             wanted_at = traces.make_angles(angles, family, rows, engine, nodes, ratio)
         job = partial(
             _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
-            angles=wanted_at,
+            angles=wanted_at, threads=threads // shared_by(part.size, threads, fewest_shared),
         )  # fmt: skip
-        run_pieces(part.size, job, threads, progress)
+        run_pieces(part.size, job, threads, progress, fewest=fewest_shared)
 
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
@@ -473,8 +482,8 @@ def _compare(
     """Relative error of delta from its difference to a solution with more nodes, in place.
 
     Or that of the smallest speed where it is more. That solution's own error is far smaller, so the
-    difference is nearly all of the error; what rounding leaves of a small delta comes on top
-    (more with eta, the masses over the inertia). It knows better than the kernel whether the tolerance is
+    difference is nearly all of the error; what rounding leaves of a small delta comes on top, more
+    with a larger eta, which `inputs` give. It knows better than the kernel whether the tolerance is
     met, and says so in the status. Piece by piece: no array of the sweep's size.
     """
 
@@ -555,7 +564,8 @@ def torque_extremes(
             product=product, row_of=row_of, width=period / steps, grid=grid, nodes=steps // times,
             wanted=places, scalars=scalars, over_angle=over_angle,
         )  # fmt: skip
-        run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
+        cores = threads or os.cpu_count() or 1
+        run_pieces(part.size, job, cores, progress, fewest=FEWEST_IN_LANES)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
@@ -624,8 +634,9 @@ def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
-    angles: traces.Angles | None,
+    angles: traces.Angles | None, threads: int,
 ) -> None:  # fmt: skip
+    """Solve a piece; `threads` are what there is for those that `lanes` leaves."""
     memory = scratch()
     if not in_lanes:
         rest(np.arange(begin, end), memory)
@@ -643,7 +654,19 @@ def _march(
         count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
         if angles is not None and curves is not None:
             designs.write_traces(*of_lanes, memory, angles, kept, *curves)
-    rest(left[:count], memory)
+    _march_left(left[:count], memory, scratch, rest, threads)
+
+
+def _march_left(
+    left: Integers, memory: designs.Scratch, scratch: Callable[[], designs.Scratch],
+    rest: Callable[[Integers, designs.Scratch], None], threads: int,
+) -> None:  # fmt: skip
+    """Solve what lanes left by `rest`, on threads that are not busy: it takes far longer there."""
+
+    def job(begin: int, end: int) -> None:
+        rest(left[begin:end], memory if end - begin == left.size else scratch())
+
+    run_pieces(left.size, job, threads, None)
 
 
 def _march_rest(
@@ -653,11 +676,10 @@ def _march_rest(
     results: designs.Results,
 ) -> None:  # fmt: skip
     """Solve designs by the general methods."""
-    if chosen.size:
-        designs.march(
-            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, over_speed,
-            over_angle, curves, results, memory,
-        )  # fmt: skip
+    designs.march(
+        chosen, SEGMENTS, product, row_of, width, grid, samples, choice, over_speed, over_angle,
+        curves, results, memory,
+    )  # fmt: skip
 
 
 def _designs_of_table(product: Product) -> int:
@@ -685,8 +707,9 @@ def _march_panels(
         designs.keys_of(begin, end, rows, parts, product, keys)
         seen[keys] = True
 
-    run_pieces(size, look, threads, None)
+    run_pieces(size, look, threads, None, PANEL_PIECE, PANEL_PIECE)
     wanted = np.flatnonzero(seen)
+    shared = shared_by(size, threads, FEWEST_IN_LANES)
     small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
     most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, ratio) // 3)
     for group in np.array_split(wanted, -(-wanted.size // most)):
@@ -711,10 +734,10 @@ def _march_panels(
                 lanes.LANES, ratio, width, product, bases, choice, results, memory, levels,
                 left,
             )  # fmt: skip
-            rest(np.sort(left[:count]), memory)
+            _march_left(np.sort(left[:count]), memory, scratch, rest, threads // shared)
 
         share = progress if high == wanted[-1] else None
-        run_pieces(size, job, threads, share, PANEL_PIECE)
+        run_pieces(size, job, threads, share, PANEL_PIECE, FEWEST_IN_LANES)
 
 
 def _shared_tables(
@@ -739,7 +762,7 @@ def _shared_tables(
         for number, row, panel in work[begin:end]:
             panels.build_panel(number, row, points[panel, 0], width, ratio, grid, bases, *memory)
 
-    run_pieces(len(work), build, threads, None, 8)
+    run_pieces(len(work), build, threads, None, fewest=8)
     return of_key, of_panel, points, bases
 
 
