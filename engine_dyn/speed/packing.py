@@ -146,7 +146,7 @@ class Packed:
     def product(self, part: Part) -> Product:
         """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
-        of_table = self.strides[:, :TABLE_INPUTS].any(axis=1).tolist()
+        of_table = np.any(self.strides[:, :TABLE_INPUTS], axis=1).tolist()
         axes = range(len(sizes))
         return Product(
             table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),

@@ -235,11 +235,10 @@ def periodic_speed(
     throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     offset_ratio = offset / (0.5 * throw)
     engine.check_turning(crank_ratio, offset_ratio)
-    means = [
-        member.radius_factor
-        * _mean_gas(diagram, *member.own(crank_ratio, offset_ratio), member.pressure_factor)
-        for member in (engine.members[:1] if engine.equal else engine.members)
-    ]
+    means = []
+    for member in engine.members[:1] if engine.equal else engine.members:
+        own = map(float, member.own(crank_ratio, offset_ratio))
+        means.append(member.radius_factor * _mean_gas(diagram, *own, member.pressure_factor))
     mean_gas = sum(means) / len(means)
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
@@ -402,7 +401,8 @@ def _gear(driven: DrivenMachine, gear_ratio: float, period: float) -> float:
 
 def _cylinders(count: int, period: float, *columns: Sequence[float] | None) -> Cylinders:
     """Cylinders with their firing angles and factors on pressure, mass and radius."""
-    return _kept_cylinders(count, period, *(c if c is None else tuple(c) for c in columns))
+    given = (None if column is None else tuple(map(float, column)) for column in columns)
+    return _kept_cylinders(count, period, *given)
 
 
 @lru_cache(maxsize=64)

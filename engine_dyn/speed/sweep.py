@@ -498,7 +498,7 @@ def _compare(
             error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
             slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
             error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
-            eta = 0.25 * np.square(at("stroke")) * (at("mass") / at("inertia"))
+            eta = 0.25 * np.square(at("stroke")) * np.divide(at("mass"), at("inertia"))
             error += lanes.ROUNDING * (1.0 + lanes.CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)

@@ -183,7 +183,7 @@ def make_grid(
     of_rows = [
         one[0][None] if len(one) == 1 else np.array(one) for one in zip(*pressures, strict=True)
     ]
-    return Grid(*of_rows, *turns, masses, radii)
+    return Grid(*(*of_rows, *turns, masses, radii))
 
 
 def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
