@@ -198,7 +198,7 @@ class Cylinders:
         """Factor on the crank radius of each cylinder."""
         return tuple(member.radius_factor for member in self.members)
 
-    @property
+    @cached_property
     def equal_throws(self) -> bool:
         """Whether all crank radii are the engine's."""
         return set(self.radius_factors) == {1.0}
@@ -214,11 +214,10 @@ class Cylinders:
             One line that begins with `radius_factor`.
         """
         largest = max(self.radius_factors)
-        ratio, beside = np.broadcast_arrays(
-            np.asarray(crank_ratio, dtype=float), np.abs(np.asarray(offset, dtype=float))
-        )
+        ratio, beside = np.asarray(crank_ratio, dtype=float), np.abs(offset)
         stuck = ~(ratio * (largest + beside) < 1.0)
         if stuck.any():
+            ratio, beside = np.broadcast_arrays(ratio, beside)
             here, apart = ratio[stuck].flat[0], beside[stuck].flat[0]
             with_offset = f" and an offset of {apart:g} crank radii" if apart else ""
             raise ValueError(
@@ -300,7 +299,7 @@ class Cylinders:
         )
         return replace(self.arrangement, throws=throws)
 
-    @property
+    @cached_property
     def equal(self) -> bool:
         """Whether all factors are 1."""
         return {member[1:] for member in self.members} == {EQUAL[1:]}

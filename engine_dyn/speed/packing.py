@@ -21,6 +21,7 @@ __all__ = [
     "Part",
     "aligned",
     "run_pieces",
+    "shared_by",
     "split",
 ]
 
@@ -43,7 +44,8 @@ PIECE = 16384
 """Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
 
 FEWEST = 64
-"""Designs that are worth a thread."""
+"""Designs that are worth a thread: some 50 us each by a general method. A pool takes 200 us, and
+milliseconds where other programs use the processors."""
 
 
 def aligned(array: Any, rank: int) -> npt.NDArray[Any]:
@@ -125,15 +127,16 @@ class Packed:
         rank = len(shape)
         strides = np.zeros((max(rank, 1), INPUTS), dtype=np.int64)
         start = np.zeros(INPUTS, dtype=np.int64)
-        pieces = []
-        place = 0
+        # Numbers first, as most are of a single design: an array of each would take its time.
+        numbers = {i: inputs[n] for i, n in enumerate(INPUT_NAMES) if isinstance(inputs[n], float)}
+        start[list(numbers)] = range(len(numbers))
+        place = len(numbers)
+        pieces = [np.array(list(numbers.values()), dtype=np.float64)]
         for i, name in enumerate(INPUT_NAMES):
-            start[i] = place
-            if isinstance(inputs[name], float):  # most are, of a single design
-                place += 1
-                pieces.append(np.array([inputs[name]]))
+            if i in numbers:
                 continue
             array = aligned(np.asarray(inputs[name], dtype=np.float64), rank)
+            start[i] = place
             place += array.size
             pieces.append(array.ravel())
             strides[:, i] = _strides(array.shape)
@@ -143,15 +146,15 @@ class Packed:
     def product(self, part: Part) -> Product:
         """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
-        of_table = np.any(self.strides[:, :TABLE_INPUTS] != 0, axis=1).tolist()
+        of_table = np.any(self.strides[:, :TABLE_INPUTS], axis=1).tolist()
         axes = range(len(sizes))
         return Product(
             table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),
             other_axes=np.array([a for a in axes if not of_table[a]], dtype=np.int64),
             shape=np.array(sizes or [1], dtype=np.int64),
             strides=self.strides,
-            positions=np.concatenate([*part.positions, np.zeros(1, np.int64)]).astype(np.int64),
-            position_start=np.cumsum([0, *sizes]).astype(np.int64),
+            positions=np.concatenate([*part.positions, [0]], dtype=np.int64),
+            position_start=np.array([0, *itertools.accumulate(sizes)], dtype=np.int64),
             values=self.values,
             value_start=self.start,
         )
@@ -168,14 +171,23 @@ def _strides(shape: tuple[int, ...]) -> list[int]:
     return steps or [0]
 
 
+def shared_by(designs: int, threads: int, fewest: int) -> int:
+    """How many of the threads share the work."""
+    return max(1, min(threads, designs // fewest))
+
+
 def run_pieces(
     designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
-    largest: int = PIECE,
+    largest: int = PIECE, fewest: int = FEWEST,
 ) -> None:  # fmt: skip
-    """Call `work(begin, end)` over all designs, on threads when there is enough to share."""
-    threads = max(1, min(threads, designs // min(FEWEST, largest)))
-    # Several pieces a thread even out the load.
-    size = max(1, min(largest, designs if threads == 1 else -(-designs // (threads * 8))))
+    """Call `work(begin, end)` over all designs, on threads when there is enough to share.
+
+    That is from `fewest` designs a thread on.
+    """
+    threads = shared_by(designs, threads, fewest)
+    size = max(1, min(largest, designs))
+    if threads > 1:  # several pieces a thread even out the load; each begins with a table
+        size = min(largest, max(-(-designs // (threads * 8)), fewest // 4))
     pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
     if threads == 1:
         for begin, end in pieces:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -73,6 +74,12 @@ class PeriodicSpeed:
 def _family_of(diagram: Diagram) -> Family:
     """Family of one diagram, kept because a search asks for the same one again and again."""
     return family_from_diagrams([0.0], [diagram])
+
+
+@lru_cache(maxsize=64)
+def _mean_gas(diagram: Diagram, crank_ratio: float, offset: float, factor: float) -> float:
+    """Mean gas torque of a cylinder, kept because many have the same and searches ask again."""
+    return float(sweep.mean_gas_torque(crank_ratio, 0.0, _family_of(diagram), offset, factor))
 
 
 def periodic_speed(
@@ -206,9 +213,9 @@ def periodic_speed(
         raise ValueError(f"passes = {passes}: must be a whole number from 1 on")
     if start_speed is not None and not 0.0 < start_speed < np.inf:
         raise ValueError(f"start_speed = {start_speed:g}: must be a positive number")
-    if not np.isfinite(start_angle):
+    if not math.isfinite(start_angle):
         raise ValueError(f"start_angle = {start_angle:g}: must be a finite number")
-    if not (np.isfinite(load_offset) and np.isfinite(friction_torque) and np.isfinite(offset)):
+    if not all(map(math.isfinite, (load_offset, friction_torque, offset))):
         raise ValueError("load_offset, friction_torque and offset must be finite numbers")
     if closure == "cycle_time" and method in ("thesis", "picard"):
         raise ValueError(f"closure cycle_time: method {method} cannot solve for the load")
@@ -229,13 +236,10 @@ def periodic_speed(
     offset_ratio = offset / (0.5 * throw)
     engine.check_turning(crank_ratio, offset_ratio)
     means = []
-    for member in engine.members:
-        own = member.own(crank_ratio, offset_ratio)
-        mean = sweep.mean_gas_torque(
-            own.crank_ratio, 0.0, family, own.offset, member.pressure_factor
-        )
-        means.append(member.radius_factor * float(mean))
-    mean_gas = means[0] if engine.equal else sum(means) / cylinders
+    for member in engine.members[:1] if engine.equal else engine.members:
+        own = map(float, member.own(crank_ratio, offset_ratio))
+        means.append(member.radius_factor * _mean_gas(diagram, *own, member.pressure_factor))
+    mean_gas = sum(means) / len(means)
     lever = float(piston_area(bore)) * 0.5 * throw
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
@@ -395,15 +399,22 @@ def _gear(driven: DrivenMachine, gear_ratio: float, period: float) -> float:
     return gear
 
 
-def _cylinders(
+def _cylinders(count: int, period: float, *columns: Sequence[float] | None) -> Cylinders:
+    """Cylinders with their firing angles and factors on pressure, mass and radius."""
+    given = (None if column is None else tuple(map(float, column)) for column in columns)
+    return _kept_cylinders(count, period, *given)
+
+
+@lru_cache(maxsize=64)
+def _kept_cylinders(
     count: int,
     period: float,
-    firing_angles: Sequence[float] | None,
-    pressure_factor: Sequence[float] | None,
-    mass_factor: Sequence[float] | None,
-    radius_factor: Sequence[float] | None,
+    firing_angles: tuple[float, ...] | None,
+    pressure_factor: tuple[float, ...] | None,
+    mass_factor: tuple[float, ...] | None,
+    radius_factor: tuple[float, ...] | None,
 ) -> Cylinders:
-    """Cylinders with their phases and factors."""
+    """As `_cylinders`, kept with what they know of themselves: searches ask again and again."""
     engine = even_cylinders(count, period)
     if firing_angles is not None:
         if len(firing_angles) != count:
@@ -414,8 +425,4 @@ def _cylinders(
         throws = tuple(Throw(-float(a), float(i)) for i, a in enumerate(firing_angles))
         each = tuple(Cylinder(i, 0, float(angle)) for i, angle in enumerate(firing_angles))
         engine = cylinders_of(Arrangement(period, throws, (0.0,), each, True))
-    return engine.with_factors(
-        None if pressure_factor is None else tuple(pressure_factor),
-        None if mass_factor is None else tuple(mass_factor),
-        None if radius_factor is None else tuple(radius_factor),
-    )
+    return engine.with_factors(pressure_factor, mass_factor, radius_factor)

@@ -32,7 +32,17 @@ from engine_dyn.speed.angle_load import PLAIN_ROWS
 from engine_dyn.speed.cycles import Samples
 from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
-from engine_dyn.speed.packing import TABLE_NAMES, Packed, Progress, aligned, run_pieces, split
+from engine_dyn.speed.packing import (
+    FEWEST,
+    TABLE_NAMES,
+    Packed,
+    Part,
+    Progress,
+    aligned,
+    run_pieces,
+    shared_by,
+    split,
+)
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.segments import SEGMENTS
 from engine_dyn.speed.tables import (
@@ -87,8 +97,22 @@ FRICTION_NAMES = (
 )  # fmt: skip
 """Inputs that spread the friction over the stroke, see `tables.Friction`."""
 
+NOT_GIVEN = {
+    "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
+    **dict.fromkeys(FRICTION_NAMES, 0.0), "gear_ratio": 1.0, "load_phase": 0.0,
+    "load_scale": 1.0, "synchronous_speed": 1.0, "breakdown_slip": 1.0,
+}  # fmt: skip
+"""Inputs of `solve` that may be left out."""
+
 SAMPLE_WIDTH = np.pi / 180.0
 """Step of the thesis's method: one degree."""
+
+NOWHERE = np.zeros(0)
+NO_CURVES = designs.Curves(np.zeros(0, dtype=np.int64), NOWHERE, NOWHERE)
+NO_SAMPLES = Samples(
+    np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
+)
+"""What kernels take where no curves, and no samples of the thesis's method, are wanted."""
 
 NO_EXPONENT = 1e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
@@ -113,11 +137,13 @@ PANEL_BYTES = 64_000_000
 PANEL_PIECE = 65536
 """Designs of one call with shared tables: they are sorted by table."""
 
+FEWEST_IN_LANES, ANGLES_OF_DESIGN = 4096, 32
+"""Designs that are worth a thread in lanes, a fraction of a microsecond each, and the angles of a
+curve that take as long."""
+
 MANY_MEANS, POINTS_OF_MEANS = 512, 10
 """From that many on, mean torques are interpolated between that many crank ratios of a panel; what
 they miss is rounding."""
-
-MARCHING = (designs.THESIS, designs.PICARD)
 
 ITERATED = 1e-2
 """Share of the tolerance that the iteration of the load term may leave of the range of q."""
@@ -189,7 +215,6 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
-    left: npt.NDArray[np.bool_] | None = None,
     sharing: tuple[int, int] | None = None,
     driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
@@ -232,10 +257,6 @@ def solve(
         tolerance unless given.
     general : bool
         Leave `lanes` out.
-    left : ndarray of bool, optional
-        Designs of the broadcast shape, flat, that are no matter for `lanes`: the coarser of two
-        solutions left them to the general method. The finer one would not be finer by the other,
-        whose coarse nodes may miss more than the general method does with fewer in all.
     sharing : tuple of int, optional
         Tables of the whole sweep, and designs that share one, where these designs are a block of
         it: blocks must not decide for themselves how tables are made. Their own unless given.
@@ -260,60 +281,108 @@ def solve(
     dict
         Arrays of the broadcast shape; "status" holds the codes of `engine_dyn.status`.
     """
-    inputs = {
-        "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
-        **dict.fromkeys(FRICTION_NAMES, 0.0), "gear_ratio": 1.0, "load_phase": 0.0,
-        "load_scale": 1.0, "synchronous_speed": 1.0, "breakdown_slip": 1.0, **inputs,
-    }  # fmt: skip
-    named = {
-        "method": _codes(METHODS, method),
-        "inertia_model": _codes(INERTIA_MODELS, inertia_model),
-    }
-    shape = np.broadcast_shapes(
-        *(np.shape(v) for v in inputs.values() if not isinstance(v, float)),
-        *(v.shape for v in named.values()), np.shape(cylinders),
-    )  # fmt: skip
-    rank = len(shape)
+    inputs = {**NOT_GIVEN, **inputs}
+    methods, models = _codes(METHODS, method), _codes(INERTIA_MODELS, inertia_model)
+    shape = _shape_of(*inputs.values(), methods, models, cylinders)
+    rank, size = len(shape), math.prod(shape)
     period = family.row(0).period
     row = aligned(np.asarray(inputs["row"], dtype=float), rank)
     if driven.over_angle is not None:
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
     gear = aligned(np.asarray(inputs["gear_ratio"], dtype=float), rank)
-    if not driven.plain and np.isin(named["method"], designs.THESIS).any():
+    methods = aligned(methods, rank)
+    if not driven.plain and (methods == designs.THESIS).any():
         raise ValueError("method 'thesis' marches a + k omega^alpha alone: take another")
     exponent = aligned(np.asarray(inputs["exponent"], dtype=float), rank)
     sets = aligned(np.asarray(cylinders, dtype=np.int64), rank)
-    kinds = np.full((1,) * rank, NO_POWER)
-    if driven.power_law:
-        kinds = np.select([exponent <= NO_EXPONENT, exponent == 1.0, exponent == 2.0], [0, 1, 2], 3)
     keys = [
-        *(aligned(v, rank) for v in named.values()),
-        kinds,
+        methods,
+        aligned(models, rank),
+        _kinds(exponent) if driven.power_law else np.full((1,) * rank, NO_POWER),
         np.asarray(exponent > SMALL_EXPONENT, dtype=np.int64),
-        finer * _fewest_nodes(family, row, tolerance),
+        _fewest_nodes(family, row, tolerance),
         _repeats(driven.over_angle, gear, period),
-        finer * _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
+        _fewest_nodes_of_load(driven.over_angle, gear, period, tolerance),
         *_along_axes(sets),
     ]
-    size = int(np.prod(shape, dtype=np.int64))
     if sharing is None:
-        tables = math.prod(np.broadcast_shapes(*(np.shape(inputs[n]) for n in TABLE_NAMES)))
+        tables = math.prod(_shape_of(*(inputs[name] for name in TABLE_NAMES)))
         sharing = tables, size // max(tables, 1)
+    solved = partial(
+        _solve_parts, split(shape, keys), Packed.of(inputs, shape), size, family=family, row=row,
+        sets=sets, cylinders_by_count=cylinders_by_count, closure=closure, tolerance=tolerance,
+        general=general, driven=driven, threads=threads or os.cpu_count() or 1,
+        built=sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS or _own_tables(inputs),
+    )  # fmt: skip
     compared = [name for name in COMPARED if "delta_error" in wanted and name not in wanted]
-    if compared:
-        more = solve(
-            family=family, wanted=(*wanted, *compared), method=method, inertia_model=inertia_model,
-            closure=closure, tolerance=tolerance, cylinders=cylinders,
-            cylinders_by_count=cylinders_by_count, crank_angle=crank_angle, threads=threads,
-            progress=progress, finer=finer, iterated=iterated, general=general, sharing=sharing,
-            driven=driven, **inputs,
+    wanted = (*wanted, *compared)
+    angles = NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float)
+    found, left = solved(wanted, angles, finer=finer, iterated=iterated, progress=progress)
+    status = found["status"]
+    marching = (methods == designs.THESIS) | (methods == designs.PICARD)
+    # More nodes help where the tolerance is missed; once they are tried where nothing converged.
+    failed = status == TOLERANCE_NOT_MET
+    if finer == 1:
+        failed |= status == NOT_CONVERGED
+    missed = np.flatnonzero(failed)
+    if iterated is not None:  # the finer one of two solutions: whatever it is
+        missed = missed[:0]
+
+    def chosen(value: Any, places: Integers) -> Any:
+        index = np.unravel_index(places, shape) if shape else ()
+        return np.broadcast_to(np.asarray(value), shape)[index].reshape(-1)
+
+    if missed.size and finer < FINEST:
+        # Repeating cycles from a start has an error of its own, which more nodes do not mend.
+        missed = missed[~chosen(marching, missed)]
+    if missed.size and finer < FINEST:
+        again = solve(
+            family=family, wanted=wanted, method=chosen(method, missed),
+            inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
+            cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
+            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True, driven=driven,
+            **{name: chosen(value, missed) for name, value in inputs.items()},
         )  # fmt: skip
-        return {name: array for name, array in more.items() if name not in compared}
+        for name, array in found.items():
+            array[missed] = again[name]
+    if "delta_error" in wanted and iterated is None:
+        known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
+        # Those know their error from the solutions with more nodes, or from the periodic one.
+        known[missed] = False
+        if marching.any():
+            known &= ~np.broadcast_to(marching, shape).reshape(-1)
+        if known.any():
+            refined, _ = solved(
+                COMPARED, NOWHERE, finer=4 * finer, left=left,
+                iterated=min(0.01 * ITERATED * tolerance, ITERATED_FINER),
+            )  # fmt: skip
+            _compare(found, known, refined, tolerance, inputs, shape)
+    return {
+        name: array.reshape((*shape, *array.shape[1:]))
+        for name, array in found.items() if name not in compared
+    }  # fmt: skip
+
+
+def _solve_parts(
+    parts: list[Part], packed: Packed, size: int, wanted: Sequence[str], angles: Floats, *,
+    family: Family, row: Floats, sets: Integers, cylinders_by_count: Mapping[int, Cylinders] | None,
+    closure: str, tolerance: float, general: bool, driven: DrivenMachine, threads: int, built: bool,
+    finer: int, iterated: float | None, progress: Progress | None = None,
+    left: npt.NDArray[np.bool_] | None = None,
+) -> tuple[dict[str, Any], npt.NDArray[np.bool_]]:  # fmt: skip
+    """Solve all parts of a sweep once, with `finer` times the nodes; flat results by name.
+
+    `iterated` and `general` as in `solve`; `built` says that tables are shared by many, or depend
+    on what cannot be interpolated. `left` are the designs, flat, that are no matter for `lanes`:
+    the coarser of two solutions left them to the general method. The finer one would not be finer
+    by the other, whose coarse nodes may miss more than the general method does with fewer in all.
+    They are returned too, empty where no error is wanted.
+    """
+    period = family.row(0).period
     names = [name for name in SPEED_RESULTS if name in wanted]
-    angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float)
     curves = {name: name in wanted and angles.size > 0 for name in CURVE_RESULTS}
     if not any(curves.values()):
-        angles = np.zeros(0)
+        angles = NOWHERE
     if left is None:
         left = np.zeros(size if "delta_error" in names else 0, dtype=np.bool_)
     results = designs.Results(
@@ -324,10 +393,10 @@ def solve(
         acceleration=np.empty((size, angles.size) if curves["angular_acceleration"] else (1, 0)),
         left=left,
     )
-    packed = Packed.of(inputs, shape)
     over_speed, over_angle = _acting(driven)
-    for part in split(shape, keys):
+    for part in parts:
         method_code, variable, kind, steep, fewest, repeats, of_load = map(int, part.keys[:7])
+        fewest = finer * max(fewest, of_load)
         choice = designs.Choice(
             method_code, kind, bool(variable),
             CYCLE_TIME if closure == "cycle_time" else POWER_MEAN, float(tolerance),
@@ -339,129 +408,97 @@ def solve(
         engine = _engine(int(part.take(sets).flat[0]), period, cylinders_by_count)
         # Torque and load repeat together as often as both do.
         times = math.gcd(engine.symmetry, repeats)
-        members = engine.representatives_of(times)
-        shares = sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS
-        apart = not (shares or angles.size or _own_tables(inputs)) and engine.equal_throws
+        apart = not (built or angles.size) and engine.equal_throws
         # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
         fine = engine.count > FEW_CYLINDERS or steep or (apart and kind == 0)
-        in_lanes = in_lanes and max(fewest, of_load) <= lanes.MOST_NODES * RATIOS[fine] * times
+        in_lanes = in_lanes and fewest <= lanes.MOST_NODES * RATIOS[fine] * times
         ratio = RATIOS[fine] if in_lanes else 1
         pieces = math.lcm(SEGMENTS, ratio * CHUNK) if in_lanes else SEGMENTS
-        steps = steps_per_cycle(times, max(fewest, of_load), pieces)
+        steps = steps_per_cycle(times, fewest, pieces)
         nodes, width = steps // times, period / steps
         rows = _rows_needed(part.take(row))
         row_of = _row_map(family, rows)
-        grid = make_grid(family, rows, steps, members)
-        samples = _sample_grid(family, rows, engine, method_code == designs.THESIS)
-        place = np.mod(angles, period / times) / width
-        node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
-        at = designs.Curves(
-            node=node,
-            share=np.maximum(place - node, 0.0),
-            sample=np.mod(angles + 0.5 * period, period) / SAMPLE_WIDTH,
-        )
+        grid = make_grid(family, rows, steps, engine.representatives_of(times))
+        samples = NO_SAMPLES
+        if method_code == designs.THESIS:
+            samples = _sample_grid(family, rows, engine)
         product = packed.product(part)
 
         rest = partial(
             _march_rest, product=product, row_of=row_of, width=width, grid=grid, samples=samples,
-            choice=choice, over_speed=over_speed, over_angle=over_angle, curves=at,
-            results=results,
+            choice=choice, over_speed=over_speed, over_angle=over_angle,
+            curves=_curves_at(angles, period, times, nodes, width), results=results,
         )  # fmt: skip
         scratch = partial(
             designs.make_scratch, nodes, grid.node_sine.size, samples.sine.shape[1], ratio
         )
-        cores = threads or os.cpu_count() or 1
         if in_lanes and apart:
             _march_panels(
                 part.size, family=family, product=product, nodes=nodes, ratio=ratio, width=width,
                 grid=grid, row_of=row_of, choice=choice, results=results, scratch=scratch,
-                rest=rest, threads=cores, progress=progress, parts=1 if iterated is None else 2,
+                rest=rest, threads=threads, progress=progress, parts=1 if iterated is None else 2,
             )  # fmt: skip
             continue
+        fewest_shared = FEWEST
+        if in_lanes:
+            fewest_shared = max(FEWEST, FEWEST_IN_LANES // (1 + angles.size // ANGLES_OF_DESIGN))
         wanted_at = None
         if in_lanes and angles.size:
             wanted_at = traces.make_angles(angles, family, rows, engine, nodes, ratio)
         job = partial(
             _march, product=product, row_of=row_of, width=width, grid=grid, choice=choice,
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
-            angles=wanted_at,
+            angles=wanted_at, threads=threads // shared_by(part.size, threads, fewest_shared),
         )  # fmt: skip
-        run_pieces(part.size, job, cores, progress)
+        run_pieces(part.size, job, threads, progress, fewest=fewest_shared)
 
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
     for name, array in zip(CURVE_RESULTS, (results.omega, results.acceleration), strict=True):
         if curves[name]:
             found[name] = array
-    # More nodes help where the tolerance is missed; once they are tried where nothing converged.
-    failed = results.status == TOLERANCE_NOT_MET
-    if finer == 1:
-        failed |= results.status == NOT_CONVERGED
-    missed = np.flatnonzero(failed)
-    if iterated is not None:  # the finer one of two solutions: whatever it is
-        missed = missed[:0]
+    return found, left
 
-    def chosen(value: Any, places: Any) -> Any:
-        index = np.unravel_index(places, shape) if shape else ()
-        return np.broadcast_to(np.asarray(value), shape)[index].reshape(-1)
 
-    if missed.size and finer < FINEST:
-        # Repeating cycles from a start has an error of its own, which more nodes do not mend.
-        missed = missed[~np.isin(chosen(keys[0], missed), MARCHING)]
-    if missed.size and finer < FINEST:
-        again = solve(
-            family=family, wanted=wanted, method=chosen(method, missed),
-            inertia_model=chosen(inertia_model, missed), closure=closure, tolerance=tolerance,
-            cylinders=chosen(cylinders, missed), cylinders_by_count=cylinders_by_count,
-            crank_angle=crank_angle, threads=threads, finer=4 * finer, general=True, driven=driven,
-            **{name: chosen(value, missed) for name, value in inputs.items()},
-        )  # fmt: skip
-        for name, array in found.items():
-            array[missed] = again[name]
-    if "delta_error" in found and iterated is None:
-        known = (results.status == CONVERGED) | (results.status == TOLERANCE_NOT_MET)
-        # Those know their error from the solutions with more nodes, or from the periodic one.
-        known[missed] = False
-        if np.isin(keys[0], MARCHING).any():
-            known &= ~np.isin(np.broadcast_to(keys[0], shape).reshape(-1), MARCHING)
-        if known.any():
-            refined = solve(
-                family=family, wanted=COMPARED, method=method, inertia_model=inertia_model,
-                closure=closure, tolerance=tolerance, cylinders=cylinders,
-                cylinders_by_count=cylinders_by_count, threads=threads, finer=4 * finer,
-                iterated=min(0.01 * ITERATED * tolerance, ITERATED_FINER), general=general,
-                left=left, sharing=sharing, driven=driven, **inputs,
-            )  # fmt: skip
-
-            def masses_at(places: Integers) -> Floats:
-                square = 0.25 * np.square(chosen(inputs["stroke"], places))
-                ratio = chosen(inputs["mass"], places) / chosen(inputs["inertia"], places)
-                return np.asarray(square * ratio)
-
-            _compare(found, known, refined, tolerance, masses_at)
-    return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+def _curves_at(
+    angles: Floats, period: float, times: int, nodes: int, width: float
+) -> designs.Curves:
+    """Where the general methods find the curves' angles [rad]."""
+    if not angles.size:
+        return NO_CURVES
+    place = np.mod(angles, period / times) / width
+    node = np.minimum(np.floor(place + 1e-9).astype(np.int64), nodes - 1)
+    return designs.Curves(
+        node=node,
+        share=np.maximum(place - node, 0.0),
+        sample=np.mod(angles + 0.5 * period, period) / SAMPLE_WIDTH,
+    )
 
 
 def _compare(
     found: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
-    masses_at: Callable[[Integers], Floats],
+    inputs: Mapping[str, Any], shape: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Relative error of delta from its difference to a solution with more nodes, in place.
 
     Or that of the smallest speed where it is more. That solution's own error is far smaller, so the
-    difference is nearly all of the error; what rounding leaves of a small delta comes on top
-    (`masses_at` tells eta of designs). It knows better than the kernel whether the tolerance is
+    difference is nearly all of the error; what rounding leaves of a small delta comes on top, more
+    with a larger eta, which `inputs` give. It knows better than the kernel whether the tolerance is
     met, and says so in the status. Piece by piece: no array of the sweep's size.
     """
-    better = {name: refined[name].reshape(-1) for name in COMPARED}
+
+    def at(name: str) -> Any:
+        value = inputs[name]
+        return np.broadcast_to(value, shape).flat[here] if np.ndim(value) else value
+
     for begin in range(0, known.size, CHUNK_OF_ARRAYS):
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
         delta = found["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = SAFETY * np.abs(delta / better["delta"][here] - 1.0)
-            slowest = np.abs(found["omega_min"][here] / better["omega_min"][here] - 1.0)
+            error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
+            slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
             error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
-            eta = masses_at(np.arange(begin, begin + delta.size))
+            eta = 0.25 * np.square(at("stroke")) * np.divide(at("mass"), at("inertia"))
             error += lanes.ROUNDING * (1.0 + lanes.CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
@@ -493,7 +530,7 @@ def torque_extremes(
                "synchronous_speed", "breakdown_slip", *FRICTION_NAMES)  # fmt: skip
     inputs = {**dict.fromkeys(neutral, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)
-    shape = np.broadcast_shapes(*(np.shape(v) for v in inputs.values()), counts.shape)
+    shape = _shape_of(*inputs.values(), counts)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
     sets = aligned(counts, len(shape))
     period = family.row(0).period
@@ -527,7 +564,8 @@ def torque_extremes(
             product=product, row_of=row_of, width=period / steps, grid=grid, nodes=steps // times,
             wanted=places, scalars=scalars, over_angle=over_angle,
         )  # fmt: skip
-        run_pieces(part.size, job, threads or os.cpu_count() or 1, progress)
+        cores = threads or os.cpu_count() or 1
+        run_pieces(part.size, job, cores, progress, fewest=FEWEST_IN_LANES)
     return {name: scalars[i].reshape(shape) for i, name in enumerate(names)}
 
 
@@ -596,8 +634,9 @@ def _march(
     begin: int, end: int, *, product: Product, row_of: Integers, width: float, grid: Grid,
     choice: designs.Choice, results: designs.Results, in_lanes: bool, ratio: int,
     scratch: Callable[[], designs.Scratch], rest: Callable[[Integers, designs.Scratch], None],
-    angles: traces.Angles | None,
+    angles: traces.Angles | None, threads: int,
 ) -> None:  # fmt: skip
+    """Solve a piece; `threads` are what there is for those that `lanes` leaves."""
     memory = scratch()
     if not in_lanes:
         rest(np.arange(begin, end), memory)
@@ -615,7 +654,19 @@ def _march(
         count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
         if angles is not None and curves is not None:
             designs.write_traces(*of_lanes, memory, angles, kept, *curves)
-    rest(left[:count], memory)
+    _march_left(left[:count], memory, scratch, rest, threads)
+
+
+def _march_left(
+    left: Integers, memory: designs.Scratch, scratch: Callable[[], designs.Scratch],
+    rest: Callable[[Integers, designs.Scratch], None], threads: int,
+) -> None:  # fmt: skip
+    """Solve what lanes left by `rest`, on threads that are not busy: it takes far longer there."""
+
+    def job(begin: int, end: int) -> None:
+        rest(left[begin:end], memory if end - begin == left.size else scratch())
+
+    run_pieces(left.size, job, threads, None)
 
 
 def _march_rest(
@@ -625,11 +676,10 @@ def _march_rest(
     results: designs.Results,
 ) -> None:  # fmt: skip
     """Solve designs by the general methods."""
-    if chosen.size:
-        designs.march(
-            chosen, SEGMENTS, product, row_of, width, grid, samples, choice, over_speed,
-            over_angle, curves, results, memory,
-        )  # fmt: skip
+    designs.march(
+        chosen, SEGMENTS, product, row_of, width, grid, samples, choice, over_speed, over_angle,
+        curves, results, memory,
+    )  # fmt: skip
 
 
 def _designs_of_table(product: Product) -> int:
@@ -657,8 +707,9 @@ def _march_panels(
         designs.keys_of(begin, end, rows, parts, product, keys)
         seen[keys] = True
 
-    run_pieces(size, look, threads, None)
+    run_pieces(size, look, threads, None, PANEL_PIECE, PANEL_PIECE)
     wanted = np.flatnonzero(seen)
+    shared = shared_by(size, threads, FEWEST_IN_LANES)
     small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
     most = max(4, PANEL_BYTES // panels.bytes_of_table(nodes, ratio) // 3)
     for group in np.array_split(wanted, -(-wanted.size // most)):
@@ -683,10 +734,10 @@ def _march_panels(
                 lanes.LANES, ratio, width, product, bases, choice, results, memory, levels,
                 left,
             )  # fmt: skip
-            rest(np.sort(left[:count]), memory)
+            _march_left(np.sort(left[:count]), memory, scratch, rest, threads // shared)
 
         share = progress if high == wanted[-1] else None
-        run_pieces(size, job, threads, share, PANEL_PIECE)
+        run_pieces(size, job, threads, share, PANEL_PIECE, FEWEST_IN_LANES)
 
 
 def _shared_tables(
@@ -711,7 +762,7 @@ def _shared_tables(
         for number, row, panel in work[begin:end]:
             panels.build_panel(number, row, points[panel, 0], width, ratio, grid, bases, *memory)
 
-    run_pieces(len(work), build, threads, None, 8)
+    run_pieces(len(work), build, threads, None, fewest=8)
     return of_key, of_panel, points, bases
 
 
@@ -744,11 +795,24 @@ def _along_axes(sets: Integers) -> list[Integers]:
     return keys
 
 
+def _shape_of(*values: Any) -> tuple[int, ...]:
+    """Shape that values broadcast to; most are plain numbers, of a single design all."""
+    return np.broadcast_shapes(*(np.shape(v) for v in values if not isinstance(v, float)))
+
+
 def _codes(names: tuple[str, ...], value: Any) -> Integers:
+    if isinstance(value, str):
+        return np.array(names.index(value), dtype=np.int64)
     words = np.asarray(value)
     return np.array([names.index(str(w)) for w in words.ravel()], dtype=np.int64).reshape(
         words.shape
     )
+
+
+def _kinds(exponent: Floats) -> Integers:
+    """Classes of the load exponent, see `designs.Choice`."""
+    power = np.where(exponent == 2.0, 2, 3)
+    return np.where(exponent <= NO_EXPONENT, 0, np.where(exponent == 1.0, 1, power))
 
 
 def _rows_needed(row: Floats) -> Integers:
@@ -775,12 +839,14 @@ def _fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     Over load and speed, or where cycles differ, rows vary along several axes, of which `split`
     allows one: what the roughest of all given diagrams asks for.
     """
-    if isinstance(family, FamilyAtSpeeds | FamilyStack):
-        most = max(_nodes_of_diagram(diagram, tolerance) for diagram in family.diagrams)
-        return np.full((1,) * row.ndim, most)
+    over_speed = isinstance(family, FamilyAtSpeeds | FamilyStack)
     needed = _rows_needed(row)
+    used = family.diagrams if over_speed else [family.row(i) for i in needed.tolist()]
+    nodes = [_nodes_of_diagram(diagram, tolerance) for diagram in used]
+    if over_speed or row.size == 1:
+        return np.full((1,) * row.ndim, max(nodes))
     counts = np.zeros(family.row_count + 1, dtype=np.int64)
-    counts[needed] = [_nodes_of_diagram(family.row(int(i)), tolerance) for i in needed]
+    counts[needed] = nodes
     below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
     return np.maximum(counts[below], counts[above])
 
@@ -879,12 +945,8 @@ def _engine(
     return even_cylinders(count, period) if given is None else given
 
 
-def _sample_grid(family: Family, rows: Integers, engine: Cylinders, needed: bool) -> Samples:
+def _sample_grid(family: Family, rows: Integers, engine: Cylinders) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
-    if not needed:
-        return Samples(
-            np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
-        )
     period = family.row(0).period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     count = len(engine.members)

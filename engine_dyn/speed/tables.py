@@ -167,20 +167,30 @@ def make_grid(
     `members` are the representative cylinders.
     """
     period = family.row(int(rows[0])).period
-    sampled = [
-        [
-            _sampled(row_with_factor(family, int(row), m.pressure_factor), steps, m.phase)
-            for m in members
-        ]
-        for row in rows
+    pressures = [
+        _joined(
+            [
+                _sampled(row_with_factor(family, row, m.pressure_factor), steps, m.phase)
+                for m in members
+            ]
+        )
+        for row in rows.tolist()
     ]
-    turns = [_turns(period, steps, member.phase) for member in members]
-    pressures = [[np.concatenate(one) for one in zip(*row, strict=True)] for row in sampled]
-    angles = [np.concatenate(one) for one in zip(*turns, strict=True)]
+    turns = _joined([_turns(period, steps, member.phase) for member in members])
     masses = np.array([member.mass_factor for member in members])
     radii = np.array([member.radius_factor for member in members])
-    of_rows = [np.array(one) for one in zip(*pressures, strict=True)]
-    return Grid(*(*of_rows, *angles, masses, radii))
+    # A single diagram is not copied: what is kept of it is only read.
+    of_rows = [
+        one[0][None] if len(one) == 1 else np.array(one) for one in zip(*pressures, strict=True)
+    ]
+    return Grid(*(*of_rows, *turns, masses, radii))
+
+
+def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
+    """Arrays of all members, those of one kind behind each other."""
+    if len(of_members) == 1:
+        return of_members[0]
+    return tuple(np.concatenate(one) for one in zip(*of_members, strict=True))
 
 
 def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:

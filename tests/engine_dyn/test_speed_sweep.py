@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from engine_dyn.indicator import Family, diagram_from_points, family_from_diagrams
 from engine_dyn.slider_crank import velocity
-from engine_dyn.speed import sweep
+from engine_dyn.speed import packing, sweep
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
 from tests.oracle import golden, solution
 from tests.oracle.designs import table
@@ -110,6 +111,29 @@ def test_threads_do_not_matter(
 ) -> None:
     for threads in (1, 5):
         same(sweep.solve(**asked, **{**inputs, **product()}, threads=threads), whole)
+
+
+def test_threads_share_what_lanes_leave(
+    inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Too few designs for a second thread in lanes, but many of them are for the general method."""
+    calls: list[tuple[int, int]] = []
+    march = sweep.designs.march
+
+    def noted(chosen: Any, *arguments: Any) -> None:
+        calls.append((threading.get_ident(), chosen.size))
+        march(chosen, *arguments)
+
+    few = {**inputs, "inertia": np.geomspace(0.02, 3.0, 2000), "exponent": 1.6}
+    alone = sweep.solve(wanted=("omega_min",), **few, threads=1)
+    monkeypatch.setattr(sweep.designs, "march", noted)
+    same(sweep.solve(wanted=("omega_min",), **few, threads=2), alone)
+    mine = [size for thread, size in calls if thread == threading.get_ident()]
+    assert max(mine, default=0) < 2 * packing.FEWEST
+    assert sum(size for _, size in calls) - sum(mine) >= 2 * packing.FEWEST
+    # Enough for threads in lanes, each of which solves what it leaves.
+    monkeypatch.setattr(sweep, "FEWEST_IN_LANES", 64)
+    same(sweep.solve(wanted=("omega_min",), **few, threads=5), alone)
 
 
 @pytest.mark.parametrize("order", [(5, 4, 3, 2, 1, 0), (2, 0, 1, 5, 3, 4)])
