@@ -95,6 +95,7 @@ from engine_dyn.speed.segments import (
     solve_linear,
     spread,
 )
+from engine_dyn.speed.stiff import follow_work
 from engine_dyn.speed.tables import (
     FRICTIONLESS,
     GAS_TORQUE,
@@ -157,7 +158,7 @@ NEWTON_STEPS = 60
 
 STRONG_LOAD = 1e-3
 """Below this kappa times the width of an interval, what the two-point formula misses is negligible;
-above it, it counts in the error."""
+above it, it counts in the error, and what is linear is solved without it (`stiff`)."""
 
 CAREFUL = 0.2
 """Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
@@ -455,6 +456,19 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
 
 
 @inlined
+def is_linear(choice: Choice) -> bool:
+    """Whether the equation of the speed is linear, with a constant coefficient."""
+    linear = choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN
+    return linear and choice.method != NEWTON
+
+
+@inlined
+def is_stiff(design: Design, width: float, choice: Choice) -> bool:
+    """Whether a design is solved by `stiff`: its curve is then a table in `Scratch.curve`."""
+    return is_linear(choice) and design.kappa * width > STRONG_LOAD
+
+
+@inlined
 def solve_one(
     design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
 ) -> tuple[int, int, float]:
@@ -468,11 +482,17 @@ def solve_one(
     if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
         return STALLED, 1, 1.0
     if not alone:
-        if choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN:
-            solve_linear(
-                width, design.gas, design.eta, design.kappa, segments, scratch.records,
-                scratch.running,
-            )  # fmt: skip
+        if is_linear(choice):
+            if is_stiff(design, width, choice):
+                follow_work(
+                    width, design.gas, design.eta, design.kappa, scratch.table, scratch.curve,
+                    scratch.records,
+                )  # fmt: skip
+            else:
+                solve_linear(
+                    width, design.gas, design.eta, design.kappa, segments, scratch.records,
+                    scratch.running,
+                )  # fmt: skip
             return CONVERGED, 1, 1.0
         sweeps, mu = iterate(
             width, design.gas, design.eta, design.kappa, design.law, choice.kind,
@@ -640,14 +660,15 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
 
 @inlined
 def speeds_of(
-    design: Design, mu: float, width: float, choice: Choice, segments: int, scratch: Scratch
-) -> tuple[float, float, float, float]:
+    design: Design, mu: float, width: float, choice: Choice, segments: int, table: Floats,
+    scratch: Scratch,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Largest, smallest and mean speed [rad/s], and the share of delta that they may miss.
 
     Or the share of the smallest speed, where that is more: near a stall it is far less than the
     range, and may miss as much. All are NaN where the smallest is no speed any more.
     """
-    table, records = scratch.table, scratch.records
+    records = scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
     variable = choice.variable
     high, high_miss = highest_hill(top, 1.0, design, mu, width, variable, table, records)
@@ -760,11 +781,17 @@ def march(
         mu = 1.0
         error = 0.0
         cycles = 0
+        curve_of, shown = design, table
         if answerable:
             code, cycles, mu = solve_one(design, width, choice, segments, scratch)
+            if is_stiff(design, width, choice):
+                curve_of = Design(1.0, design.eta, 0.0, design.law, design.nominal)
+                shown = scratch.curve
             gear = gear_of(values, at, over_speed)
             if code == CONVERGED:
-                high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
+                high, low, mean, error = speeds_of(
+                    curve_of, mu, width, choice, segments, shown, scratch
+                )
                 if not (low > 0.0):
                     code = STALLED
                 elif not covers(over_speed, gear * high, gear * low):
@@ -791,7 +818,10 @@ def march(
                     design, width, periods, choice, values, at, scratch
                 )
                 if not stalled:
-                    high, low, mean, _ = speeds_of(design, mu, width, choice, segments, scratch)
+                    curve_of, shown = design, table
+                    high, low, mean, _ = speeds_of(
+                        curve_of, mu, width, choice, segments, shown, scratch
+                    )
                     stalled = not (low > 0.0)
             # What the method misses, measured against the periodic solution.
             if delta > 0.0:
@@ -801,8 +831,9 @@ def march(
         store(at[OUTPUT], code, good, high, low, mean, mu, error, cycles, results)
         if curves.node.size > 0:
             store_curves(
-                at[OUTPUT], good, design, mu, choice, width, period, curves, scratch, results
-            )
+                at[OUTPUT], good, curve_of, mu, choice, width, period, curves, shown, scratch,
+                results,
+            )  # fmt: skip
 
 
 @inlined
@@ -1189,10 +1220,10 @@ def store(
 @inlined
 def store_curves(
     target: int, good: bool, design: Design, mu: float, choice: Choice, width: float,
-    period: float, curves: Curves, scratch: Scratch, results: Results,
+    period: float, curves: Curves, table: Floats, scratch: Scratch, results: Results,
 ) -> None:  # fmt: skip
     """Write one design's speed and angular acceleration at the wanted angles."""
-    nodes = scratch.table.shape[1]
+    nodes = table.shape[1]
     nominal = design.nominal
     for i in range(curves.node.size):
         if not good:
@@ -1207,10 +1238,8 @@ def store_curves(
         else:
             j = curves.node[i]
             after = j + 1 if j + 1 < nodes else 0
-            left, d_left = slope_at(j, design, mu, choice.variable, scratch.table, scratch.records)
-            right, d_right = slope_at(
-                after, design, mu, choice.variable, scratch.table, scratch.records
-            )
+            left, d_left = slope_at(j, design, mu, choice.variable, table, scratch.records)
+            right, d_right = slope_at(after, design, mu, choice.variable, table, scratch.records)
             share = curves.share[i]
             value = interpolate(share, left, right, d_left * width, d_right * width)
             slope = slope_between(share, left, right, d_left * width, d_right * width)
