@@ -290,7 +290,7 @@ class Ranges(NamedTuple):
 LANES, NUMBERS = lanes.LANES, lanes.NUMBERS
 """Constants to the compiler, which attributes of modules are not."""
 
-W, DW, TAU, DTAU, S = range(5)
+W, DW, TAU, DTAU, D = range(5)
 """Rows of `Scratch.curve`; the rest is Newton's."""
 
 
@@ -418,7 +418,7 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
     nodes = curve.shape[1]
     for j in range(nodes):
         here = place_of(j, nodes // SEGMENTS)
-        q = (1.0 + curve[W, j] + curve[S, j]) / curve[TAU, j]
+        q = (1.0 + curve[D, j]) / curve[TAU, j]
         records[here + Q] = q
         records[here + POWERS], _, _ = load_terms(q, design.law)
 
@@ -504,7 +504,7 @@ def solve_one(
     fill_curve(design, choice.variable, scratch.table, scratch.curve)
     steps, mu, _, smallest = newton(
         design.kappa, design.law, choice.closure, width, nodes, scratch.curve[W],
-        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[S],
+        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[D],
         scratch.curve[5:], 1e-7, NEWTON_STEPS,
     )  # fmt: skip
     take_curve(design, scratch.curve, scratch.records)
@@ -704,7 +704,7 @@ def run_picard(
     passes = int(values[at[PASSES]])
     cycles, closed, stalled = repeat_cycles(
         design.kappa, design.law, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
-        curve[S], (start_speed(values, at) / design.nominal) ** 2,
+        curve[D], (start_speed(values, at) / design.nominal) ** 2,
         int(round(values[at[START_ANGLE]] / width)) % nodes, periods, passes,
         1e-3 * choice.tolerance,
     )  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn.speed import sweep
-from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from tests.oracle import spline
 from tests.oracle.spline import velocity
 
@@ -240,6 +240,20 @@ def test_overwhelming_square_loads_keep_their_digits() -> None:
             ]  # fmt: skip
             error = max(1e-6, found["delta_error"][i]) if "delta_error" in found else 1e-6
             assert max(misses) <= error or found["status"][i] == TOLERANCE_NOT_MET
+
+
+@pytest.mark.parametrize(
+    ("closure", "exponent"), [("cycle_time", 1.0), ("cycle_time", 2.0), ("power_mean", 3.3)]
+)
+def test_overwhelming_loads_do_not_stall(closure: str, exponent: float) -> None:
+    """The mean torque is above the torque's range, and the load follows: none comes near a stop.
+
+    Newton's method kept work and load apart, whose sum had no digits from kappa = 1e10 on.
+    """
+    columns = strong_loads(24, exponent)
+    found = draw.Chunk(columns, closure, (24,), (SEED, 0), draw.WITHOUT_ERROR).solve()
+    assert not (found["status"] == STALLED).any()
+    assert np.isin(found["status"], (CONVERGED, TOLERANCE_NOT_MET)).sum() >= 12
 
 
 def test_curve_of_an_overwhelming_square_load() -> None:
