@@ -96,6 +96,7 @@ from engine_dyn.speed.segments import (
     solve_linear,
     spread,
 )
+from engine_dyn.speed.stiff import follow_work
 from engine_dyn.speed.tables import (
     FRICTIONLESS,
     GAS_TORQUE,
@@ -158,7 +159,7 @@ NEWTON_STEPS = 60
 
 STRONG_LOAD = 1e-3
 """Below this kappa times the width of an interval, what the two-point formula misses is negligible;
-above it, it counts in the error."""
+above it, it counts in the error, and what is linear is solved without it (`stiff`)."""
 
 CAREFUL = 0.2
 """Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
@@ -290,7 +291,7 @@ class Ranges(NamedTuple):
 LANES, NUMBERS = lanes.LANES, lanes.NUMBERS
 """Constants to the compiler, which attributes of modules are not."""
 
-W, DW, TAU, DTAU, S = range(5)
+W, DW, TAU, DTAU, D = range(5)
 """Rows of `Scratch.curve`; the rest is Newton's."""
 
 
@@ -418,7 +419,7 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
     nodes = curve.shape[1]
     for j in range(nodes):
         here = place_of(j, nodes // SEGMENTS)
-        q = (1.0 + curve[W, j] + curve[S, j]) / curve[TAU, j]
+        q = (1.0 + curve[D, j]) / curve[TAU, j]
         records[here + Q] = q
         records[here + POWERS], _, _ = load_terms(q, design.law)
 
@@ -456,6 +457,19 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
 
 
 @inlined
+def is_linear(choice: Choice) -> bool:
+    """Whether the equation of the speed is linear, with a constant coefficient."""
+    linear = choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN
+    return linear and choice.method != NEWTON
+
+
+@inlined
+def is_stiff(design: Design, width: float, choice: Choice) -> bool:
+    """Whether a design is solved by `stiff`: its curve is then a table in `Scratch.curve`."""
+    return is_linear(choice) and design.kappa * width > STRONG_LOAD
+
+
+@inlined
 def solve_one(
     design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
 ) -> tuple[int, int, float]:
@@ -469,11 +483,17 @@ def solve_one(
     if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
         return STALLED, 1, 1.0
     if not alone:
-        if choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN:
-            solve_linear(
-                width, design.gas, design.eta, design.kappa, segments, scratch.records,
-                scratch.running,
-            )  # fmt: skip
+        if is_linear(choice):
+            if is_stiff(design, width, choice):
+                follow_work(
+                    width, design.gas, design.eta, design.kappa, scratch.table, scratch.curve,
+                    scratch.records,
+                )  # fmt: skip
+            else:
+                solve_linear(
+                    width, design.gas, design.eta, design.kappa, segments, scratch.records,
+                    scratch.running,
+                )  # fmt: skip
             return CONVERGED, 1, 1.0
         sweeps, mu = iterate(
             width, design.gas, design.eta, design.kappa, design.law, choice.kind,
@@ -485,7 +505,7 @@ def solve_one(
     fill_curve(design, choice.variable, scratch.table, scratch.curve)
     steps, mu, _, smallest = newton(
         design.kappa, design.law, choice.closure, width, nodes, scratch.curve[W],
-        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[S],
+        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[D],
         scratch.curve[5:], 1e-7, NEWTON_STEPS,
     )  # fmt: skip
     take_curve(design, scratch.curve, scratch.records)
@@ -641,14 +661,15 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
 
 @inlined
 def speeds_of(
-    design: Design, mu: float, width: float, choice: Choice, segments: int, scratch: Scratch
-) -> tuple[float, float, float, float]:
+    design: Design, mu: float, width: float, choice: Choice, segments: int, table: Floats,
+    scratch: Scratch,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Largest, smallest and mean speed [rad/s], and the share of delta that they may miss.
 
     Or the share of the smallest speed, where that is more: near a stall it is far less than the
     range, and may miss as much. All are NaN where the smallest is no speed any more.
     """
-    table, records = scratch.table, scratch.records
+    records = scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
     variable = choice.variable
     high, high_miss = highest_hill(top, 1.0, design, mu, width, variable, table, records)
@@ -684,7 +705,7 @@ def run_picard(
     passes = int(values[at[PASSES]])
     cycles, closed, stalled = repeat_cycles(
         design.kappa, design.law, width, nodes, curve[W], curve[DW], curve[TAU], curve[DTAU],
-        curve[S], (start_speed(values, at) / design.nominal) ** 2,
+        curve[D], (start_speed(values, at) / design.nominal) ** 2,
         int(round(values[at[START_ANGLE]] / width)) % nodes, periods, passes,
         1e-3 * choice.tolerance,
     )  # fmt: skip
@@ -761,11 +782,17 @@ def march(
         mu = 1.0
         error = 0.0
         cycles = 0
+        curve_of, shown = design, table
         if answerable:
             code, cycles, mu = solve_one(design, width, choice, segments, scratch)
+            if is_stiff(design, width, choice):
+                curve_of = Design(1.0, design.eta, 0.0, design.law, design.nominal)
+                shown = scratch.curve
             gear = gear_of(values, at, over_speed)
             if code == CONVERGED:
-                high, low, mean, error = speeds_of(design, mu, width, choice, segments, scratch)
+                high, low, mean, error = speeds_of(
+                    curve_of, mu, width, choice, segments, shown, scratch
+                )
                 if not (low > 0.0):
                     code = STALLED
                 elif not covers(over_speed, gear * high, gear * low):
@@ -792,7 +819,10 @@ def march(
                     design, width, periods, choice, values, at, scratch
                 )
                 if not stalled:
-                    high, low, mean, _ = speeds_of(design, mu, width, choice, segments, scratch)
+                    curve_of, shown = design, table
+                    high, low, mean, _ = speeds_of(
+                        curve_of, mu, width, choice, segments, shown, scratch
+                    )
                     stalled = not (low > 0.0)
             # What the method misses, measured against the periodic solution.
             if delta > 0.0:
@@ -802,8 +832,9 @@ def march(
         store(at[OUTPUT], code, good, high, low, mean, mu, error, cycles, results)
         if curves.node.size > 0:
             store_curves(
-                at[OUTPUT], good, design, mu, choice, width, period, curves, scratch, results
-            )
+                at[OUTPUT], good, curve_of, mu, choice, width, period, curves, shown, scratch,
+                results,
+            )  # fmt: skip
 
 
 @inlined
@@ -1190,10 +1221,10 @@ def store(
 @inlined
 def store_curves(
     target: int, good: bool, design: Design, mu: float, choice: Choice, width: float,
-    period: float, curves: Curves, scratch: Scratch, results: Results,
+    period: float, curves: Curves, table: Floats, scratch: Scratch, results: Results,
 ) -> None:  # fmt: skip
     """Write one design's speed and angular acceleration at the wanted angles."""
-    nodes = scratch.table.shape[1]
+    nodes = table.shape[1]
     nominal = design.nominal
     for i in range(curves.node.size):
         if not good:
@@ -1208,10 +1239,8 @@ def store_curves(
         else:
             j = curves.node[i]
             after = j + 1 if j + 1 < nodes else 0
-            left, d_left = slope_at(j, design, mu, choice.variable, scratch.table, scratch.records)
-            right, d_right = slope_at(
-                after, design, mu, choice.variable, scratch.table, scratch.records
-            )
+            left, d_left = slope_at(j, design, mu, choice.variable, table, scratch.records)
+            right, d_right = slope_at(after, design, mu, choice.variable, table, scratch.records)
             share = curves.share[i]
             value = interpolate(share, left, right, d_left * width, d_right * width)
             slope = slope_between(share, left, right, d_left * width, d_right * width)

@@ -5,9 +5,11 @@ The unknown is e(phi), the kinetic energy over its nominal value (symbols of `se
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
 or any other law of `load_law`, e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta
-(variable). Written as e = w + s, s obeys s' = -kappa (F/mu - 1), which is discretised with the
-two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable). Each
-Newton step is one sweep of a scalar recurrence. The sum of all interval equations says
+(variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is discretised with
+the two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable).
+What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is far more than
+the kinetic energy, and their sum would have no digits. Each Newton step is one sweep of a scalar
+recurrence. The sum of all interval equations says
 mean(F) = mu; it replaces the equation of the last interval, so that weak loads (kappa near 0),
 whose closure omega(end) = omega(start) is singular, are as well conditioned as any other.
 """
@@ -91,36 +93,37 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
 
 @inlined
 def _settle(
-    kappa: float, law: Power | Shape, width: float, nodes: int, w: Floats, tau: Floats, s: Floats
+    kappa: float, law: Power | Shape, width: float, nodes: int, w: Floats, tau: Floats, d: Floats
 ) -> None:
-    """Repeat cycles by implicit Euler from s[0], each step solved exactly, until they nearly close.
+    """Repeat cycles by implicit Euler from d[0], each step solved closely, until they nearly close.
 
     The load opposes every deviation, so this converges from anywhere, and the faster the stronger
     the load is; it ends after a few cycles, with a weak load, which needs no better start.
     """
-    value = s[0]
+    value = d[0]
     push = kappa * width
     for _ in range(12):
         begin = value
         for i in range(nodes):
             j = i + 1 if i + 1 < nodes else 0
             low, high = -math.inf, math.inf
-            new = value
+            base, new = value + (w[j] - w[i]), value
             for _ in range(60):
-                force, first, _ = load_terms((1.0 + w[j] + new) / tau[j], law)
-                residual = new - value + push * (force - 1.0)
+                force, first, _ = load_terms((1.0 + new) / tau[j], law)
+                residual = new - base + push * (force - 1.0)
+                slope = 1.0 + push * first / tau[j]
                 # The slope is at least 1: the root is within the residual.
                 if residual > 0.0:
                     high, low = new, max(low, new - residual)
                 else:
                     low, high = new, min(high, new - residual)
-                if abs(residual) <= 1e-6:
+                if abs(residual) <= 1e-6 * slope:
                     break
-                new -= residual / (1.0 + push * first / tau[j])
+                new -= residual / slope
                 if not (low < new < high):
                     new = 0.5 * (low + high)
             value = new
-            s[j] = value
+            d[j] = value
         if abs(value - begin) <= 1e-3:
             return
 
@@ -136,12 +139,12 @@ def _steps(
     dw: Floats,
     tau: Floats,
     dtau: Floats,
-    s: Floats,
+    d: Floats,
     work: Floats,
     tolerance: float,
     most: int,
 ) -> tuple[int, float, float, float]:
-    """Newton's steps from the start that `s` holds; arguments and results as `newton`."""
+    """Newton's steps from the start that `d` holds; arguments and results as `newton`."""
     count = float(nodes)
     mu = 1.0
     held = closure == POWER_MEAN
@@ -152,13 +155,13 @@ def _steps(
         if not held:
             total = 0.0
             for j in range(nodes):
-                value, _, _ = load_terms((1.0 + w[j] + s[j]) / tau[j], law)
+                value, _, _ = load_terms((1.0 + d[j]) / tau[j], law)
                 total += value
             if step == 1:
                 mu = total / count
         # f = s', its derivative g along the curve, b = -df/ds and b'; m = df/dmu.
         for j in range(nodes):
-            q = (1.0 + w[j] + s[j]) / tau[j]
+            q = (1.0 + d[j]) / tau[j]
             value, first, second = load_terms(q, law)
             f = -kappa * (value / mu - 1.0)
             dq = (dw[j] + f - q * dtau[j]) / tau[j]
@@ -172,7 +175,7 @@ def _steps(
         grow, shift, push = 1.0, 0.0, 0.0
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
-            q = (1.0 + w[j] + s[j]) / tau[j]
+            q = (1.0 + d[j]) / tau[j]
             value, slope = closure_terms(q, law, closure)
             slope /= tau[j]
             r1 -= value + slope * shift
@@ -188,8 +191,8 @@ def _steps(
             # Rows 0 and 4 are no longer needed at j once the interval after j is done.
             if j + 1 < nodes:
                 residual = (
-                    s[j + 1]
-                    - s[j]
+                    (d[j + 1] - d[j])
+                    - (w[j + 1] - w[j])
                     - 0.5 * width * (work[0, j] + work[0, j + 1])
                     - factor * (work[1, j] - work[1, j + 1])
                 )
@@ -215,16 +218,16 @@ def _steps(
         share = 1.0
         for j in range(nodes):
             delta = (work[5, j] * start + work[0, j] + work[4, j] * change_mu) / tau[j]
-            q = max((1.0 + w[j] + s[j]) / tau[j], 0.25)
+            q = max((1.0 + d[j]) / tau[j], 0.25)
             if abs(delta) * share > 2.0 * q:
                 share = 2.0 * q / abs(delta)
         change = 0.0
         smallest = math.inf
         for j in range(nodes):
             delta = share * (work[5, j] * start + work[0, j] + work[4, j] * change_mu)
-            s[j] += delta
+            d[j] += delta
             change = max(change, abs(delta))
-            smallest = min(smallest, (1.0 + w[j] + s[j]) / tau[j])
+            smallest = min(smallest, (1.0 + d[j]) / tau[j])
         mu += share * change_mu
         if not held:
             mu = max(mu, FLOOR)
@@ -246,7 +249,7 @@ def _from_no_load(
     dw: Floats,
     tau: Floats,
     dtau: Floats,
-    s: Floats,
+    d: Floats,
     work: Floats,
     tolerance: float,
     most: int,
@@ -257,10 +260,10 @@ def _from_no_load(
     """
     level = _closed_level(half_of(law), nodes, w, tau)
     for j in range(nodes):
-        s[j] = level
+        d[j] = w[j] + level
     if half_of(law) > 0.0 and not is_shape(law):
-        _settle(kappa, law, width, nodes, w, tau, s)
-    return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+        _settle(kappa, law, width, nodes, w, tau, d)
+    return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
 
 
 @inlined
@@ -274,31 +277,31 @@ def newton(
     dw: Floats,
     tau: Floats,
     dtau: Floats,
-    s: Floats,
+    d: Floats,
     work: Floats,
     tolerance: float,
     most: int,
 ) -> tuple[int, float, float, float]:
-    """Solve for s at the nodes, in place.
+    """Solve for d at the nodes, in place.
 
     `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
     last change and the smallest q.
 
     With the cycle's time given, mu is unknown too. A problem whose mu is rise^half is, in units of
-    the speed at which mu is one, the problem of the power mean with kappa, w and 1 + s divided by
+    the speed at which mu is one, the problem of the power mean with kappa, w and 1 + d divided by
     `rise`. The cycle's time falls steadily with `rise`; near the right one, steps in both unknowns
     at once do the rest.
     """
     if closure == POWER_MEAN:
-        return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most)
+        return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
     if len(law) > 1:  # no power of the speed comes out of its mean
         taken, _, change, smallest = _from_no_load(
-            kappa, law, width, nodes, w, dw, tau, dtau, s, work, tolerance, most
+            kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
         )
         if taken < 0:
             return taken, 1.0, change, smallest
         more, mu, change, smallest = _steps(
-            kappa, law, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, most
+            kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
         )
         return (taken + more if more > 0 else more), mu, change, smallest
     low, high = 0.0, math.inf
@@ -311,7 +314,7 @@ def newton(
         for j in range(nodes):
             lower[j], d_lower[j] = w[j] / rise, dw[j] / rise
         taken, _, change, smallest = _from_no_load(
-            kappa / rise, law, width, nodes, lower, d_lower, tau, dtau, s, work, tolerance,
+            kappa / rise, law, width, nodes, lower, d_lower, tau, dtau, d, work, tolerance,
             TRIED,
         )  # fmt: skip
         steps += abs(taken)
@@ -319,8 +322,8 @@ def newton(
         if taken > 0 and smallest > FLOOR:
             time = 0.0
             for j in range(nodes):
-                s[j] = rise * (1.0 + s[j]) - 1.0
-                time += math.sqrt(tau[j] / (1.0 + w[j] + s[j]))
+                d[j] = rise * (1.0 + d[j]) - 1.0
+                time += math.sqrt(tau[j] / (1.0 + d[j]))
             time /= nodes
         if time > 1.0:
             low, stalls = rise, time == math.inf
@@ -329,7 +332,7 @@ def newton(
         guess = rise * time * time
         if abs(time - 1.0) < NEAR:
             taken, mu, change, smallest = _steps(
-                kappa, law, closure, width, nodes, w, dw, tau, dtau, s, work, tolerance, TRIED
+                kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
             )
             steps += abs(taken)
             if taken > 0 and smallest > FLOOR:

@@ -33,14 +33,14 @@ def repeat_cycles(
     dw: Floats,
     tau: Floats,
     dtau: Floats,
-    s: Floats,
+    d: Floats,
     start: float,
     first: int,
     periods_a_cycle: int,
     passes: int,
     tolerance: float,
 ) -> tuple[int, bool, bool]:
-    """March s from q = `start` at node `first`; the last period's s is left at the nodes.
+    """March s from q = `start` at node `first`; the last period's d = s + w is left at the nodes.
 
     Stops after `passes` cycles, or with passes = 0 when the change over a cycle, divided by what
     the observed contraction leaves, is below `tolerance`; a small change alone is no small error.
@@ -57,7 +57,7 @@ def repeat_cycles(
                 j = first + i
                 j = j - nodes if j >= nodes else j
                 k = j + 1 if j + 1 < nodes else 0
-                s[j] = value
+                d[j] = value + w[j]
                 q0 = (1.0 + w[j] + value) / tau[j]
                 if not (q0 > FLOOR):
                     return cycle, False, True

@@ -59,6 +59,8 @@ BATCH = 24
 NEARLY = 0.02
 """Below this u the powers of the closure are sharp."""
 
+ROUNDING = 4e-16
+
 STIFF = 0.05
 FINER = 8
 
@@ -110,7 +112,8 @@ class Solutions:
     ``mean_gas_torque`` [N m] is the whole engine's.  ``least_inertia`` is the smallest
     Theta(phi)/Theta, ``torque_range`` [N m] that of the torque at nominal speed.  ``doubt`` is the
     relative difference of delta between the last two subdivisions where there were two (infinite
-    where it has none), 0 elsewhere.
+    where it has none), or what rounding of the work may leave of it: a strong load follows a work
+    that is far more than the kinetic energy.
     """
 
     status: Integers
@@ -481,7 +484,7 @@ def solve_batch(designs: Designs, pressure: Pressure, edges: Array) -> Solutions
         status[mine], lowest[mine], rise[mine] = got.status, got.lowest, got.rise
 
     result = {name: nan.copy() for name in ("delta", "omega_max", "omega_min", "omega_mean")}
-    load_factor = nan.copy()
+    load_factor, doubt = nan.copy(), np.zeros(count)
     mine = np.flatnonzero(status == CONVERGED)
     if mine.size:
         part = _part(batch, mine)
@@ -508,10 +511,13 @@ def solve_batch(designs: Designs, pressure: Pressure, edges: Array) -> Solutions
             result[name][mine] = np.where(stalled, np.nan, value)
         load_factor[mine] = np.where(free[mine, 0, 0], 1.0, r[:, 0, 0] ** -batch.half[mine, 0, 0])
         status[mine[stalled]] = STALLED
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lost = ROUNDING * np.ptp(w[mine] / r, axis=(1, 2)) / (high - low)
+        doubt[mine] = np.nan_to_num(lost)
     return Solutions(
         status=status, load_factor=load_factor, lowest=lowest,
         mean_gas_torque=batch.lever * batch.mean[:, 0, 0], least_inertia=least,
-        torque_range=torque_range, doubt=np.zeros(count), **result,
+        torque_range=torque_range, doubt=doubt, **result,
     )  # fmt: skip
 
 
@@ -792,18 +798,18 @@ def solve(
     knots : ndarray
         Angles [rad] within one cycle.
     splits : int
-        Into how many pieces each piece is cut once more.  Designs that nearly stall, or whose load
-        is stiff over a piece, are solved again with pieces `FINER` times as short.
+        Into how many pieces each piece is cut once more.  Designs that nearly stall, whose inertia
+        nearly vanishes, or whose load is stiff over a piece anywhere in the cycle, are solved again
+        with pieces `FINER` times as short.
     batch : int
         Designs solved together, for speed.
     """
     found = _solve(designs, pressure, knots, splits, batch)
     nearly = (found.lowest > -1.0) & (found.lowest < NEARLY)
-    energy = 0.5 * designs.inertia * designs.speed**2
-    with np.errstate(over="ignore"):
-        stiff = designs.exponent * designs.surplus / energy * WIDEST / splits > STIFF
+    thin = designs.variable & (found.least_inertia < NEARLY)
+    stiff = _stiffness(designs, found) * WIDEST / splits > STIFF
     again = np.isin(found.status, (CONVERGED, STALLED, UNDECIDED))
-    again &= nearly | (stiff & ~(found.lowest < -1.0)) | (found.status == UNDECIDED)
+    again &= nearly | ((stiff | thin) & ~(found.lowest < -1.0)) | (found.status == UNDECIDED)
     mine = np.flatnonzero(again)
     if mine.size:
         some = designs.take(mine)
@@ -812,8 +818,26 @@ def solve(
             doubt = np.abs(found.delta[mine] / finer.delta - 1.0)
         for name in (f.name for f in fields(Solutions)):
             getattr(found, name)[mine] = getattr(finer, name)
-        found.doubt[mine] = np.where(np.isfinite(doubt), doubt, np.inf)
+        doubt = np.maximum(np.where(np.isfinite(doubt), doubt, np.inf), finer.doubt)
+        found.doubt[mine] = np.where(np.isnan(doubt), np.inf, doubt)
     return found
+
+
+def _stiffness(designs: Designs, found: Solutions) -> Array:
+    """Bound of kappa dF/du / theta over the cycle [1/rad]; where none runs, at the asked speed.
+
+    Where the inertia nearly vanishes the speed peaks, and a load that is weak in the mean is not.
+    """
+    energy = 0.5 * designs.inertia * designs.speed**2
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        steep = designs.exponent * np.abs(designs.surplus) / energy
+        high, low = (
+            (speed / designs.speed) ** (designs.exponent - 2.0)
+            for speed in (found.omega_max, found.omega_min)
+        )
+        theta = np.where(designs.variable, found.least_inertia, 1.0)
+        local = steep * found.load_factor * np.maximum(high, low) / theta
+    return np.where(found.status == CONVERGED, local, steep)
 
 
 def _solve(
