@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes
+from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn.speed import sweep
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
@@ -341,6 +341,15 @@ def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float) -> None:
     both = np.isfinite(found[0]) & np.isfinite(found[1])
     assert both.sum() > 50
     np.testing.assert_allclose(found[1][both], found[0][both], rtol=1e-8 + exponent)
+
+
+def test_light_flywheels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(strong, "EXPONENTS", {"0.1 to 4": (0.1, 4.0), "2": (2.0, 2.0)})
+    monkeypatch.setattr(strong, "MOST_CYLINDERS", 3)
+    result = strong.run(SEED, 2, lambda words: None)
+    assert result.examples == []
+    assert result.wrong == 0
+    assert min(result.compared.values()) > 1000
 
 
 @pytest.mark.parametrize("kind", spikes.KINDS)
