@@ -16,7 +16,8 @@ vanish together with the load, so a weak load is as well conditioned as any othe
 constant inertia has r = 0 and needs no iteration, alpha = 0 has no load term at all, only the
 geometric mean to close; else r is iterated, and converges by a factor of about kappa u a pass:
 `march` solves the linear part once, and each pass repeats what r adds to it, by the recurrence with
-r for its only input (`answer`).
+r for its only input (`answer`). How far that moves r is taken to first order, which tells whether
+another pass is needed and closes the last one.
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
