@@ -339,6 +339,7 @@ def _stack_of(kind: Any) -> Callable[..., Any]:
             pointer = cgutils.alloca_once(
                 builder, context.get_value_type(kind), size=size.literal_value
             )
+            pointer.align = 64  # else most wide loads and stores reach into two lines of the cache
             width = context.get_constant(types.intp, 8)
             arrayobj.populate_array(
                 made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width,
