@@ -22,6 +22,7 @@ from typing import Any
 import numba
 import numpy as np
 import numpy.typing as npt
+from llvmlite import ir
 from numba.core import caching, cgutils, codegen, event, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
@@ -29,6 +30,7 @@ from numba.np import arrayobj
 
 __all__ = [
     "FAST_MATH",
+    "SQUARE_SIDE",
     "formula",
     "indices_on_stack",
     "inlined",
@@ -41,11 +43,15 @@ __all__ = [
     "rows_on_stack",
     "source_hash",
     "threading_layer",
+    "turn_square",
     "wide_vectors",
 ]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
+
+SQUARE_SIDE = 8
+"""Numbers in a row of what `turn_square` transposes."""
 
 # Neither exports all that it has.
 _codegen: Any = codegen
@@ -339,6 +345,7 @@ def _stack_of(kind: Any) -> Callable[..., Any]:
             pointer = cgutils.alloca_once(
                 builder, context.get_value_type(kind), size=size.literal_value
             )
+            pointer.align = 64  # else most wide loads and stores reach into two lines of the cache
             width = context.get_constant(types.intp, 8)
             arrayobj.populate_array(
                 made, data=pointer, shape=[arguments[0]], strides=[width], itemsize=width,
@@ -365,6 +372,47 @@ def _rows(typing: Any, size: Any) -> Any:
         return made._getvalue()
 
     return array(types.intp), build
+
+
+def _turn(
+    typing: Any, source: Any, begin: Any, width: Any, target: Any, to: Any, height: Any
+) -> Any:
+    vector = ir.VectorType(ir.DoubleType(), SQUARE_SIDE)
+    numbers = ir.VectorType(ir.IntType(32), SQUARE_SIDE)
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def place(array: int, i: int) -> Any:
+            kind, begin, step = signature.args[array], arguments[array + 1], arguments[array + 2]
+            data = context.make_array(kind)(context, builder, arguments[array]).data
+            offset = builder.add(begin, builder.mul(step, ir.Constant(step.type, i)))
+            return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
+
+        rows = [builder.load(place(0, i), align=8) for i in range(SQUARE_SIDE)]
+        # Squares of one, then two, then four numbers a side change places across the diagonal.
+        for half in (1, 2, 4):
+            for i in range(SQUARE_SIDE):
+                if i & half == 0:
+                    pair = rows[i], rows[i + half]
+                    for up in (0, half):
+                        mask = [
+                            (j & ~half) + up + (SQUARE_SIDE if j & half else 0)
+                            for j in range(SQUARE_SIDE)
+                        ]
+                        rows[i + up] = builder.shuffle_vector(*pair, ir.Constant(numbers, mask))
+        for i, row in enumerate(rows):
+            builder.store(row, place(3, i), align=8)
+        return context.get_dummy_value()
+
+    return types.none(source, types.intp, types.intp, target, types.intp, types.intp), build
+
+
+def _turn_plainly(
+    source: npt.NDArray[np.float64], begin: int, width: int,
+    target: npt.NDArray[np.float64], to: int, height: int,
+) -> None:  # fmt: skip
+    for i in range(SQUARE_SIDE):
+        for k in range(SQUARE_SIDE):
+            target[to + height * k + i] = source[begin + width * i + k]
 
 
 def _wide(typing: Any) -> Any:
@@ -396,6 +444,11 @@ indices_on_stack: Any = intrinsic(_stack_of(types.int64)) if _compiled else _emp
 rows_on_stack: Any = intrinsic(_rows) if _compiled else _empty
 """As `on_stack`, of a number that only the kernel knows. Not in a loop: the stack would grow, which
 is half a megabyte on some systems."""
+
+turn_square: Any = intrinsic(_turn) if _compiled else _turn_plainly
+"""`turn_square(source, begin, width, target, to, height)` turns a square of SQUARE_SIDE numbers
+a side, from place `begin` of rows of `width` to place `to` of rows of `height`. In registers: the
+compiler by itself would gather every number."""
 
 wide_vectors: Any = intrinsic(_wide) if _compiled else lambda: None
 """Says inside a kernel that its vectors should be as wide as the processor has them.

@@ -644,9 +644,9 @@ def _march(
     left = np.empty(end - begin, dtype=np.int64)
     size, blocks = end - begin, 0
     if angles is not None:
-        size, blocks = traces.blocks_of(_designs_of_table(product))
-    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0])
+        size, blocks = traces.blocks_of(end - begin, _designs_of_table(product))
     form, count = _form_of(choice), 0
+    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0], form == lanes.ITERATED)
     curves = None if angles is None else traces.make_working(angles, kept)
     for first in range(begin, end, size):
         last = min(first + size, end)

@@ -20,7 +20,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import inlined, on_stack, rows_on_stack
+from engine_dyn.compilation import (
+    SQUARE_SIDE,
+    inlined,
+    on_stack,
+    rows_on_stack,
+    turn_square,
+    wide_vectors,
+)
 from engine_dyn.cylinders import Cylinders
 from engine_dyn.indicator import Family
 from engine_dyn.motored import row_with_factor
@@ -105,8 +112,8 @@ SAME_ANGLE = 1e-9
 class Kept(NamedTuple):
     """What curves need of solved blocks: (block, lanes of rows). No blocks: nothing is kept.
 
-    `numbers` are the NUMBERS, `us` and `rs` the rows of `lanes`, `targets` the places of
-    the results.
+    `numbers` are the NUMBERS, `us` and `rs` the rows of `lanes` (`rs` is empty where nothing is
+    iterated: r is zero), `targets` the places of the results.
     """
 
     numbers: Floats
@@ -151,13 +158,13 @@ class Angles(NamedTuple):
     between_cosine: Floats
 
 
-def make_kept(blocks: int, nodes: int) -> Kept:
-    """Memory for blocks whose tables have `nodes` coarse nodes."""
+def make_kept(blocks: int, nodes: int, iterated: bool) -> Kept:
+    """Memory for blocks of tables with `nodes` coarse nodes; only `iterated` ones have a rest r."""
     rows = (nodes + 2 * PAD) * LANES
     return Kept(
         numbers=np.empty((blocks, NUMBERS * LANES)),
         us=np.empty((blocks, rows)),
-        rs=np.empty((blocks, rows)),
+        rs=np.empty((blocks, rows if iterated else 0)),
         targets=np.zeros((blocks, LANES), dtype=np.int64),
     )
 
@@ -168,9 +175,11 @@ def make_working(angles: Angles, kept: Kept) -> tuple[Floats, Floats, Floats]:
     return np.empty((angles.node.size, POINT_FIELDS)), np.empty(rows), np.empty(rows)
 
 
-def blocks_of(designs: int) -> tuple[int, int]:
-    """Designs to keep at a time, and the most blocks they make, for that many to a table."""
-    count = min(KEPT_DESIGNS, KEPT_TABLES * designs)
+def blocks_of(size: int, designs: int) -> tuple[int, int]:
+    """Designs to keep at a time, of `size` with `designs` to a table, and their most blocks."""
+    most = min(KEPT_DESIGNS, KEPT_TABLES * designs)
+    # Equal shares: each has to build its tables, and smaller ones stay in a nearer cache.
+    count = -(-size // -(-size // most))
     return count, count // LANES + count // designs + 3
 
 
@@ -253,7 +262,7 @@ def keep(block: int, s: Floats, us: Floats, rs: Floats, places: Integers, kept: 
         kept.targets[block, k] = places[k]
     for i in range(us.size):
         to_us[i] = us[i]
-    for i in range(rs.size):
+    for i in range(to_rs.size):
         to_rs[i] = rs[i]
 
 
@@ -349,16 +358,21 @@ def fill_points(
 
 @inlined
 def fill_smooth(
-    kind: int, variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
-    numbers: Floats, us: Floats, rs: Floats, ws: Floats, ds: Floats,
+    variable: bool, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
+    us: Floats, rs: Floats, ws: Floats, ds: Floats,
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
 
     They are those of `hills.load_at`.
     """
+    wide_vectors()
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
-    rest = variable if kind == 2 else kind != 0
+    rest = rs.size > 0
+    # Here, so that the compiler knows that nothing overlaps them.
+    numbers = on_stack(NUMBER_ROWS)
+    for i in range(NUMBER_ROWS):
+        numbers[i] = kept[i]
     for n in range(nodes):
         p, v = coarse[n, P], coarse[n, V]
         ip, iv = fine[ratio * (n + 1), F_IP], fine[ratio * (n + 1), F_IV]
@@ -420,11 +434,14 @@ def write_curve(
 
     `kept` are the block's numbers, `turns` is the number of coarse intervals in a radian.
     """
+    wide_vectors()
     # Made here, so that the compiler knows that they do not overlap.
     tile, turned = on_stack(TILE_ROWS), on_stack(TILE_ROWS)
     numbers, c = on_stack(NUMBER_ROWS), on_stack(SIX_ROWS)
-    for i in range(NUMBERS * LANES):
+    for i in range(NUMBER_ROWS):
         numbers[i] = kept[i]
+    # Slices, so that the compiler sees that no index counts from the end.
+    nominal = numbers[K_NOMINAL : K_NOMINAL + LANES]
     for part in range(angles.first_run.size - 1):
         begin = part * TILE
         interval = -1
@@ -436,7 +453,7 @@ def write_curve(
             t = angles.share[j]
             p, v, ip, iv = points[j, A_P], points[j, A_V], points[j, A_IP], points[j, A_IV]
             dp, dv = points[j, A_DP], points[j, A_DV]
-            row = i * LANES
+            here = tile[i * LANES : (i + 1) * LANES]
             if rates:
                 for k in range(lanes):
                     g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
@@ -449,8 +466,7 @@ def write_curve(
                         u = g * (p - beta * ip) - eta * (v - beta * iv) - w
                         inverse = 1.0 / (1.0 + eta * v)
                         slope = (slope - u * inverse * eta * dv) * inverse
-                    half = 0.5 * numbers[K_NOMINAL + k] * numbers[K_NOMINAL + k]
-                    tile[row + k] = half * slope
+                    here[k] = 0.5 * nominal[k] * nominal[k] * slope
             else:
                 for k in range(lanes):
                     g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
@@ -460,10 +476,11 @@ def write_curve(
                     u = g * (p - beta * ip) - eta * (v - beta * iv) - w
                     if variable:
                         u /= 1.0 + eta * v
-                    tile[row + k] = numbers[K_NOMINAL + k] * math.sqrt(max(1.0 + u, 0.0))
+                    here[k] = nominal[k] * math.sqrt(max(1.0 + u, 0.0))
+        for k in range(0, LANES, SQUARE_SIDE):
+            for i in range(0, TILE, SQUARE_SIDE):
+                turn_square(tile, i * LANES + k, LANES, turned, k * TILE + i, TILE)
         for k in range(LANES):
-            for i in range(TILE):
-                turned[k * TILE + i] = tile[i * LANES + k]
             if numbers[K_CODE + k] != CONVERGED:
                 for i in range(TILE):
                     turned[k * TILE + i] = math.nan
@@ -490,7 +507,7 @@ def write_block(
     """
     numbers, targets = kept.numbers[block], kept.targets[block]
     fill_smooth(
-        kind, variable, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
+        variable, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
     )
     for rates in (False, True):
         result = acceleration if rates else omega

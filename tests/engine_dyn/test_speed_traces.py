@@ -145,6 +145,23 @@ def test_any_order_of_angles(cylinders: int) -> None:
         np.testing.assert_allclose(one[name], found[name][:, 100:101], rtol=1e-9)
 
 
+@pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
+@pytest.mark.parametrize("exponent", [1.0, 2.0])
+@pytest.mark.parametrize("cylinders", [1, 4])
+@pytest.mark.parametrize("first", [3, 8])
+def test_curves_do_not_know_their_lane(
+    first: int, cylinders: int, exponent: float, model: str
+) -> None:
+    """Bits are the same in any lane: code for known lanes may differ from vector to vector."""
+    inertia = np.geomspace(0.9, 10.0, 2000)
+    arguments = inputs(cylinders, exponent=exponent, inertia_model=model, inertia=inertia)
+    found = sweep.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
+    arguments["inertia"] = inertia[first:]
+    moved = sweep.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
+    for name in CURVES:
+        np.testing.assert_array_equal(moved[name], found[name][first:], err_msg=name)
+
+
 def test_even_firing_repeats_to_the_bit() -> None:
     phi = np.radians(np.arange(-360.0, 360.0))
     found = sweep.solve(wanted=CURVES, crank_angle=phi, **inputs(4))
