@@ -67,6 +67,8 @@ from engine_dyn.speed.levels import (
     P_ABOVE,
     P_BELOW,
     P_MOMENT,
+    ROUGH,
+    ROUGH_V,
     SQUARES,
     V_ABOVE,
     V_BELOW,
@@ -484,7 +486,9 @@ def extremes(
         peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
         for k in range(lanes):
             found[k] = math.sqrt(1.0 + s[PEAK + k])
-            missed = 0.5 * s[MISS + k] / found[k]
+            rough = s[GAS + k] * constant(levels.constants, ROUGH, k)
+            rough += s[ETA + k] * constant(levels.constants, ROUGH_V, k)
+            missed = 0.5 * (s[MISS + k] + s[THIN + k] * rough) / found[k]
             s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
         span = s[TOP + k] - s[BOTTOM + k]

@@ -19,9 +19,12 @@ from engine_dyn.speed.tables import (
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
+    MISSED_BEYOND,
     SQUARE,
     SQUARE_MIDDLE,
     SQUARE_SLOPE,
+    SQUARE_TILT,
 )
 
 __all__ = [
@@ -50,7 +53,7 @@ F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
 """Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
 misses in the middle of the interval behind it."""
 
-CONSTANTS = 29
+CONSTANTS = 31
 PP, PV, VV = 0, 1, 2
 (
     ALIAS_P, ALIAS_V, ALIAS_PP, ALIAS_PV, ALIAS_VV, ALIAS_PPP, ALIAS_PPV, ALIAS_PVV, ALIAS_VVV,
@@ -58,11 +61,12 @@ PP, PV, VV = 0, 1, 2
 ) = range(3, 17)  # fmt: skip
 HIGHEST_SLOPE, HIGHEST_SLOPE_V, ALIASED = 17, 18, 19
 CUBES, FOURTHS = 20, 24
+ROUGH, ROUGH_V = 29, 30
 """Of a table: the means of P^2, P V, V^2; ALIAS, for P^i V^k with i + k from 1 to 4, its mean over
 the fine less that over the coarse nodes: what the coarse level makes wrong in the mean of a
 function of the speed; the largest slopes; ALIASED, the largest
 of the first four of those differences over the values themselves; the means of P^3, P^2 V ... V^3
-and of P^4 ... V^4."""
+and of P^4 ... V^4; ROUGH, what the search for extremes may miss of P and of V (`roughness`)."""
 
 
 class Levels(NamedTuple):
@@ -192,6 +196,39 @@ def fill_moments(width: float, ratio: int, levels: Levels) -> None:
 
 
 @inlined
+def roughness(
+    table: Floats, value: int, slope: int, tilt: int, width: float, ratio: int
+) -> float:  # fmt: skip
+    """What the search for extremes may miss of one quantity.
+
+    Between two fine nodes, that is what a cubic with its middle misses. Between coarse nodes, the
+    search takes the slope for one with at most one turning point, and by halving finds one zero
+    of it. Within two coarse intervals any other turns are ripple: half the way that the slope
+    goes up and down beyond what one turn needs. The extremes lie where the slope is no more than
+    its ripple, so they differ by less than that times the interval. Smooth diagrams have none.
+    """
+    nodes = table.shape[1]
+    missed = ripple = 0.0
+    for j in range(nodes):
+        missed = max(missed, abs(table[tilt, j]))
+    for first in range(0, nodes, ratio):
+        begin = last = high = low = table[slope, first]
+        way = 0.0
+        for i in range(2 * ratio):
+            j = first + i if first + i < nodes else first + i - nodes
+            after = j + 1 if j + 1 < nodes else 0
+            here, there = table[slope, j], table[slope, after]
+            rise = table[value, after] - table[value, j]
+            middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
+            way += abs(middle - here) + abs(there - middle)
+            high, low = max(high, max(middle, there)), min(low, min(middle, there))
+            last = there
+        needed = max(2.0 * high - begin - last, begin + last - 2.0 * low)
+        ripple = max(ripple, 0.5 * (way - needed))
+    return MISSED_BEYOND * missed + ripple * width * ratio
+
+
+@inlined
 def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
     """Both levels of a table of `tables.build`."""
     fine, coarse = levels.fine, levels.coarse
@@ -229,3 +266,5 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
         slope_v = max(slope_v, abs(fine[j, F_DV]))
     levels.constants[HIGHEST_SLOPE] = slope
     levels.constants[HIGHEST_SLOPE_V] = slope_v
+    levels.constants[ROUGH] = roughness(table, GAS_WORK, GAS_TORQUE, GAS_WORK_TILT, width, ratio)
+    levels.constants[ROUGH_V] = roughness(table, SQUARE, SQUARE_SLOPE, SQUARE_TILT, width, ratio)

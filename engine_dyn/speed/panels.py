@@ -50,6 +50,8 @@ from engine_dyn.speed.levels import (
     P_BELOW,
     PP,
     PV,
+    ROUGH,
+    ROUGH_V,
     SQUARES,
     V_ABOVE,
     V_BELOW,
@@ -99,8 +101,8 @@ SHRINK = 0.92
 BOUND = 1.05
 """Factor on bounds that were taken at the points of a panel only."""
 
-NUMBERS = 4
-TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
+NUMBERS = 5
+TORQUE_RANGE, STEEPEST, LEAST, WORST, ROUGHEST = range(NUMBERS)
 
 
 class Panels(NamedTuple):
@@ -239,6 +241,8 @@ def build_panel(
             numbers = panels.numbers
             numbers[here, TORQUE_RANGE] = max(numbers[here, TORQUE_RANGE], span)
             numbers[here, STEEPEST] = max(numbers[here, STEEPEST], slope)
+            rough = BOUND * levels.constants[ROUGH + quantity]
+            numbers[here, ROUGHEST] = max(numbers[here, ROUGHEST], rough)
             panels.alias[here, i] = levels.constants[ALIAS_P + quantity]
             numbers[here, WORST] = max(numbers[here, WORST], levels.constants[ALIASED])
             numbers[here, LEAST] = min(numbers[here, LEAST], BOUND * bounds_of(table[SQUARE])[0])
@@ -320,6 +324,12 @@ def fill_block(
             + s[CRANKCASE + k] * numbers[unit, STEEPEST]
         )
         constants[HIGHEST_SLOPE_V, k] = numbers[unit + 1, STEEPEST]
+        constants[ROUGH, k] = (
+            s[ROW_SHARE + k] * numbers[first, ROUGHEST]
+            + s[NEXT_SHARE + k] * numbers[second, ROUGHEST]
+            + s[CRANKCASE + k] * numbers[unit, ROUGHEST]
+        )
+        constants[ROUGH_V, k] = numbers[unit + 1, ROUGHEST]
         constants[ALIASED, k] = max(
             max(numbers[first, WORST], numbers[second, WORST]),
             max(numbers[unit, WORST], numbers[unit + 1, WORST]),
