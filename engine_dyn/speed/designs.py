@@ -101,7 +101,7 @@ from engine_dyn.speed.tables import (
     GAS_WORK,
     GAS_WORK_MIDDLE,
     GAS_WORK_TILT,
-    MISSED_BEYOND,
+    QUINTIC,
     SHAPE,
     SHAPE_MIDDLE,
     SHAPE_SLOPE,
@@ -578,7 +578,8 @@ def extreme_of_speed(
     beyond = design.gas * abs(table[GAS_WORK_TILT, left])
     beyond += design.eta * abs(table[SQUARE_TILT, left])
     tau = min(tau_left, tau_right) if variable else 1.0
-    return value, abs(bump) + MISSED_BEYOND * beyond / tau
+    # Twice a quintic: a knot within the interval and what comes after the fifth order add to it.
+    return value, abs(bump) + 2.0 * QUINTIC * beyond / tau
 
 
 @inlined

@@ -41,8 +41,8 @@ from engine_dyn.speed.tables import (
     GAS_WORK,
     GAS_WORK_MIDDLE,
     GAS_WORK_TILT,
-    MISSED_BEYOND,
     MOST_NODES,
+    QUINTIC,
     TABLE_ROWS,
     Blend,
     Grid,
@@ -857,7 +857,7 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
             table, np.empty((4, steps)), np.empty(6 * steps),
         )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
-        beyond = MISSED_BEYOND * np.abs(table[GAS_WORK_TILT]).max()
+        beyond = 2.0 * QUINTIC * np.abs(table[GAS_WORK_TILT]).max()
         within = np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing
         if within and beyond <= tolerance * swing:
             break

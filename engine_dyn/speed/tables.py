@@ -247,12 +247,8 @@ interpolant's: what a cubic misses. *_TILT is that of the slope there, times the
 what a cubic with its middle still misses.
 """
 
-LARGEST_QUINTIC = 4.0 / math.sqrt(3125.0)
-"""Largest value of 8 t^2 (1 - t)^2 (2 t - 1), the quintic whose slope in the middle is 1."""
-
-MISSED_BEYOND = 2.0 * LARGEST_QUINTIC
-"""Factor on a TILT: what a cubic with its middle may miss, which knots within the interval, and the
-terms after the fifth, make more than the quintic."""
+QUINTIC = 4.0 / math.sqrt(3125.0)
+"""Largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1: factor on a TILT."""
 
 
 @inlined
