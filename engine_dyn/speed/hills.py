@@ -63,6 +63,7 @@ from engine_dyn.speed.lanes import (
     shared,
 )
 from engine_dyn.speed.levels import (
+    ALIASED,
     CHUNK,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
@@ -539,6 +540,18 @@ def clear_hills(
     return True
 
 
+@formula
+def products_missed(constants: Floats, span: float, k: int, s: Floats) -> float:
+    """Share of the mean speed that lanes with tables of their own may miss.
+
+    They know what coarse nodes see wrongly of P and V, but not of their products: it counts in the
+    mean of sqrt(1 + u), and by the closure in u, whose mean square is below that of half its range.
+    """
+    if constants.ndim == 1:
+        return 0.0
+    return (0.125 + 0.25 * abs(s[HALF + k] - 1.0)) * constants[ALIASED, k] * span * span
+
+
 @inlined
 def extremes(
     form: tuple[int, ...], variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
@@ -572,3 +585,4 @@ def extremes(
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
+        s[ERROR + k] += products_missed(levels.constants, span, k, s)

@@ -109,10 +109,10 @@ TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
 class Panels(NamedTuple):
     """Shared tables, numbered: (table, ...).
 
-    `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle, tilt;
-    `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a kind
-    being above, below or ripple; `numbers` (table, NUMBERS); `alias` (table, point) what
-    the coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
+    `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle,
+    tilt; `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a
+    kind being above, below or ripple; `numbers` (table, NUMBERS); `alias` (table, point) what the
+    coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
     pressure; or, the one after that, of the square velocity V.
     """
 
