@@ -14,14 +14,21 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.table_piece import piece_at
-from engine_dyn.speed.tables import GAS_TORQUE, GAS_WORK, GAS_WORK_MIDDLE, TORQUE
+from engine_dyn.speed.tables import (
+    GAS_TORQUE,
+    GAS_WORK,
+    GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
+    TORQUE,
+)
 
 __all__ = ["PLAIN_ROWS", "join_load", "keep_gas", "work_at"]
 
 Floats = npt.NDArray[np.float64]
 
-PLAIN_ROWS = 5
-"""Rows of scratch: the gas alone (work, torque, middle, torque with its mean), and the load."""
+PLAIN_ROWS = 6
+"""Rows of scratch: the gas alone (work, torque, middle, torque with its mean), the load, and the
+tilt of the gas."""
 
 
 @inlined
@@ -46,6 +53,7 @@ def keep_gas(table: Floats, plain: Floats) -> None:
         plain[1, j] = table[GAS_TORQUE, j]
         plain[2, j] = table[GAS_WORK_MIDDLE, j]
         plain[3, j] = table[TORQUE, j]
+        plain[5, j] = table[GAS_WORK_TILT, j]
 
 
 @inlined
@@ -70,8 +78,11 @@ def join_load(
     mean /= nodes
     for j in range(nodes):
         after = j + 1 if j + 1 < nodes else 0
-        middle, _ = work_at(ratio * ((j + 0.5) * width) + phase, load)
+        middle, turning = work_at(ratio * ((j + 0.5) * width) + phase, load)
         slope = (plain[1, j] - table[GAS_TORQUE, j]) - (plain[1, after] - table[GAS_TORQUE, after])
         cubic = weight * 0.5 * (plain[4, j] + plain[4, after]) + 0.125 * width * slope
         table[GAS_WORK_MIDDLE, j] = plain[2, j] - (weight * middle - cubic)
+        ends = (plain[1, j] - table[GAS_TORQUE, j]) + (plain[1, after] - table[GAS_TORQUE, after])
+        steep = weight * 1.5 * (plain[4, after] - plain[4, j]) - 0.25 * width * ends
+        table[GAS_WORK_TILT, j] = plain[5, j] - (weight * ratio * width * turning - steep)
         table[GAS_WORK, j] = plain[0, j] - weight * (plain[4, j] - mean)

@@ -102,12 +102,15 @@ from engine_dyn.speed.tables import (
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
+    QUINTIC,
     SHAPE,
     SHAPE_MIDDLE,
     SHAPE_SLOPE,
     SQUARE,
     SQUARE_MIDDLE,
     SQUARE_SLOPE,
+    SQUARE_TILT,
     TABLE_ROWS,
     TORQUE,
     TORQUE_MIDDLE,
@@ -560,7 +563,10 @@ def extreme_of_speed(
     node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
     table: Floats, records: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Extreme of q near its largest (upward = 1) or smallest (-1) node, and the middle's share."""
+    """Extreme of q near its largest (upward = 1) or smallest (-1) node, and what it may miss.
+
+    That is the middle's share and more than what comes after it.
+    """
     nodes = table.shape[1]
     q, here = slope_at(node, design, mu, variable, table, records)
     ahead = here * upward > 0.0
@@ -571,7 +577,8 @@ def extreme_of_speed(
     d_left *= width
     d_right *= width
     if not (d_left * upward > 0.0 and d_right * upward < 0.0):
-        return q, 0.0
+        # Beside an extreme node the slope has another sign, unless the nodes do not resolve it.
+        return q, abs(here) * width
     if variable:
         # The middle of q from the middles of energy and inertia, both known.
         tau_left = 1.0 + design.eta * table[SQUARE, left]
@@ -589,7 +596,11 @@ def extreme_of_speed(
     else:
         middle = design.gas * table[GAS_WORK_MIDDLE, left] - design.eta * table[SQUARE_MIDDLE, left]
     value, _, bump = refine(q_left, q_right, d_left, d_right, middle)
-    return value, abs(bump)
+    beyond = design.gas * abs(table[GAS_WORK_TILT, left])
+    beyond += design.eta * abs(table[SQUARE_TILT, left])
+    tau = min(tau_left, tau_right) if variable else 1.0
+    # Twice a quintic: a knot within the interval and what comes after the fifth order add to it.
+    return value, abs(bump) + 2.0 * QUINTIC * beyond / tau
 
 
 @inlined
@@ -597,7 +608,7 @@ def highest_hill(
     node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
     table: Floats, records: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Largest (upward = 1) or smallest (-1) q of the curve, and the middle's share in it.
+    """Largest (upward = 1) or smallest (-1) q of the curve, and what it may miss.
 
     `node` is the extreme one. Another hill can be higher between its nodes: a hill rises above its
     own highest node by less than that node's slope makes of an interval.

@@ -25,6 +25,7 @@ from engine_dyn.speed.lanes import (
     BOTTOM,
     BOTTOM_HILLS,
     BOTTOM_LAST,
+    BOTTOM_RIPPLE,
     CANCELLED,
     CODE,
     CRANKCASE,
@@ -55,18 +56,22 @@ from engine_dyn.speed.lanes import (
     TOP,
     TOP_HILLS,
     TOP_LAST,
+    TOP_RIPPLE,
     UNIT_TABLE,
     constant,
     own,
     shared,
 )
 from engine_dyn.speed.levels import (
+    ALIASED,
     CHUNK,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
     P_ABOVE,
     P_BELOW,
     P_MOMENT,
+    RIPPLE,
+    RIPPLE_V,
     SQUARES,
     V_ABOVE,
     V_BELOW,
@@ -76,30 +81,33 @@ from engine_dyn.speed.levels import (
     P,
     V,
 )
+from engine_dyn.speed.tables import QUINTIC
 
 __all__ = ["candidates", "extremes"]
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-THREE_ROWS, SIX_ROWS, ELEVEN_ROWS = 3 * LANES, 6 * LANES, 11 * LANES
+FOUR_ROWS, SIX_ROWS, ELEVEN_ROWS = 4 * LANES, 6 * LANES, 11 * LANES
 
 
 @formula
 def take_hills(
-    upward: float, group: int, extreme: int, lanes: int, s: Floats, us: Floats, bounds: Floats,
-    noted: Floats,
+    upward: float, group: int, extreme: int, lanes: int, chunk: Floats, s: Floats, us: Floats,
+    bounds: Floats, noted: Floats,
 ) -> None:  # fmt: skip
     """Note which nodes of a chunk have hills that may hold the extreme.
 
-    `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk and
-    how many there are: a row of lanes each. No hill rises above its node by more than the
-    chunk's bound above its highest node. One node a hill: the first of equals.
+    `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk, how
+    many there are, and the ripple of these chunks: a row of lanes each. No hill rises
+    above its node by more than the chunk's bound above its highest node. One node a hill: the first
+    of equals.
     """
     row, number = (CHUNK * group + PAD - 1) * LANES, float(CHUNK * group)
     here = us[row : row + SIX_ROWS]
     bounds = bounds[group * LANES : (group + 1) * LANES]
     extremes = s[extreme : extreme + LANES]
+    ripple, ripple_v = shared(chunk, group, RIPPLE), shared(chunk, group, RIPPLE_V)
     for k in range(lanes):
         best, bound = upward * extremes[k], upward * bounds[k]
         u0, u1, u2 = upward * here[k], upward * here[LANES + k], upward * here[2 * LANES + k]
@@ -115,6 +123,10 @@ def take_hills(
         noted[k] = node if (noted[k] < 0.0) & (found > 0.0) else noted[k]
         noted[LANES + k] = float(group) if bound >= best else noted[LANES + k]
         noted[2 * LANES + k] += found
+        share = s[THIN + k] if bound >= best else 0.0
+        g, eta = share * s[GAS + k], share * s[ETA + k]
+        of_p, of_v = own(chunk, ripple, group, RIPPLE, k), own(chunk, ripple_v, group, RIPPLE_V, k)
+        noted[3 * LANES + k] = max(noted[3 * LANES + k], g * of_p + eta * of_v)
 
 
 @inlined
@@ -129,11 +141,12 @@ def candidates(
     """
     wide_vectors()
     chunk, constants = levels.chunk, levels.constants
-    above, below = on_stack(THREE_ROWS), on_stack(THREE_ROWS)
+    above, below = on_stack(FOUR_ROWS), on_stack(FOUR_ROWS)
     for k in range(lanes):
         above[k] = below[k] = -1.0
         above[LANES + k] = below[LANES + k] = -1.0
         above[2 * LANES + k] = below[2 * LANES + k] = 0.0
+        above[3 * LANES + k] = below[3 * LANES + k] = 0.0
         g, eta = s[GAS + k], s[ETA + k]
         steepest = g * constant(constants, HIGHEST_SLOPE, k)
         steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
@@ -160,9 +173,9 @@ def candidates(
             high += 1.0 if top >= s[HIGH + k] else 0.0
             deep += 1.0 if low <= s[LOW + k] else 0.0
         if high > 0.0:
-            take_hills(1.0, group, HIGH, lanes, s, us, tops, above)
+            take_hills(1.0, group, HIGH, lanes, chunk, s, us, tops, above)
         if deep > 0.0:
-            take_hills(-1.0, group, LOW, lanes, s, us, lows, below)
+            take_hills(-1.0, group, LOW, lanes, chunk, s, us, lows, below)
     for k in range(lanes):
         # Without a hill the numbers are none.
         none = (s[CODE + k] == 0.0) & (min(above[k], below[k]) < 0.0)
@@ -170,11 +183,13 @@ def candidates(
         wanted = s[CODE + k] == 0.0
         s[TOP + k], s[BOTTOM + k] = max(above[k], 0.0), max(below[k], 0.0)
         s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
+        s[TOP_RIPPLE + k] = above[3 * LANES + k] if wanted else 0.0
+        s[BOTTOM_RIPPLE + k] = below[3 * LANES + k] if wanted else 0.0
         s[TOP_HILLS + k] = above[2 * LANES + k] if wanted else 0.0
         s[BOTTOM_HILLS + k] = below[2 * LANES + k] if wanted else 0.0
 
 
-VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
+VALUES, INTEGRALS, SLOPES, MIDDLES, TILTS = range(5)
 """Pairs of fields of a fine node, one of P and the same of V."""
 
 
@@ -328,7 +343,8 @@ def peaks_near(
         c0, c2 = c0 * step * step, c2 * step * step
         rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
         found[k], found[LANES + k] = dy0, (dy2 - dy0) * share
-        found[2 * LANES + k], found[3 * LANES + k] = x0 - y0, (x2 - y2 - x0 + y0) * share
+        u0, u2 = (x0 - y0) / tau0, (x2 - y2) / tau2
+        found[2 * LANES + k], found[3 * LANES + k] = u0, (u2 - u0) * share
         found[4 * LANES + k], found[5 * LANES + k] = w0, d0
         found[6 * LANES + k] = 0.5 * c0
         found[7 * LANES + k] = 10.0 * rise - 4.0 * run + 0.5 * turned
@@ -363,6 +379,7 @@ def peaks_near(
         dp1, dv1 = pair_at(one, SLOPES, k, fine, s)
         dp2, dv2 = pair_at(one + 1, SLOPES, k, fine, s)
         mp, mv = pair_at(one, MIDDLES, k, fine, s)
+        tp, tv = pair_at(one, TILTS, k, fine, s)
         ip, iv = pair_at(one, INTEGRALS, k, fine, s)
         x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
         dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
@@ -388,6 +405,7 @@ def peaks_near(
         value, bump = extreme_between(
             left, right, d_left, d_right, width, g, eta, turn, mp, mv, v1, v2, dv1, dv2
         )
+        bump += QUINTIC * s[THIN + k] * (g * abs(tp) + eta * abs(tv))
         # Beside the interval by a hair, where y' was not a line: the parabola at the nearer end.
         beside = d_right * upward > 0.0
         end, slope = (right if beside else left), (d_right if beside else d_left) * width
@@ -471,6 +489,71 @@ def peaks(
 
 
 @inlined
+def clear_hills(
+    form: tuple[int, ...], upward: float, variable: bool, ratio: int, k: int, levels: Levels,
+    s: Floats, us: Floats, rs: Floats, bounds: Floats,
+) -> bool:  # fmt: skip
+    """Whether `peaks` cannot have been misled by ripple: asked of few lanes, one at a time.
+
+    Wherever the extreme can be, between two coarse nodes, the slope has one zero at most, and if
+    that is an extreme, one of the two nodes was taken for a hill.
+    """
+    fine, coarse, chunk = levels.fine, levels.coarse, levels.chunk
+    turn = s[ETA + k] if variable else 0.0
+    best = upward * s[(HIGH if upward > 0.0 else LOW) + k]
+    for group in range(chunk.shape[0]):
+        bound = upward * bounds[group * LANES + k]
+        of_p = own(chunk, shared(chunk, group, RIPPLE), group, RIPPLE, k)
+        of_v = own(chunk, shared(chunk, group, RIPPLE_V), group, RIPPLE_V, k)
+        if bound < best or max(of_p, of_v) == 0.0:
+            continue
+        row = (CHUNK * group + PAD) * LANES + k
+        highest = upward * us[row]
+        for i in range(1, CHUNK):
+            highest = max(highest, upward * us[row + i * LANES])
+        least = best - (bound - highest)
+        for node in range(CHUNK * group - 1, CHUNK * (group + 1)):
+            row = (node + PAD) * LANES + k
+            before, left = upward * us[row - LANES], upward * us[row]
+            right, behind = upward * us[row + LANES], upward * us[row + 2 * LANES]
+            if max(left, right) < least:
+                continue
+            r0 = r2 = 0.0
+            if len(form) == 3:
+                r0, r2 = rs[row], rs[row + LANES]
+            x0, y0, dy0, tau0 = load_at(node, r0, turn, k, coarse, s, us)
+            x2, y2, dy2, tau2 = load_at(node + 1, r2, turn, k, coarse, s, us)
+            u0, u2 = (x0 - y0) / tau0, (x2 - y2) / tau2
+            falls = rises = 0
+            ahead = 0.0
+            for i in range(ratio + 1):
+                t = i / ratio
+                dp, dv = pair_at(ratio * (node + 1) + i, SLOPES, k, fine, s)
+                slope = s[GAS + k] * dp - s[ETA + k] * dv - (dy0 + t * (dy2 - dy0))
+                slope -= (u0 + t * (u2 - u0)) * turn * dv
+                slope *= upward
+                falls += 1 if ahead > 0.0 and slope <= 0.0 else 0
+                rises += 1 if ahead < 0.0 and slope >= 0.0 else 0
+                ahead = slope
+            hill = (left > before and left >= right) or (right > left and right >= behind)
+            if falls + rises > 1 or (falls == 1 and not hill):
+                return False
+    return True
+
+
+@formula
+def products_missed(constants: Floats, span: float, k: int, s: Floats) -> float:
+    """Share of the mean speed that lanes with tables of their own may miss.
+
+    They know what coarse nodes see wrongly of P and V, but not of their products: it counts in the
+    mean of sqrt(1 + u), and by the closure in u, whose mean square is below that of half its range.
+    """
+    if constants.ndim == 1:
+        return 0.0
+    return (0.125 + 0.25 * abs(s[HALF + k] - 1.0)) * constants[ALIASED, k] * span * span
+
+
+@inlined
 def extremes(
     form: tuple[int, ...], variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
@@ -483,11 +566,24 @@ def extremes(
         place = TOP if side == 0 else BOTTOM
         found = s[place : place + LANES]
         peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
+        ripple = s[TOP_RIPPLE : TOP_RIPPLE + LANES]
+        if side == 1:
+            ripple = s[BOTTOM_RIPPLE : BOTTOM_RIPPLE + LANES]
+        most = 0.0
+        for k in range(lanes):
+            most = max(most, ripple[k])
+        if most > 0.0:
+            for k in range(LANES):
+                if ripple[k] > 0.0 and clear_hills(
+                    form, upward, variable, ratio, k, levels, s, us, rs, bounds
+                ):
+                    ripple[k] = 0.0
         for k in range(lanes):
             found[k] = math.sqrt(1.0 + s[PEAK + k])
-            missed = 0.5 * s[MISS + k] / found[k]
+            missed = 0.5 * (s[MISS + k] + ripple[k]) / found[k]
             s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
+        s[ERROR + k] += products_missed(levels.constants, span, k, s)

@@ -19,9 +19,11 @@ from engine_dyn.speed.tables import (
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
     SQUARE,
     SQUARE_MIDDLE,
     SQUARE_SLOPE,
+    SQUARE_TILT,
 )
 
 __all__ = [
@@ -45,10 +47,16 @@ P, V, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW, P_MOMENT, V_MOMENT = ra
 above and fall below their chords in the two intervals beside it; the sum of their first moments
 about the middles of all intervals before it, less what that is for a line, h^2/12 of P and V."""
 
-FINE_FIELDS = 8
-F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
-"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
-misses in the middle of the interval behind it."""
+RIPPLE, RIPPLE_V = P, V
+"""Of a chunk, in the places of P and V: what may mislead the search for extremes, `fill_ripple`."""
+
+SMOOTH = 1e-10
+"""Share of the steepest slope that ripple has by rounding."""
+
+FINE_FIELDS = 10
+F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV, F_TP, F_TV = range(FINE_FIELDS)
+"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, what a cubic
+misses in the middle of the interval behind it, and of the slope there."""
 
 CONSTANTS = 29
 PP, PV, VV = 0, 1, 2
@@ -98,6 +106,7 @@ def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
         value = GAS_WORK if quantity == 0 else SQUARE
         slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
         middle = GAS_WORK_MIDDLE if quantity == 0 else SQUARE_MIDDLE
+        tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
         running = mean = 0.0
         for j in range(nodes):
             after = j + 1 if j + 1 < nodes else 0
@@ -105,6 +114,7 @@ def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
             fine[here, F_P + quantity] = table[value, j]
             fine[here, F_DP + quantity] = table[slope, j]
             fine[here, F_MP + quantity] = table[middle, j]
+            fine[here, F_TP + quantity] = table[tilt, j]
             fine[here, F_IP + quantity] = running
             mean += running
             running += width * (
@@ -192,6 +202,46 @@ def fill_moments(width: float, ratio: int, levels: Levels) -> None:
 
 
 @inlined
+def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None:
+    """Ripple of P and V, for each chunk: by how much it may mislead the search for extremes.
+
+    The search halves a coarse interval by the sign of the slope, which finds one zero of it.
+    That is the right one unless the slope waves within two intervals, perhaps about a line that the
+    other quantity makes up for: RIPPLE, half the way that its differences go up and down beyond
+    what one turn needs, times an interval. The extremes lie where the slope is no more than its
+    ripple, so they differ by less. Smooth diagrams have none.
+    """
+    nodes, chunk = table.shape[1], levels.chunk
+    for quantity in range(2):
+        value = GAS_WORK if quantity == 0 else SQUARE
+        slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
+        tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
+        steepest = levels.constants[HIGHEST_SLOPE if quantity == 0 else HIGHEST_SLOPE_V]
+        ripple = 0.0
+        for n in range(nodes // ratio):
+            if n % CHUNK == 0:
+                ripple = 0.0
+            first = ratio * (n - 1) if n > 0 else nodes - ratio
+            begin = last = high = low = way = 0.0
+            for i in range(first, first + 2 * ratio):
+                j = i if i < nodes else i - nodes
+                after = j + 1 if j + 1 < nodes else 0
+                here, there = table[slope, j], table[slope, after]
+                rise = table[value, after] - table[value, j]
+                middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
+                if i == first:
+                    begin = last = high = low = middle - here
+                way += abs(middle - here - last) + abs(there - 2.0 * middle + here)
+                high = max(high, max(middle - here, there - middle))
+                low = min(low, min(middle - here, there - middle))
+                last = there - middle
+            needed = max(2.0 * high - begin - last, begin + last - 2.0 * low)
+            turns = 0.5 * (way - needed)
+            ripple = max(ripple, turns * width * ratio if turns > SMOOTH * steepest else 0.0)
+            chunk[n // CHUNK, RIPPLE + quantity] = ripple
+
+
+@inlined
 def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
     """Both levels of a table of `tables.build`."""
     fine, coarse = levels.fine, levels.coarse
@@ -229,3 +279,4 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
         slope_v = max(slope_v, abs(fine[j, F_DV]))
     levels.constants[HIGHEST_SLOPE] = slope
     levels.constants[HIGHEST_SLOPE_V] = slope_v
+    fill_ripple(table, width, ratio, levels)

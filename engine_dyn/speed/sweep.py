@@ -50,7 +50,9 @@ from engine_dyn.speed.tables import (
     FRICTIONLESS,
     GAS_WORK,
     GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
     MOST_NODES,
+    QUINTIC,
     TABLE_ROWS,
     Blend,
     Grid,
@@ -908,7 +910,8 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
 
     Judged on the work of one cylinder at a crank ratio of 0.3, at the middle of the worst interval.
     The extremes use the middles too and seldom lie in the worst interval, so the threshold is above
-    the tolerance; each design's own error decides about its status.
+    the tolerance. What is missed beyond the middles, much only of rough diagrams, is no more than
+    the tolerance. Each design's own error decides about its status.
     """
     family = family_from_diagrams([0.0], [diagram])
     steps = FEWEST_NODES
@@ -920,7 +923,9 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
             table, np.empty((4, steps)), np.empty(6 * steps),
         )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
-        if swing == 0.0 or np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing:
+        beyond = 2.0 * QUINTIC * np.abs(table[GAS_WORK_TILT]).max()
+        within = np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing
+        if within and beyond <= tolerance * swing:
             break
         steps *= 2
     return steps

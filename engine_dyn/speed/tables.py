@@ -231,7 +231,7 @@ def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
     return known[steps, phase]
 
 
-TABLE_ROWS = 12
+TABLE_ROWS = 14
 (
     GAS_WORK,
     GAS_TORQUE,
@@ -245,14 +245,20 @@ TABLE_ROWS = 12
     SHAPE,
     SHAPE_SLOPE,
     SHAPE_MIDDLE,
+    GAS_WORK_TILT,
+    SQUARE_TILT,
 ) = range(TABLE_ROWS)
 """Rows of a table, each with one value a node of the firing period:
 
 GAS_WORK P, GAS_TORQUE its slope, SQUARE V and SQUARE_SLOPE (both without their means);
 TORQUE sum (p - p_c) v and SHAPE sum -b v, with their slopes, for the extremes of the torque.
 *_MIDDLE is the true value in the middle of the interval after the node, less the cubic Hermite
-interpolant's: what a cubic misses.
+interpolant's: what a cubic misses. *_TILT is that of the slope there, times the interval's width:
+what a cubic with its middle still misses.
 """
+
+QUINTIC = 4.0 / math.sqrt(3125.0)
+"""Largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1: factor on a TILT."""
 
 
 @inlined
@@ -266,6 +272,19 @@ def take_cubic(
             table[slope, j] - table[slope, after]
         )
         rest[j] = middle[j] - cubic
+
+
+@inlined
+def take_tilt(
+    nodes: int, width: float, factor: float, table: Floats, value: int, slope: int, middle: Floats,
+    rest: Floats,
+) -> None:  # fmt: skip
+    """What a cubic misses of the slope in the middle, which is `factor` times `middle`."""
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        ends = table[slope, j] + table[slope, after]
+        cubic = 1.5 * (table[value, after] - table[value, j]) - 0.25 * width * ends
+        rest[j] = width * factor * middle[j] - cubic
 
 
 @inlined
@@ -495,6 +514,10 @@ def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
     take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
     take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
     take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])
+    for j in range(nodes):
+        middles[2, j] -= mean
+    take_tilt(nodes, width, 1.0, table, GAS_WORK, GAS_TORQUE, middles[2], table[GAS_WORK_TILT])
+    take_tilt(nodes, width, -2.0, table, SQUARE, SQUARE_SLOPE, middles[3], table[SQUARE_TILT])
 
 
 @kernel
