@@ -26,6 +26,7 @@ from engine_dyn.speed.lanes import (
     BOTTOM_HILLS,
     BOTTOM_LAST,
     BOTTOM_RIPPLE,
+    BOTTOM_TILT,
     CANCELLED,
     CODE,
     CRANKCASE,
@@ -57,6 +58,7 @@ from engine_dyn.speed.lanes import (
     TOP_HILLS,
     TOP_LAST,
     TOP_RIPPLE,
+    TOP_TILT,
     UNIT_TABLE,
     constant,
     own,
@@ -73,6 +75,8 @@ from engine_dyn.speed.levels import (
     RIPPLE,
     RIPPLE_V,
     SQUARES,
+    TILT,
+    TILT_V,
     V_ABOVE,
     V_BELOW,
     V_MOMENT,
@@ -88,7 +92,7 @@ __all__ = ["candidates", "extremes"]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-FOUR_ROWS, SIX_ROWS, ELEVEN_ROWS = 4 * LANES, 6 * LANES, 11 * LANES
+FIVE_ROWS, SIX_ROWS, ELEVEN_ROWS = 5 * LANES, 6 * LANES, 11 * LANES
 
 
 @formula
@@ -99,7 +103,7 @@ def take_hills(
     """Note which nodes of a chunk have hills that may hold the extreme.
 
     `extreme` is the row of the extreme node. `noted` gets the first such node, the last chunk, how
-    many there are, and the ripple of these chunks: a row of lanes each. No hill rises
+    many there are, and the ripple and the tilt of these chunks: a row of lanes each. No hill rises
     above its node by more than the chunk's bound above its highest node. One node a hill: the first
     of equals.
     """
@@ -108,6 +112,7 @@ def take_hills(
     bounds = bounds[group * LANES : (group + 1) * LANES]
     extremes = s[extreme : extreme + LANES]
     ripple, ripple_v = shared(chunk, group, RIPPLE), shared(chunk, group, RIPPLE_V)
+    tilt, tilt_v = shared(chunk, group, TILT), shared(chunk, group, TILT_V)
     for k in range(lanes):
         best, bound = upward * extremes[k], upward * bounds[k]
         u0, u1, u2 = upward * here[k], upward * here[LANES + k], upward * here[2 * LANES + k]
@@ -127,6 +132,8 @@ def take_hills(
         g, eta = share * s[GAS + k], share * s[ETA + k]
         of_p, of_v = own(chunk, ripple, group, RIPPLE, k), own(chunk, ripple_v, group, RIPPLE_V, k)
         noted[3 * LANES + k] = max(noted[3 * LANES + k], g * of_p + eta * of_v)
+        of_p, of_v = own(chunk, tilt, group, TILT, k), own(chunk, tilt_v, group, TILT_V, k)
+        noted[4 * LANES + k] = max(noted[4 * LANES + k], g * of_p + eta * of_v)
 
 
 @inlined
@@ -141,12 +148,13 @@ def candidates(
     """
     wide_vectors()
     chunk, constants = levels.chunk, levels.constants
-    above, below = on_stack(FOUR_ROWS), on_stack(FOUR_ROWS)
+    above, below = on_stack(FIVE_ROWS), on_stack(FIVE_ROWS)
     for k in range(lanes):
         above[k] = below[k] = -1.0
         above[LANES + k] = below[LANES + k] = -1.0
         above[2 * LANES + k] = below[2 * LANES + k] = 0.0
         above[3 * LANES + k] = below[3 * LANES + k] = 0.0
+        above[4 * LANES + k] = below[4 * LANES + k] = 0.0
         g, eta = s[GAS + k], s[ETA + k]
         steepest = g * constant(constants, HIGHEST_SLOPE, k)
         steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
@@ -185,11 +193,12 @@ def candidates(
         s[TOP_LAST + k], s[BOTTOM_LAST + k] = above[LANES + k], below[LANES + k]
         s[TOP_RIPPLE + k] = above[3 * LANES + k] if wanted else 0.0
         s[BOTTOM_RIPPLE + k] = below[3 * LANES + k] if wanted else 0.0
+        s[TOP_TILT + k], s[BOTTOM_TILT + k] = above[4 * LANES + k], below[4 * LANES + k]
         s[TOP_HILLS + k] = above[2 * LANES + k] if wanted else 0.0
         s[BOTTOM_HILLS + k] = below[2 * LANES + k] if wanted else 0.0
 
 
-VALUES, INTEGRALS, SLOPES, MIDDLES, TILTS = range(5)
+VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
 """Pairs of fields of a fine node, one of P and the same of V."""
 
 
@@ -379,7 +388,6 @@ def peaks_near(
         dp1, dv1 = pair_at(one, SLOPES, k, fine, s)
         dp2, dv2 = pair_at(one + 1, SLOPES, k, fine, s)
         mp, mv = pair_at(one, MIDDLES, k, fine, s)
-        tp, tv = pair_at(one, TILTS, k, fine, s)
         ip, iv = pair_at(one, INTEGRALS, k, fine, s)
         x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
         dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
@@ -405,7 +413,6 @@ def peaks_near(
         value, bump = extreme_between(
             left, right, d_left, d_right, width, g, eta, turn, mp, mv, v1, v2, dv1, dv2
         )
-        bump += QUINTIC * s[THIN + k] * (g * abs(tp) + eta * abs(tv))
         # Beside the interval by a hair, where y' was not a line: the parabola at the nearer end.
         beside = d_right * upward > 0.0
         end, slope = (right if beside else left), (d_right if beside else d_left) * width
@@ -471,21 +478,22 @@ def peaks(
     first, last = (TOP, TOP_LAST) if upward > 0.0 else (BOTTOM, BOTTOM_LAST)
     extreme, many = (HIGH, TOP_HILLS) if upward > 0.0 else (LOW, BOTTOM_HILLS)
     firsts, hills = s[first : first + LANES], s[many : many + LANES]
-    most = 0.0
+    more = 0.0
     for k in range(lanes):
         s[PEAK + k] = -1e300 * upward
         chosen[k] = int(firsts[k])
-        most = max(most, hills[k])
+        more += 1.0 if hills[k] > 1.0 else 0.0
     peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
-    while most > 1.0:
+    while more > 0.0:
+        more = 0.0
         for k in range(LANES):
             if hills[k] > 1.0:
                 best = upward * s[extreme + k]
                 node = next_hill(upward, chosen[k], int(s[last + k]), best, k, us, bounds)
                 chosen[k] = max(node, 0)
                 hills[k] -= 1.0
+                more += 1.0 if hills[k] > 1.0 else 0.0
         peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
-        most -= 1.0
 
 
 @inlined
@@ -566,13 +574,12 @@ def extremes(
         place = TOP if side == 0 else BOTTOM
         found = s[place : place + LANES]
         peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
-        ripple = s[TOP_RIPPLE : TOP_RIPPLE + LANES]
-        if side == 1:
-            ripple = s[BOTTOM_RIPPLE : BOTTOM_RIPPLE + LANES]
-        most = 0.0
+        rippled, tilted = (TOP_RIPPLE, TOP_TILT) if side == 0 else (BOTTOM_RIPPLE, BOTTOM_TILT)
+        ripple, tilt = s[rippled : rippled + LANES], s[tilted : tilted + LANES]
+        total = 0.0
         for k in range(lanes):
-            most = max(most, ripple[k])
-        if most > 0.0:
+            total += ripple[k]
+        if total > 0.0:
             for k in range(LANES):
                 if ripple[k] > 0.0 and clear_hills(
                     form, upward, variable, ratio, k, levels, s, us, rs, bounds
@@ -580,7 +587,7 @@ def extremes(
                     ripple[k] = 0.0
         for k in range(lanes):
             found[k] = math.sqrt(1.0 + s[PEAK + k])
-            missed = 0.5 * (s[MISS + k] + ripple[k]) / found[k]
+            missed = 0.5 * (s[MISS + k] + ripple[k] + QUINTIC * tilt[k]) / found[k]
             s[ERROR + k] = missed if side == 0 else s[ERROR + k] + missed
     for k in range(lanes):
         span = s[TOP + k] - s[BOTTOM + k]

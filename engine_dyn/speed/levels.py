@@ -50,13 +50,16 @@ about the middles of all intervals before it, less what that is for a line, h^2/
 RIPPLE, RIPPLE_V = P, V
 """Of a chunk, in the places of P and V: what may mislead the search for extremes, `fill_ripple`."""
 
+TILT, TILT_V = WORK, SQUARES
+"""Of a chunk, in the places of their integrals: the largest TILT of `tables` beside its nodes."""
+
 SMOOTH = 1e-10
 """Share of the steepest slope that ripple has by rounding."""
 
-FINE_FIELDS = 10
-F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV, F_TP, F_TV = range(FINE_FIELDS)
-"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, what a cubic
-misses in the middle of the interval behind it, and of the slope there."""
+FINE_FIELDS = 8
+F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
+"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
+misses in the middle of the interval behind it."""
 
 CONSTANTS = 29
 PP, PV, VV = 0, 1, 2
@@ -106,7 +109,6 @@ def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
         value = GAS_WORK if quantity == 0 else SQUARE
         slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
         middle = GAS_WORK_MIDDLE if quantity == 0 else SQUARE_MIDDLE
-        tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
         running = mean = 0.0
         for j in range(nodes):
             after = j + 1 if j + 1 < nodes else 0
@@ -114,7 +116,6 @@ def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
             fine[here, F_P + quantity] = table[value, j]
             fine[here, F_DP + quantity] = table[slope, j]
             fine[here, F_MP + quantity] = table[middle, j]
-            fine[here, F_TP + quantity] = table[tilt, j]
             fine[here, F_IP + quantity] = running
             mean += running
             running += width * (
@@ -217,10 +218,10 @@ def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None
         slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
         tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
         steepest = levels.constants[HIGHEST_SLOPE if quantity == 0 else HIGHEST_SLOPE_V]
-        ripple = 0.0
+        ripple = tilted = 0.0
         for n in range(nodes // ratio):
             if n % CHUNK == 0:
-                ripple = 0.0
+                ripple = tilted = 0.0
             first = ratio * (n - 1) if n > 0 else nodes - ratio
             begin = last = high = low = way = 0.0
             for i in range(first, first + 2 * ratio):
@@ -229,6 +230,7 @@ def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None
                 here, there = table[slope, j], table[slope, after]
                 rise = table[value, after] - table[value, j]
                 middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
+                tilted = max(tilted, abs(table[tilt, j]))
                 if i == first:
                     begin = last = high = low = middle - here
                 way += abs(middle - here - last) + abs(there - 2.0 * middle + here)
@@ -239,6 +241,7 @@ def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None
             turns = 0.5 * (way - needed)
             ripple = max(ripple, turns * width * ratio if turns > SMOOTH * steepest else 0.0)
             chunk[n // CHUNK, RIPPLE + quantity] = ripple
+            chunk[n // CHUNK, TILT + quantity] = tilted
 
 
 @inlined

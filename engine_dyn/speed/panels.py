@@ -42,7 +42,6 @@ from engine_dyn.speed.levels import (
     F_IP,
     F_MP,
     F_P,
-    F_TP,
     FOURTHS,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
@@ -54,6 +53,8 @@ from engine_dyn.speed.levels import (
     RIPPLE,
     RIPPLE_V,
     SQUARES,
+    TILT,
+    TILT_V,
     V_ABOVE,
     V_BELOW,
     VV,
@@ -109,9 +110,9 @@ TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
 class Panels(NamedTuple):
     """Shared tables, numbered: (table, ...).
 
-    `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle,
-    tilt; `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a
-    kind being above, below or ripple; `numbers` (table, NUMBERS); `alias` (table, point) what the
+    `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle;
+    `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a
+    kind being above, below, ripple or tilt; `numbers` (table, NUMBERS); `alias` (table, point) what the
     coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
     pressure; or, the one after that, of the square velocity V.
     """
@@ -156,16 +157,16 @@ def share_of(point: int, ratio: float, points: Floats) -> float:
 
 def bytes_of_table(nodes: int, ratio: int) -> int:
     """Memory of one shared table."""
-    return 8 * POINTS * (5 * (nodes + 2 * ratio) + 2 * nodes // ratio)
+    return 8 * POINTS * (4 * (nodes + 2 * ratio) + 2 * nodes // ratio)
 
 
 def make_panels(count: int, nodes: int, ratio: int) -> Panels:
     """Memory of `count` shared tables."""
     coarse = nodes // ratio
     return Panels(
-        fine=np.empty((count, nodes + 2 * ratio, 5, POINTS)),
+        fine=np.empty((count, nodes + 2 * ratio, 4, POINTS)),
         coarse=np.empty((count, coarse, 2, POINTS)),
-        chunk=np.zeros((count, coarse // CHUNK, 3)),
+        chunk=np.zeros((count, coarse // CHUNK, 4)),
         numbers=np.zeros((count, NUMBERS)),
         alias=np.zeros((count, POINTS)),
     )
@@ -218,6 +219,7 @@ def build_panel(
             panels.chunk[number + quantity, group, 0] = 0.0
             panels.chunk[number + quantity, group, 1] = 0.0
             panels.chunk[number + quantity, group, 2] = 0.0
+            panels.chunk[number + quantity, group, 3] = 0.0
     for i in range(POINTS):
         tables.build(points[i], 0.0, blend, nodes, width, grid, table, middles, rates)
         fill_levels(table, width, ratio, levels)
@@ -228,7 +230,6 @@ def build_panel(
                 panels.fine[here, n, 1, i] = levels.fine[n, F_IP + quantity]
                 panels.fine[here, n, 2, i] = levels.fine[n, F_DP + quantity]
                 panels.fine[here, n, 3, i] = levels.fine[n, F_MP + quantity]
-                panels.fine[here, n, 4, i] = levels.fine[n, F_TP + quantity]
             for n in range(coarse):
                 panels.coarse[here, n, 0, i] = levels.coarse[n, P + quantity]
                 panels.coarse[here, n, 1, i] = levels.coarse[n, WORK + quantity]
@@ -239,6 +240,8 @@ def build_panel(
                 panels.chunk[here, group, 1] = max(panels.chunk[here, group, 1], below)
                 ripple = BOUND * levels.chunk[group, RIPPLE + quantity]
                 panels.chunk[here, group, 2] = max(panels.chunk[here, group, 2], ripple)
+                tilt = BOUND * levels.chunk[group, TILT + quantity]
+                panels.chunk[here, group, 3] = max(panels.chunk[here, group, 3], tilt)
             torque = SHAPE if quantity == 1 else TORQUE
             low, high = bounds_of(table[torque])
             span = BOUND * (high - low)
@@ -321,6 +324,9 @@ def fill_block(
             ripple = a * bounds[first, group, 2] + b * bounds[second, group, 2]
             chunk[group, RIPPLE, k] = ripple + s[CRANKCASE + k] * bounds[unit, group, 2]
             chunk[group, RIPPLE_V, k] = bounds[unit + 1, group, 2]
+            tilt = a * bounds[first, group, 3] + b * bounds[second, group, 3]
+            chunk[group, TILT, k] = tilt + s[CRANKCASE + k] * bounds[unit, group, 3]
+            chunk[group, TILT_V, k] = bounds[unit + 1, group, 3]
             chunk[group, V_ABOVE, k] = bounds[unit + 1, group, 0]
             chunk[group, V_BELOW, k] = bounds[unit + 1, group, 1]
     for k in range(lanes):
