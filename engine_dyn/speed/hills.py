@@ -541,15 +541,18 @@ def clear_hills(
 
 
 @formula
-def products_missed(constants: Floats, span: float, k: int, s: Floats) -> float:
-    """Share of the mean speed that lanes with tables of their own may miss.
+def products_missed(constants: Floats, period: float, span: float, k: int, s: Floats) -> float:
+    """Share of the mean speed that coarse nodes see wrongly, beyond what `lanes` knows of it.
 
-    They know what coarse nodes see wrongly of P and V, but not of their products: it counts in the
-    mean of sqrt(1 + u), and by the closure in u, whose mean square is below that of half its range.
+    It counts in the mean of sqrt(1 + u), and by the closure in u, whose mean square is below that
+    of half its range. Lanes with tables of their own know it of P and V only; with a shared one of
+    their products too, but not of those with what the load takes of u, nor of the fifth order.
     """
+    unknown = 1.0
     if constants.ndim == 1:
-        return 0.0
-    return (0.125 + 0.25 * abs(s[HALF + k] - 1.0)) * constants[ALIASED, k] * span * span
+        unknown = min(1.0, s[BETA + k] * period / math.pi + span * span * span)
+    bent = 0.125 + 0.25 * abs(s[HALF + k] - 1.0)
+    return bent * unknown * constant(constants, ALIASED, k) * span * span
 
 
 @inlined
@@ -559,6 +562,7 @@ def extremes(
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
     wide_vectors()
+    period = step * levels.coarse.shape[0]
     for side in range(2):
         upward = 1.0 if side == 0 else -1.0
         bounds = tops if side == 0 else lows
@@ -585,4 +589,4 @@ def extremes(
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
-        s[ERROR + k] += products_missed(levels.constants, span, k, s)
+        s[ERROR + k] += products_missed(levels.constants, period, span, k, s)
