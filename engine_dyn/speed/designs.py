@@ -610,19 +610,26 @@ def highest_hill(
 ) -> tuple[float, float]:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) q of the curve, and what it may miss.
 
-    `node` is the extreme one. Another hill can be higher between its nodes: a hill rises above its
-    own highest node by less than that node's slope makes of an interval.
+    `node` is the extreme one. Another hill can be higher between its nodes, even one that no node
+    shows: a hill rises above a node beside it by less than that node's slope makes of an interval,
+    which is about the largest step between nodes at most.
     """
     best, miss = extreme_of_speed(node, upward, design, mu, width, variable, table, records)
     nodes = table.shape[1]
     rows = nodes // SEGMENTS
     before = upward * records[place_of(nodes - 1, rows) + Q]
+    reach = 0.0
+    for j in range(nodes):
+        here = upward * records[place_of(j, rows) + Q]
+        reach = max(reach, abs(here - before))
+        before = here
     here = upward * records[place_of(0, rows) + Q]
     for j in range(nodes):
         after = upward * records[place_of(j + 1 if j + 1 < nodes else 0, rows) + Q]
-        if here >= before and here > after and j != node:
+        if here + 2.0 * reach > upward * best and j != node:
             _, slope = slope_at(j, design, mu, variable, table, records)
-            if here + abs(slope) * width > upward * best:
+            rising = slope * upward > 0.0 or (here >= before and here > after)
+            if rising and here + abs(slope) * width > upward * best:
                 value, its_miss = extreme_of_speed(
                     j, upward, design, mu, width, variable, table, records
                 )
@@ -947,7 +954,10 @@ def solve_block(
             levels.coarse, s, energies, us, rs, tops, lows,
         )  # fmt: skip
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)
-    hills.candidates(choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows)
+    if hills.candidates(
+        choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows
+    ):  # fmt: skip
+        hills.clear_ripple(form, choice.variable, ratio, levels, s, us, rs, tops, lows)
     hills.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip

@@ -87,7 +87,7 @@ from engine_dyn.speed.levels import (
 )
 from engine_dyn.speed.tables import QUINTIC
 
-__all__ = ["candidates", "extremes"]
+__all__ = ["candidates", "clear_ripple", "extremes"]
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -140,11 +140,11 @@ def take_hills(
 def candidates(
     variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
     us: Floats, tops: Floats, lows: Floats,
-) -> None:  # fmt: skip
+) -> bool:  # fmt: skip
     """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
 
     Between two nodes a curve exceeds the higher of them by no more than it rises above its chord.
-    `tops` and `lows` become these bounds.
+    `tops` and `lows` become these bounds. Returns whether there is ripple for `clear_ripple`.
     """
     wide_vectors()
     chunk, constants = levels.chunk, levels.constants
@@ -184,6 +184,7 @@ def candidates(
             take_hills(1.0, group, HIGH, lanes, chunk, s, us, tops, above)
         if deep > 0.0:
             take_hills(-1.0, group, LOW, lanes, chunk, s, us, lows, below)
+    rippled = 0.0
     for k in range(lanes):
         # Without a hill the numbers are none.
         none = (s[CODE + k] == 0.0) & (min(above[k], below[k]) < 0.0)
@@ -196,6 +197,8 @@ def candidates(
         s[TOP_TILT + k], s[BOTTOM_TILT + k] = above[4 * LANES + k], below[4 * LANES + k]
         s[TOP_HILLS + k] = above[2 * LANES + k] if wanted else 0.0
         s[BOTTOM_HILLS + k] = below[2 * LANES + k] if wanted else 0.0
+        rippled += s[TOP_RIPPLE + k] + s[BOTTOM_RIPPLE + k]
+    return rippled > 0.0
 
 
 VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
@@ -549,16 +552,34 @@ def clear_hills(
     return True
 
 
-@formula
-def products_missed(constants: Floats, span: float, k: int, s: Floats) -> float:
-    """Share of the mean speed that lanes with tables of their own may miss.
+@inlined
+def clear_ripple(
+    form: tuple[int, ...], variable: bool, ratio: int, levels: Levels, s: Floats, us: Floats,
+    rs: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """TOP_RIPPLE and BOTTOM_RIPPLE become 0 where ripple cannot have misled the search."""
+    for k in range(LANES):
+        if s[TOP_RIPPLE + k] > 0.0:
+            if clear_hills(form, 1.0, variable, ratio, k, levels, s, us, rs, tops):
+                s[TOP_RIPPLE + k] = 0.0
+        if s[BOTTOM_RIPPLE + k] > 0.0:
+            if clear_hills(form, -1.0, variable, ratio, k, levels, s, us, rs, lows):
+                s[BOTTOM_RIPPLE + k] = 0.0
 
-    They know what coarse nodes see wrongly of P and V, but not of their products: it counts in the
-    mean of sqrt(1 + u), and by the closure in u, whose mean square is below that of half its range.
+
+@formula
+def products_missed(constants: Floats, period: float, span: float, k: int, s: Floats) -> float:
+    """Share of the mean speed that coarse nodes see wrongly, beyond what `lanes` knows of it.
+
+    It counts in the mean of sqrt(1 + u), and by the closure in u, whose mean square is below that
+    of half its range. Lanes with tables of their own know it of P and V only; with a shared one of
+    their products too, but not of those with what the load takes of u, nor of the fifth order.
     """
+    unknown = 1.0
     if constants.ndim == 1:
-        return 0.0
-    return (0.125 + 0.25 * abs(s[HALF + k] - 1.0)) * constants[ALIASED, k] * span * span
+        unknown = min(1.0, s[BETA + k] * period / math.pi + span * span * span)
+    bent = 0.125 + 0.25 * abs(s[HALF + k] - 1.0)
+    return bent * unknown * constant(constants, ALIASED, k) * span * span
 
 
 @inlined
@@ -568,6 +589,7 @@ def extremes(
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
     wide_vectors()
+    period = step * levels.coarse.shape[0]
     for side in range(2):
         upward = 1.0 if side == 0 else -1.0
         bounds = tops if side == 0 else lows
@@ -576,15 +598,6 @@ def extremes(
         peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
         rippled, tilted = (TOP_RIPPLE, TOP_TILT) if side == 0 else (BOTTOM_RIPPLE, BOTTOM_TILT)
         ripple, tilt = s[rippled : rippled + LANES], s[tilted : tilted + LANES]
-        total = 0.0
-        for k in range(lanes):
-            total += ripple[k]
-        if total > 0.0:
-            for k in range(LANES):
-                if ripple[k] > 0.0 and clear_hills(
-                    form, upward, variable, ratio, k, levels, s, us, rs, bounds
-                ):
-                    ripple[k] = 0.0
         for k in range(lanes):
             found[k] = math.sqrt(1.0 + s[PEAK + k])
             missed = 0.5 * (s[MISS + k] + ripple[k] + QUINTIC * tilt[k]) / found[k]
@@ -593,4 +606,4 @@ def extremes(
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
-        s[ERROR + k] += products_missed(levels.constants, span, k, s)
+        s[ERROR + k] += products_missed(levels.constants, period, span, k, s)

@@ -53,6 +53,9 @@ RIPPLE, RIPPLE_V = P, V
 TILT, TILT_V = WORK, SQUARES
 """Of a chunk, in the places of their integrals: the largest TILT of `tables` beside its nodes."""
 
+RIPPLED = 8
+"""Fine intervals within which the slope of a smooth diagram has one inflection at most."""
+
 SMOOTH = 1e-10
 """Share of the steepest slope that ripple has by rounding."""
 
@@ -204,13 +207,13 @@ def fill_moments(width: float, ratio: int, levels: Levels) -> None:
 
 @inlined
 def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None:
-    """Ripple of P and V, for each chunk: by how much it may mislead the search for extremes.
+    """Ripple and tilt of P and V, for each chunk: what may mislead the search for extremes.
 
     The search halves a coarse interval by the sign of the slope, which finds one zero of it.
-    That is the right one unless the slope waves within two intervals, perhaps about a line that the
-    other quantity makes up for: RIPPLE, half the way that its differences go up and down beyond
-    what one turn needs, times an interval. The extremes lie where the slope is no more than its
-    ripple, so they differ by less. Smooth diagrams have none.
+    That is the right one unless the slope waves, perhaps about a line that the other quantity makes
+    up for: RIPPLE, half the way that its differences go up and down within RIPPLED intervals beyond
+    what one turn needs, times a coarse interval. The extremes lie where the slope is no more than
+    its ripple, so they differ by less. Smooth diagrams have none.
     """
     nodes, chunk = table.shape[1], levels.chunk
     for quantity in range(2):
@@ -218,30 +221,30 @@ def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None
         slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
         tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
         steepest = levels.constants[HIGHEST_SLOPE if quantity == 0 else HIGHEST_SLOPE_V]
-        ripple = tilted = 0.0
-        for n in range(nodes // ratio):
-            if n % CHUNK == 0:
-                ripple = tilted = 0.0
-            first = ratio * (n - 1) if n > 0 else nodes - ratio
-            begin = last = high = low = way = 0.0
-            for i in range(first, first + 2 * ratio):
-                j = i if i < nodes else i - nodes
-                after = j + 1 if j + 1 < nodes else 0
-                here, there = table[slope, j], table[slope, after]
-                rise = table[value, after] - table[value, j]
-                middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
-                tilted = max(tilted, abs(table[tilt, j]))
-                if i == first:
-                    begin = last = high = low = middle - here
-                way += abs(middle - here - last) + abs(there - 2.0 * middle + here)
-                high = max(high, max(middle - here, there - middle))
-                low = min(low, min(middle - here, there - middle))
-                last = there - middle
-            needed = max(2.0 * high - begin - last, begin + last - 2.0 * low)
-            turns = 0.5 * (way - needed)
-            ripple = max(ripple, turns * width * ratio if turns > SMOOTH * steepest else 0.0)
-            chunk[n // CHUNK, RIPPLE + quantity] = ripple
-            chunk[n // CHUNK, TILT + quantity] = tilted
+        for group in range(chunk.shape[0]):
+            ripple = tilted = 0.0
+            # All windows, half a window apart, in the intervals beside the chunk's nodes.
+            first = ratio * (CHUNK * group - 1)
+            for begin in range(first, first + ratio * (CHUNK + 1) - RIPPLED + 1, RIPPLED // 2):
+                way = start = last = high = low = 0.0
+                for i in range(begin, begin + RIPPLED):
+                    j = i + nodes if i < 0 else (i if i < nodes else i - nodes)
+                    after = j + 1 if j + 1 < nodes else 0
+                    here, there = table[slope, j], table[slope, after]
+                    tilted = max(tilted, abs(table[tilt, j]))
+                    rise = table[value, after] - table[value, j]
+                    middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
+                    before, behind = middle - here, there - middle
+                    if i == begin:
+                        start = last = high = low = before
+                    way += abs(before - last) + abs(behind - before)
+                    high, low = max(high, max(before, behind)), min(low, min(before, behind))
+                    last = behind
+                needed = max(2.0 * high - start - last, start + last - 2.0 * low)
+                turns = 0.5 * (way - needed)
+                ripple = max(ripple, turns if turns > SMOOTH * steepest else 0.0)
+            chunk[group, RIPPLE + quantity] = ripple * width * ratio
+            chunk[group, TILT + quantity] = tilted
 
 
 @inlined
