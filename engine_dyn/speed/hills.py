@@ -559,12 +559,14 @@ def clear_ripple(
 ) -> None:  # fmt: skip
     """TOP_RIPPLE and BOTTOM_RIPPLE become 0 where ripple cannot have misled the search."""
     for k in range(LANES):
-        if s[TOP_RIPPLE + k] > 0.0:
-            if clear_hills(form, 1.0, variable, ratio, k, levels, s, us, rs, tops):
-                s[TOP_RIPPLE + k] = 0.0
-        if s[BOTTOM_RIPPLE + k] > 0.0:
-            if clear_hills(form, -1.0, variable, ratio, k, levels, s, us, rs, lows):
-                s[BOTTOM_RIPPLE + k] = 0.0
+        if s[TOP_RIPPLE + k] > 0.0 and clear_hills(
+            form, 1.0, variable, ratio, k, levels, s, us, rs, tops
+        ):
+            s[TOP_RIPPLE + k] = 0.0
+        if s[BOTTOM_RIPPLE + k] > 0.0 and clear_hills(
+            form, -1.0, variable, ratio, k, levels, s, us, rs, lows
+        ):
+            s[BOTTOM_RIPPLE + k] = 0.0
 
 
 @formula

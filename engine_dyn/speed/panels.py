@@ -112,8 +112,8 @@ class Panels(NamedTuple):
 
     `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle;
     `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a
-    kind being above, below, ripple or tilt; `numbers` (table, NUMBERS); `alias` (table, point) what the
-    coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
+    kind being above, below, ripple or tilt; `numbers` (table, NUMBERS); `alias` (table, point)
+    what the coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
     pressure; or, the one after that, of the square velocity V.
     """
 
