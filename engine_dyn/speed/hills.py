@@ -53,6 +53,7 @@ from engine_dyn.speed.lanes import (
     ROW_SHARE,
     ROW_TABLE,
     SLACK,
+    SQUARE_MEAN,
     THIN,
     TOP,
     TOP_HILLS,
@@ -573,15 +574,16 @@ def clear_ripple(
 def products_missed(constants: Floats, period: float, span: float, k: int, s: Floats) -> float:
     """Share of the mean speed that coarse nodes see wrongly, beyond what `lanes` knows of it.
 
-    It counts in the mean of sqrt(1 + u), and by the closure in u, whose mean square is below that
-    of half its range. Lanes with tables of their own know it of P and V only; with a shared one of
-    their products too, but not of those with what the load takes of u, nor of the fifth order.
+    It counts in the mean of sqrt(1 + u), and by the closure in u, with the mean square of u. Lanes
+    with tables of their own know it of P and V only, and bound the square by that of half the
+    range; with a shared one, of their products too, but not of those with what the load takes of u,
+    nor of the fifth order.
     """
-    unknown = 1.0
+    missed = span * span
     if constants.ndim == 1:
-        unknown = min(1.0, s[BETA + k] * period / math.pi + span * span * span)
+        missed = min(1.0, s[BETA + k] * period / math.pi + missed * span) * s[SQUARE_MEAN + k]
     bent = 0.125 + 0.25 * abs(s[HALF + k] - 1.0)
-    return bent * unknown * constant(constants, ALIASED, k) * span * span
+    return bent * missed * constant(constants, ALIASED, k)
 
 
 @inlined
