@@ -234,7 +234,11 @@ class Results(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Working memory of one thread."""
+    """Working memory of one thread.
+
+    `held` tells of which designs `table` and `levels` are, and the points of curves: the place of
+    the table in the product, -1 of none.
+    """
 
     table: Floats
     plain: Floats
@@ -249,6 +253,7 @@ class Scratch(NamedTuple):
     places: Integers
     varying: Integers
     line: Integers
+    held: Integers
     levels: Levels
 
 
@@ -269,6 +274,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         places=np.zeros(lanes.LANES, dtype=np.int64),
         varying=np.zeros(INPUTS, dtype=np.int64),
         line=np.zeros(1, dtype=np.int64),
+        held=np.full(2, -1, dtype=np.int64),
         levels=make_levels(nodes, ratio),
     )
 
@@ -758,6 +764,7 @@ def march(
     angle (`driven_machine.TorqueOverAngle.table`), empty where there is none.
     """
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
+    scratch.held[0] = -1  # its tables are made here
     nodes = table.shape[1]
     periods = tables.steps_of(grid) // nodes
     period = width * tables.steps_of(grid)
@@ -985,6 +992,25 @@ def is_left(k: int, places: Integers, results: Results, s: Floats) -> bool:
     return leaves
 
 
+@inlined
+def hold_table(
+    which: int, ratio: int, product: Product, row_of: Integers, width: float, grid: Grid,
+    scratch: Scratch,
+) -> None:  # fmt: skip
+    """Make the table of place `which`, and its levels, unless they are there; `shared` tells it."""
+    shared, table = scratch.shared, scratch.table
+    offsets_at(which, product.table_axes, product, product.value_start, shared)
+    if scratch.held[0] == which:
+        return
+    tables.build(
+        product.values[shared[RATIO]], product.values[shared[OFFSET_RATIO]],
+        blend_of(product.values, shared, row_of), table.shape[1], width, grid, table,
+        scratch.middles, scratch.rates,
+    )  # fmt: skip
+    fill_levels(table, width, ratio, scratch.levels)
+    scratch.held[0] = which
+
+
 @kernel
 def march_lanes(
     form: tuple[int, ...],
@@ -1009,7 +1035,7 @@ def march_lanes(
     designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
     wide_vectors()
-    table, shared = scratch.table, scratch.shared
+    table = scratch.table
     nodes = table.shape[1]
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
@@ -1029,13 +1055,7 @@ def march_lanes(
         which = index // designs
         if which != current:
             current = which
-            offsets_at(which, product.table_axes, product, product.value_start, shared)
-            tables.build(
-                product.values[shared[RATIO]], product.values[shared[OFFSET_RATIO]],
-                blend_of(product.values, shared, row_of), nodes, width, grid, table,
-                scratch.middles, scratch.rates,
-            )  # fmt: skip
-            fill_levels(table, width, ratio, levels)
+            hold_table(which, ratio, product, row_of, width, grid, scratch)
             ranges = ranges_of(table)
             fields = take_common(product, scratch, s)
             scratch.line[0] = -1
@@ -1082,8 +1102,7 @@ def write_traces(
 
     Arguments as there: it makes the same blocks of them. `points`, `ws` and `ds` are scratch.
     """
-    table, shared, levels = scratch.table, scratch.shared, scratch.levels
-    nodes = table.shape[1]
+    shared, levels = scratch.shared, scratch.levels
     designs = count_of(product.other_axes, product)
     current = -1
     block = 0
@@ -1092,19 +1111,14 @@ def write_traces(
         which = index // designs
         if which != current:
             current = which
-            offsets_at(which, product.table_axes, product, product.value_start, shared)
-            crank_ratio = product.values[shared[RATIO]]
-            offset = product.values[shared[OFFSET_RATIO]]
-            blend = blend_of(product.values, shared, row_of)
-            tables.build(
-                crank_ratio, offset, blend, nodes, width, grid, table, scratch.middles,
-                scratch.rates,
-            )  # fmt: skip
-            fill_levels(table, width, ratio, levels)
-            traces.fill_points(
-                crank_ratio, offset, blend, grid, table, levels.fine, ratio, angles, points,
-                scratch.rates,
-            )  # fmt: skip
+            hold_table(which, ratio, product, row_of, width, grid, scratch)
+            if scratch.held[1] != which:
+                traces.fill_points(
+                    product.values[shared[RATIO]], product.values[shared[OFFSET_RATIO]],
+                    blend_of(product.values, shared, row_of), grid, scratch.table, levels.fine,
+                    ratio, angles, points, scratch.rates,
+                )  # fmt: skip
+                scratch.held[1] = which
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
             count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
