@@ -267,7 +267,7 @@ def make_scratch(nodes: int, steps: int, samples: int, ratio: int) -> Scratch:
         rates=np.empty(6 * steps),
         records=records,
         running=running,
-        curve=np.empty((13, nodes)),
+        curve=np.empty((TABLE_ROWS, nodes)),  # a table, or five rows and eight of Newton's
         sampled=np.empty((SAMPLE_ROWS, samples)),
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),

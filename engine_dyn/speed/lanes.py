@@ -953,6 +953,8 @@ def iterate(
             s[START + k] = s[SIGMA + k] * s[REST_END + k] * s[CLOSED + k]
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
+    # The rest too: that of a lane in WIDE is newer than what was repeated for its neighbours.
+    wrap(nodes, lanes, rs)
     wrap(nodes, lanes, us)
 
 

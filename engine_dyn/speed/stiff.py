@@ -26,9 +26,11 @@ from engine_dyn.speed.tables import (
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
     SQUARE,
     SQUARE_MIDDLE,
     SQUARE_SLOPE,
+    SQUARE_TILT,
 )
 
 __all__ = ["follow_work"]
@@ -82,7 +84,8 @@ def follow_work(
 ) -> None:  # fmt: skip
     """Solve for y: at the nodes in the records, as q, and with slopes and middles in `solved`.
 
-    `solved` has the rows of a table; those of V are zero there.
+    `solved` has the rows of a table; those of V are zero there. What the quartics of W miss counts
+    in full in the tilt, of which only the size is used.
     """
     nodes = table.shape[1]
     rows = nodes // SEGMENTS
@@ -108,7 +111,14 @@ def follow_work(
                 solved[GAS_WORK_MIDDLE, j] = middle - interpolate(
                     0.5, y, behind, slope, slope_behind
                 )
-                solved[SQUARE, j] = solved[SQUARE_SLOPE, j] = solved[SQUARE_MIDDLE, j] = 0.0
+                rising = kept_half * slope + 0.5 * c1 * h0 + 0.5 * c2 * h1 + 0.375 * c3 * h2
+                cubic = 1.5 * (behind - y) - 0.25 * (slope + slope_behind)
+                solved[GAS_WORK_TILT, j] = (
+                    abs(rising - cubic) + gas * abs(table[GAS_WORK_TILT, j])
+                    + eta * abs(table[SQUARE_TILT, j])
+                )  # fmt: skip
+                solved[SQUARE, j] = solved[SQUARE_SLOPE, j] = 0.0
+                solved[SQUARE_MIDDLE, j] = solved[SQUARE_TILT, j] = 0.0
                 here = place_of(j, rows)
                 records[here + Q] = records[here + POWERS] = 1.0 + y
             y, slope = behind, slope_behind
