@@ -27,6 +27,7 @@ from engine_dyn.speed.tables import (
     GAS_WORK,
     GAS_WORK_MIDDLE,
     GAS_WORK_TILT,
+    QUINTIC,
     SQUARE,
     SQUARE_MIDDLE,
     SQUARE_SLOPE,
@@ -84,14 +85,16 @@ def follow_work(
 ) -> None:  # fmt: skip
     """Solve for y: at the nodes in the records, as q, and with slopes and middles in `solved`.
 
-    `solved` has the rows of a table; those of V are zero there. What the quartics of W miss counts
-    in full in the tilt, of which only the size is used.
+    `solved` has the rows of a table; those of V are zero there. The tilt, of which only the size
+    is used, counts what the quartics of W miss too, less than T/x of it and than twice QUINTIC T: T
+    is the most by which W' is off.
     """
     nodes = table.shape[1]
     rows = nodes // SEGMENTS
     x = kappa * width
     m0, m1, m2, m3 = _moments(x)
     h0, h1, h2, h3 = _moments(0.5 * x)
+    share = min(1.0, 0.5 / (QUINTIC * x))
     kept, kept_half, left = math.exp(-x), math.exp(-0.5 * x), -math.expm1(-x * nodes)
     y = slope = 0.0
     for turn in range(2):
@@ -113,10 +116,8 @@ def follow_work(
                 )
                 rising = kept_half * slope + 0.5 * c1 * h0 + 0.5 * c2 * h1 + 0.375 * c3 * h2
                 cubic = 1.5 * (behind - y) - 0.25 * (slope + slope_behind)
-                solved[GAS_WORK_TILT, j] = (
-                    abs(rising - cubic) + gas * abs(table[GAS_WORK_TILT, j])
-                    + eta * abs(table[SQUARE_TILT, j])
-                )  # fmt: skip
+                missed = gas * abs(table[GAS_WORK_TILT, j]) + eta * abs(table[SQUARE_TILT, j])
+                solved[GAS_WORK_TILT, j] = abs(rising - cubic) + share * missed
                 solved[SQUARE, j] = solved[SQUARE_SLOPE, j] = 0.0
                 solved[SQUARE_MIDDLE, j] = solved[SQUARE_TILT, j] = 0.0
                 here = place_of(j, rows)
