@@ -443,7 +443,7 @@ indices_on_stack: Any = intrinsic(_stack_of(types.int64)) if _compiled else _emp
 
 rows_on_stack: Any = intrinsic(_rows) if _compiled else _empty
 """As `on_stack`, of a number that only the kernel knows. Not in a loop: the stack would grow, which
-is half a megabyte on some systems."""
+is one or two megabytes on some systems."""
 
 turn_square: Any = intrinsic(_turn) if _compiled else _turn_plainly
 """`turn_square(source, begin, width, target, to, height)` turns a square of SQUARE_SIDE numbers

@@ -1,4 +1,4 @@
-"""Where the speed of sixteen designs is highest and lowest, between the nodes of their lanes.
+"""Where the speed of a block of designs is highest and lowest, between the nodes of their lanes.
 
 The curve of a design is known at the coarse nodes (`lanes`); each of its hills that may hold the
 extreme is searched: two coarse nodes, two fine ones between them, and there the extreme of the

@@ -30,7 +30,12 @@ __all__ = [
     "CHUNK",
     "CONSTANTS",
     "FINE_FIELDS",
+    "LARGEST_STEP",
+    "MOST_IN_SERIES",
     "NODE_FIELDS",
+    "SERIES_OF_WORK",
+    "SQUARES_SERIES",
+    "WORK_SERIES",
     "Levels",
     "fill_levels",
     "make_levels",
@@ -64,7 +69,15 @@ F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
 """Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
 misses in the middle of the interval behind it."""
 
-CONSTANTS = 29
+LARGEST_STEP = 0.05
+"""Largest beta times the width of a coarse interval: beyond it the coarse level is too coarse."""
+
+SERIES_OF_WORK, MOST_IN_SERIES = 16, 100
+"""Terms, and up to how many coarse nodes they leave 1e-11 of the work that drives the recurrence:
+3e-13 by theory, the rest by rounding."""
+
+CONSTANTS = 29 + 2 * SERIES_OF_WORK
+WORK_SERIES, SQUARES_SERIES = 29, 29 + SERIES_OF_WORK
 PP, PV, VV = 0, 1, 2
 (
     ALIAS_P, ALIAS_V, ALIAS_PP, ALIAS_PV, ALIAS_VV, ALIAS_PPP, ALIAS_PPV, ALIAS_PVV, ALIAS_VVV,
@@ -76,7 +89,26 @@ CUBES, FOURTHS = 20, 24
 the fine less that over the coarse nodes: what the coarse level makes wrong in the mean of a
 function of the speed; the largest slopes; ALIASED, the largest
 of the first four of those differences over the values themselves; the means of P^3, P^2 V ... V^3
-and of P^4 ... V^4."""
+and of P^4 ... V^4. WORK_SERIES and SQUARES_SERIES: where the load's recurrence ends that starts
+from zero, driven by WORK or SQUARES, as a polynomial in 2 x/LARGEST_STEP - 1, x = beta h; of up to
+MOST_IN_SERIES coarse nodes."""
+
+
+def _series_of_work() -> tuple[Floats, Floats]:
+    """Return exp(-x) at Chebyshev's points of x, and what makes a polynomial of values there."""
+    order = np.arange(SERIES_OF_WORK)
+    angle = math.pi * (order + 0.5) / SERIES_OF_WORK
+    share = 2.0 / SERIES_OF_WORK * np.cos(np.outer(order, angle))
+    share[0] *= 0.5
+    powers = np.zeros((SERIES_OF_WORK, SERIES_OF_WORK))  # of Chebyshev's polynomials, a row each
+    powers[0, 0] = powers[1, 1] = 1.0
+    for i in range(2, SERIES_OF_WORK):
+        powers[i, 1:] = 2.0 * powers[i - 1, :-1]
+        powers[i] -= powers[i - 2]
+    return np.exp(-0.5 * LARGEST_STEP * (1.0 + np.cos(angle))), powers.T @ share
+
+
+SERIES_DECAYS, SERIES_SHARES = _series_of_work()
 
 
 class Levels(NamedTuple):
@@ -248,6 +280,19 @@ def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None
 
 
 @inlined
+def fill_series_of_work(coarse: Floats, constants: Floats) -> None:
+    """WORK_SERIES and SQUARES_SERIES, through the recurrence's ends at Chebyshev's points."""
+    for i in range(SERIES_OF_WORK):
+        work = squares = 0.0
+        for n in range(coarse.shape[0]):
+            work = SERIES_DECAYS[i] * work + coarse[n, WORK]
+            squares = SERIES_DECAYS[i] * squares + coarse[n, SQUARES]
+        for j in range(SERIES_OF_WORK):
+            constants[WORK_SERIES + j] += SERIES_SHARES[j, i] * work
+            constants[SQUARES_SERIES + j] += SERIES_SHARES[j, i] * squares
+
+
+@inlined
 def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
     """Both levels of a table of `tables.build`."""
     fine, coarse = levels.fine, levels.coarse
@@ -273,6 +318,8 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
             coarse[n, P_ABOVE + 2 * quantity] = above
             coarse[n, P_BELOW + 2 * quantity] = below
     fill_moments(width, ratio, levels)
+    if count <= MOST_IN_SERIES:
+        fill_series_of_work(coarse, levels.constants)
     for group in range(count // CHUNK):
         for field in range(P_ABOVE, V_BELOW + 1):
             largest = 0.0

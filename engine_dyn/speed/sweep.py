@@ -116,9 +116,9 @@ NO_SAMPLES = Samples(
 )
 """What kernels take where no curves, and no samples of the thesis's method, are wanted."""
 
-NO_EXPONENT = 1e-8
+NO_EXPONENT = 5e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
-log omega, below 1e-9, while q^(alpha/2) - 1 would have lost its digits."""
+log omega, which is below 0.1, while q^(alpha/2) - 1 would have lost as many digits: 2e-9 each."""
 
 FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
 """Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,

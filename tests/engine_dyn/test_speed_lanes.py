@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks import problem
-from engine_dyn.speed import lanes, sweep
+from engine_dyn.speed import lanes, levels, sweep
 
 U = np.linspace(-lanes.SERIES_RANGE, lanes.SERIES_RANGE, 401)
 
@@ -24,6 +24,25 @@ def test_series_are_as_good_as_they_say() -> None:
     logarithm = getattr(lanes.log_of, "py_func", lanes.log_of)
     wide = np.linspace(lanes.DEEPEST, lanes.HIGHEST, 401)
     assert max(abs(logarithm(u) - math.log1p(u)) for u in wide) < 2e-13
+
+
+@pytest.mark.parametrize("nodes", [4, 24, levels.MOST_IN_SERIES])
+def test_the_work_of_a_period_is_a_polynomial_of_the_load(nodes: int) -> None:
+    """Where y' = -beta y + work ends after a period: one exponential of each interval's work."""
+    coarse = np.random.default_rng(nodes).normal(size=(nodes, levels.NODE_FIELDS))
+    constants = np.zeros(levels.CONSTANTS)
+    levels.fill_series_of_work(coarse, constants)
+    series = getattr(lanes.work_series, "py_func", lanes.work_series)
+    behind = np.arange(nodes)[::-1]
+    for field, first in (
+        (levels.WORK, levels.WORK_SERIES),
+        (levels.SQUARES, levels.SQUARES_SERIES),
+    ):
+        size = np.abs(coarse[:, field]).sum()
+        for x in np.linspace(0.0, levels.LARGEST_STEP, 31):
+            end = np.sum(coarse[:, field] * np.exp(-x * behind))
+            found = series(2.0 * x / levels.LARGEST_STEP - 1.0, first, constants)
+            assert found == pytest.approx(end, abs=1e-11 * size)
 
 
 @pytest.mark.parametrize("method", ["auto", "newton"])

@@ -329,7 +329,7 @@ def test_the_finer_solution_is_finer(name: str, design: dict[str, float]) -> Non
     assert 1e-11 < error <= found["delta_error"][0] <= 1e-6
 
 
-@pytest.mark.parametrize("exponent", [1.1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("exponent", [1.1e-8, 5.1e-8, 1e-7, 1e-6])
 def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float) -> None:
     """The power mean of such an order is the geometric mean but for alpha/2 var(log omega)."""
     chunk = draw.table(SEED, 4, SIZE)
