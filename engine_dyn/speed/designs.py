@@ -1130,7 +1130,7 @@ def write_traces(
                 scratch.held[1] = which
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
-            count, block, choice.kind, choice.variable, width * ratio, ratio, width_of_lanes,
+            count, block, choice.variable, width * ratio, ratio, width_of_lanes,
             levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
         )  # fmt: skip
         block += 1

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import (
     SQUARE_SIDE,
+    formula,
     inlined,
     on_stack,
     rows_on_stack,
@@ -49,6 +50,8 @@ from engine_dyn.speed.lanes import (
     MOVED,
     NOMINAL,
     PAD,
+    WIDE,
+    root_series,
 )
 from engine_dyn.speed.levels import F_IP, F_IV, P_MOMENT, V_MOMENT, Levels, P, V
 from engine_dyn.speed.tables import (
@@ -89,8 +92,8 @@ KEPT_DESIGNS, KEPT_TABLES = 1024, 64
 """Designs and tables that are solved before their curves are written: what is kept of them should
 stay in the cache, and each call costs as much as some designs."""
 
-NUMBERS = 8
-K_GAS, K_ETA, K_KAPPA, K_HALF, K_BETA, K_MOVED, K_NOMINAL, K_CODE = (
+NUMBERS = 9
+K_GAS, K_ETA, K_KAPPA, K_HALF, K_BETA, K_MOVED, K_NOMINAL, K_WIDE, K_CODE = (
     row * LANES for row in range(NUMBERS)
 )
 """What is kept of a block's numbers, one row of lanes each."""
@@ -99,7 +102,7 @@ POINT_FIELDS = 6
 A_P, A_V, A_IP, A_IV, A_DP, A_DV = range(POINT_FIELDS)
 """Of an angle: P, V, their antiderivatives and slopes."""
 
-TILE = 64
+TILE = 32
 """Angles that are computed before they are written."""
 
 TILE_ROWS, NUMBER_ROWS, SIX_ROWS = TILE * LANES, NUMBERS * LANES, 6 * LANES
@@ -258,6 +261,7 @@ def keep(block: int, s: Floats, us: Floats, rs: Floats, places: Integers, kept: 
         numbers[K_BETA + k] = s[BETA + k]
         numbers[K_MOVED + k] = s[MOVED + k]
         numbers[K_NOMINAL + k] = s[NOMINAL + k]
+        numbers[K_WIDE + k] = s[WIDE + k]
         numbers[K_CODE + k] = s[CODE + k]
         kept.targets[block, k] = places[k]
     for i in range(us.size):
@@ -425,6 +429,20 @@ def take_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats
         c[5 * LANES + k] = 6.0 * rise - 3.0 * turn + 0.5 * bend
 
 
+@formula
+def deviation(
+    variable: bool, t: float, p: float, v: float, ip: float, iv: float, k: int, numbers: Floats,
+    c: Floats,
+) -> float:  # fmt: skip
+    """Return u at an angle of a lane, which has the share `t` of a coarse interval before it."""
+    g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
+    c1, c2, c3 = c[LANES + k], c[2 * LANES + k], c[3 * LANES + k]
+    c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
+    w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+    u = g * (p - beta * ip) - eta * (v - beta * iv) - w
+    return u / (1.0 + eta * v) if variable else u
+
+
 @inlined
 def write_curve(
     count: int, rates: bool, variable: bool, turns: float, lanes: int, angles: Angles,
@@ -441,7 +459,12 @@ def write_curve(
     for i in range(NUMBER_ROWS):
         numbers[i] = kept[i]
     # Slices, so that the compiler sees that no index counts from the end.
-    nominal = numbers[K_NOMINAL : K_NOMINAL + LANES]
+    nominal, beyond = (
+        numbers[K_NOMINAL : K_NOMINAL + LANES], numbers[K_WIDE : K_WIDE + LANES]
+    )  # fmt: skip
+    wide = 0.0
+    for k in range(lanes):
+        wide += beyond[k]
     for part in range(angles.first_run.size - 1):
         begin = part * TILE
         interval = -1
@@ -462,21 +485,20 @@ def write_curve(
                     dw = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
                     slope = g * (dp - beta * p) - eta * (dv - beta * v) - turns * dw
                     if variable:
-                        w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-                        u = g * (p - beta * ip) - eta * (v - beta * iv) - w
+                        u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
                         inverse = 1.0 / (1.0 + eta * v)
-                        slope = (slope - u * inverse * eta * dv) * inverse
+                        slope = (slope - u * eta * dv) * inverse
                     here[k] = 0.5 * nominal[k] * nominal[k] * slope
+            elif wide > 0.0:
+                for k in range(lanes):
+                    u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
+                    root = math.sqrt(max(1.0 + u, 0.0))
+                    series = 1.0 + 0.5 * u + root_series(u)
+                    here[k] = nominal[k] * (root if beyond[k] != 0.0 else series)
             else:
                 for k in range(lanes):
-                    g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
-                    c1, c2, c3 = c[LANES + k], c[2 * LANES + k], c[3 * LANES + k]
-                    c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
-                    w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
-                    u = g * (p - beta * ip) - eta * (v - beta * iv) - w
-                    if variable:
-                        u /= 1.0 + eta * v
-                    here[k] = nominal[k] * math.sqrt(max(1.0 + u, 0.0))
+                    u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
+                    here[k] = nominal[k] * (1.0 + 0.5 * u + root_series(u))
         for k in range(0, LANES, SQUARE_SIDE):
             for i in range(0, TILE, SQUARE_SIDE):
                 turn_square(tile, i * LANES + k, LANES, turned, k * TILE + i, TILE)
@@ -497,7 +519,7 @@ def write_curve(
 
 @inlined
 def write_block(
-    count: int, block: int, kind: int, variable: bool, step: float, ratio: int, lanes: int,
+    count: int, block: int, variable: bool, step: float, ratio: int, lanes: int,
     levels: Levels, angles: Angles, points: Floats, kept: Kept, ws: Floats, ds: Floats,
     omega: Floats, acceleration: Floats,
 ) -> None:  # fmt: skip
