@@ -118,7 +118,7 @@ NO_SAMPLES = Samples(
 
 NO_EXPONENT = 5e-8
 """Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
-log omega, which is below 0.1, while q^(alpha/2) - 1 would have lost as many digits: 2e-9 each."""
+log omega, 2e-9 where the speed nearly falls to nothing; q^(alpha/2) - 1 would lose as much."""
 
 FEW_CYLINDERS, SMALL_EXPONENT, RATIOS = 2, 2.0, (8, 4)
 """Nodes of a table for each coarse node of `lanes`, up to that many cylinders and that exponent,
