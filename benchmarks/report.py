@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from benchmarks.measure import (
     Traces,
 )
 from benchmarks.own import OPERATIONS
+from engine_dyn.compilation import source_hash
 from sweeps.drawing.sheet import STYLE
 
 OWN = ("auto", "newton", "closed", "picard", "thesis")
@@ -58,6 +60,22 @@ class Measured:
     memory: list[Memory]
     big: BigRun
     took: float
+
+
+@dataclass(frozen=True)
+class Reached:
+    """One aim on one machine, a row of MACHINES."""
+
+    machine: str
+    code: str
+    what: str
+    aim: str
+    measured: str
+    reached: str
+
+
+MACHINES = "benchmarks_machines.csv"
+"""What the last run on each machine reached, beside the document."""
 
 
 # Comparisons --------------------------------------------------------------------------------------
@@ -196,8 +214,37 @@ def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
     return found
 
 
-def text(m: Measured) -> str:
-    """The document."""
+def reached_here(m: Measured) -> list[Reached]:
+    """The aims of this run, as they are kept."""
+    machine = (
+        f"{m.processor}, {m.threads} threads, {m.lanes}; {m.flops / 1e9:.0f} Gflop/s, "
+        f"{m.writing / 1e9:.1f} GB/s; {m.date}"
+    )
+    code = source_hash()[:8]
+    return [
+        Reached(machine, code, what, aim, measured, "yes" if ok else "no")
+        for what, aim, measured, ok in targets(m)
+    ]
+
+
+def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[Reached]:
+    """Aims of this run, which is written down to `keep` it, and of those on other machines."""
+    path, kept = folder / MACHINES, []
+    if path.is_file():
+        with path.open(encoding="utf-8", newline="") as file:
+            kept = [Reached(**row) for row in csv.DictReader(file)]
+    begins = here[0].machine.partition(";")[0] + ";"
+    found = [*here, *(each for each in kept if not each.machine.startswith(begins))]
+    if keep:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, [field.name for field in fields(Reached)])
+            writer.writeheader()
+            writer.writerows(asdict(each) for each in found)
+    return found
+
+
+def text(m: Measured, machines: Sequence[Reached] = ()) -> str:
+    """The document; `machines` has the aims of this run and of those elsewhere."""
     lines = [
         "# Benchmarks",
         "",
@@ -223,8 +270,8 @@ def text(m: Measured) -> str:
         "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
         "cannot remove.",
         "",
-        *ratios_section(m), *targets_section(m), *table_section(m), *scenes_section(m),
-        *scaling_section(m), *rest_section(m),
+        *ratios_section(m), *targets_section(m), *machines_section(machines), *table_section(m),
+        *scenes_section(m), *scaling_section(m), *rest_section(m),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
@@ -288,6 +335,34 @@ def targets_section(m: Measured) -> list[str]:
     """Reached or not."""
     body = [[w, aim, got, "reached" if ok else "**not reached**"] for w, aim, got, ok in targets(m)]
     return ["## Aims", "", *rows(["what", "aim", "measured", ""], body), ""]
+
+
+def machines_section(machines: Sequence[Reached]) -> list[str]:
+    """The same aims elsewhere; nothing where no other machine is known."""
+    names = list(dict.fromkeys(each.machine for each in machines))
+    if len(names) < 2:
+        return []
+    body: dict[str, list[str]] = {each.what: [each.aim] + ["-"] * len(names) for each in machines}
+    for each in machines:
+        missed = "" if each.reached == "yes" else " (**not reached**)"
+        body[each.what][1 + names.index(each.machine)] = each.measured + missed
+    codes = [next(each.code for each in machines if each.machine == name) for name in names]
+    lines = [
+        f"{letter}: {name}; source hash `{code}`{' (this run)' if i == 0 else ''}."
+        for i, (letter, name, code) in enumerate(zip("ABCDEFGH", names, codes, strict=False))
+    ]
+    return [
+        "## The aims on other machines", "",
+        "What the last run of this benchmark on each machine printed, with the multiplications and "
+        "additions a second and the writing rate that it measured there. Where the hash is another "
+        "one, the kernels are those of that day.", "",
+        *(f"- {line}" for line in lines), "",
+        *rows(
+            ["what", "aim", *"ABCDEFGH"[: len(names)]],
+            [[what, *cells] for what, cells in body.items()],
+        ),
+        "",
+    ]  # fmt: skip
 
 
 def result_row(r: Result, ours: Result) -> list[str]:
@@ -561,7 +636,8 @@ def throughput(m: Measured) -> Figure:
 def write(m: Measured, folder: Path) -> None:
     """Document and figures below `folder`."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    (folder / "benchmarks.md").write_text(text(m), encoding="utf-8")
+    document = text(m, on_all_machines(reached_here(m), folder, keep=not m.quick))
+    (folder / "benchmarks.md").write_text(document, encoding="utf-8")
     style: Any = STYLE
     with matplotlib.rc_context(style):
         for name, figure in (("work_precision", work_precision(m)), ("throughput", throughput(m))):

@@ -88,6 +88,23 @@ def test_time_at_an_error_is_interpolated() -> None:
     assert report.seconds_at([results[0], lost], 1e-6) == pytest.approx(1e-3)
 
 
+def test_other_machines_are_remembered(tmp_path: Path) -> None:
+    def run(machine: str, date: str, rate: str, reached: str) -> list[report.Reached]:
+        return [report.Reached(f"{machine}; {date}", "12345678", "speed", "10", rate, reached)]
+
+    assert report.machines_section(run("one", "1st", "9", "no")) == []
+    for machine, date, rate, reached in (
+        ("one", "1st", "9", "no"), ("two", "2nd", "7", "no"), ("one", "3rd", "11", "yes"),
+    ):  # fmt: skip
+        report.on_all_machines(run(machine, date, rate, reached), tmp_path, keep=True)
+    found = report.on_all_machines(run("three", "4th", "12", "yes"), tmp_path, keep=False)
+    assert [each.measured for each in found] == ["12", "11", "7"]
+    section = "\n".join(report.machines_section(found))
+    assert "| speed | 10 | 12 | 11 | 7 (**not reached**) |" in section
+    assert "A: three; 4th; source hash `12345678` (this run)." in section
+    assert "1st" not in section
+
+
 @pytest.mark.slow
 def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "benchmarks", "--quick", "--threads", "2", "-o", tmp_path]
