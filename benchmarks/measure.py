@@ -168,6 +168,7 @@ class SceneResult:
     scene: Scene
     ours: list[Result]
     peers: list[Result]
+    passes: float  # of the load's iteration, on the average
 
     @property
     def name(self) -> str:
@@ -222,7 +223,8 @@ def in_scene(
         )
         for i, (setting, options) in enumerate(settings)
     ]
-    return SceneResult(wholes[0], ours, theirs)
+    passes = own.answer(build(10_000), threads, ("iterations",))["iterations"].mean()
+    return SceneResult(wholes[0], ours, theirs, float(passes))
 
 
 def timed_solve(source: Scene | Designs, threads: int, runs: int, **options: Any) -> Timing:

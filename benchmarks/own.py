@@ -61,31 +61,33 @@ class Operations:
     note: str
 
 
-# To be kept by whoever changes a kernel: what the code does for one design, counted by hand.
-# The report sets rate x flops against the machine's measured peak; None is shown as not counted.
-# Divisions, roots and powers count as one each, so the fraction is a lower bound of the load.
-OPERATIONS: dict[str, Operations | None] = {
-    "factorial, alpha 2, Z 1": Operations(
-        4100,
-        "30 a coarse node (92), 14 a chunk of four, 70 for the work of a period, 900 for weights "
-        "and two extremes",
-    ),
-    "factorial, alpha 1, Z 1": Operations(
-        7200,
-        "12 a coarse node (92) once, 1.1 times 20 for the rest and 28 for what it adds and how "
-        "that changes it, extremes as above",
-    ),
-    "factorial, alpha 0, Z 1": Operations(
-        4200, "one pass of 32 a coarse node (92), extremes as above"
-    ),
-    "factorial, alpha 2, Z 8": Operations(1800, "24 coarse nodes"),
-    "factorial, alpha 1.6, Z 1": Operations(
-        9800, "as alpha 1 with 25 for the rest, and 22 for the mean"
-    ),
-    "factorial, alpha 2, Z 1, variable": Operations(
-        9600, "as alpha 1 with 6 for the rest, 12 more twice for the inertia, and 22 for the mean"
-    ),
-    "table": Operations(
-        32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
-    ),
-}
+COARSE_NODES = {1: 92, 4: 48, 8: 24}
+"""Coarse nodes that the diagram takes over a firing period, by cylinders."""
+
+# To be kept by whoever changes a kernel: what the code does for one design, counted by hand in
+# `engine_dyn/speed/lanes.py` and `hills.py`.
+LINEAR, FREE, MARCH, ANSWER, MEAN, TURNED = 30, 32, 12, 28, 22, 12
+REST = {1.0: 20, 2.0: 6}
+REST_OF_POWERS = 25
+CHUNK, WORK, EXTREMES = 14 / 4, 70, 900
+OF_TABLE = Operations(
+    32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
+)
+
+
+def operations(scene: Scene, passes: float) -> Operations:
+    """Operations of a design of a factorial scene, which its load takes so many passes."""
+    nodes, alpha = COARSE_NODES[scene.cylinders], scene.exponent
+    if alpha == 0.0:
+        node, note = float(FREE), f"one pass of {FREE} a node"
+    elif alpha == 2.0 and not scene.variable:
+        node, note = float(LINEAR), f"one pass of {LINEAR} a node"
+    else:
+        rest = REST.get(alpha, REST_OF_POWERS) + (TURNED if scene.variable else 0)
+        back = ANSWER + (TURNED if scene.variable else 0)
+        last = 0 if alpha == 1.0 else MEAN
+        node = MARCH + (passes - 1.0) * (rest + back) + last
+        note = f"{MARCH} a node, {passes - 1.0:.2f} times {rest} for the rest and {back} for what "
+        note += "it adds" + (f", {last} for the mean" if last else "")
+    total = nodes * (node + CHUNK) + (WORK if alpha > 0.0 else 0) + EXTREMES
+    return Operations(total, f"{nodes} coarse nodes: {note}")

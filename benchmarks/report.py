@@ -24,7 +24,7 @@ from benchmarks.measure import (
     Timing,
     Traces,
 )
-from benchmarks.own import OPERATIONS
+from benchmarks.own import CHUNK, EXTREMES, OF_TABLE, WORK, operations
 from engine_dyn.compilation import source_hash
 from sweeps.drawing.sheet import STYLE
 
@@ -478,17 +478,15 @@ def scaling_section(m: Measured) -> list[str]:
 def limits_section(m: Measured) -> list[str]:
     """What the machine could do."""
     body = []
-    found = {s.name: s.ours[0].timing for s in m.scenes}
-    found["table"] = default_of(m.table).timing
-    for name, timing in found.items():
-        counted = OPERATIONS.get(name)
+    found = [(s.name, s.ours[0].timing, operations(s.scene, s.passes)) for s in m.scenes]
+    found.append(("table", default_of(m.table).timing, OF_TABLE))
+    for name, timing, counted in found:
         slots = m.flops / timing.rate
         body.append([
-            name, number(timing.rate), number(slots),
-            number(counted.flops) if counted else "not counted",
-            f"{100.0 * counted.flops / slots:.0f} %" if counted else "-",
-            counted.note if counted else "",
+            name, number(timing.rate), number(slots), number(counted.flops),
+            f"{100.0 * counted.flops / slots:.0f} %", counted.note,
         ])  # fmt: skip
+    most = max(timing.rate for _, timing, _ in found)
     return [
         "## The machine's limit",
         "",
@@ -496,8 +494,11 @@ def limits_section(m: Measured) -> list[str]:
         f"({m.flops_one / 1e9:.0f} with one) in a loop of fused multiplications and additions in "
         f"registers, compiled by Numba; {m.writing / 1e9:.1f} GB/s written by NumPy. Room: "
         "operations that the machine could do at that peak in the time of one design. Counted: "
-        "additions and multiplications of the kernel (`benchmarks/own.py`), divisions and roots "
-        "as one each.",
+        "additions and multiplications of the kernel (`benchmarks/own.py`): of the nodes, "
+        f"{CHUNK:g} more of each for where the extremes can be, {WORK} for the work of a period, "
+        f"and {EXTREMES} for weights and two extremes. Divisions and roots count as one each, so "
+        "the share is a lower bound. Bytes: a design writes 9, delta and its status, at most "
+        f"{most * 9e-9:.2g} GB/s; all else stays in the nearest caches.",
         "",
         *rows(["designs", "designs/s", "room", "counted", "of the peak", ""], body),
         "",
