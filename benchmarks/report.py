@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any
 
 import matplotlib
@@ -64,9 +65,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class Reached:
-    """One aim on one machine, a row of MACHINES."""
+    """One aim in the last run on one machine, a row of MACHINES."""
 
     machine: str
+    run: str
     code: str
     what: str
     aim: str
@@ -216,13 +218,11 @@ def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
 
 def reached_here(m: Measured) -> list[Reached]:
     """The aims of this run, as they are kept."""
-    machine = (
-        f"{m.processor}, {m.threads} threads, {m.lanes}; {m.flops / 1e9:.0f} Gflop/s, "
-        f"{m.writing / 1e9:.1f} GB/s; {m.date}"
-    )
+    machine = f"{m.processor}, {m.threads} threads, {m.lanes}"
+    run = f"{m.flops / 1e9:.0f} Gflop/s, {m.writing / 1e9:.1f} GB/s; {m.date}"
     code = source_hash()[:8]
     return [
-        Reached(machine, code, what, aim, measured, "yes" if ok else "no")
+        Reached(machine, run, code, what, aim, measured, "yes" if ok else "no")
         for what, aim, measured, ok in targets(m)
     ]
 
@@ -233,8 +233,7 @@ def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[R
     if path.is_file():
         with path.open(encoding="utf-8", newline="") as file:
             kept = [Reached(**row) for row in csv.DictReader(file)]
-    begins = here[0].machine.partition(";")[0] + ";"
-    found = [*here, *(each for each in kept if not each.machine.startswith(begins))]
+    found = [*here, *(each for each in kept if each.machine != here[0].machine)]
     if keep:
         with path.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, [field.name for field in fields(Reached)])
@@ -243,7 +242,7 @@ def on_all_machines(here: Sequence[Reached], folder: Path, keep: bool) -> list[R
     return found
 
 
-def text(m: Measured, machines: Sequence[Reached] = ()) -> str:
+def text(m: Measured, machines: Sequence[Reached]) -> str:
     """The document; `machines` has the aims of this run and of those elsewhere."""
     lines = [
         "# Benchmarks",
@@ -339,28 +338,25 @@ def targets_section(m: Measured) -> list[str]:
 
 def machines_section(machines: Sequence[Reached]) -> list[str]:
     """The same aims elsewhere; nothing where no other machine is known."""
-    names = list(dict.fromkeys(each.machine for each in machines))
-    if len(names) < 2:
+    runs = {each.machine: each for each in machines}
+    if len(runs) < 2:
         return []
-    body: dict[str, list[str]] = {each.what: [each.aim] + ["-"] * len(names) for each in machines}
+    letters = dict(zip(runs, ascii_uppercase, strict=False))
+    body: dict[str, list[str]] = {each.what: [each.aim] + ["-"] * len(runs) for each in machines}
     for each in machines:
         missed = "" if each.reached == "yes" else " (**not reached**)"
-        body[each.what][1 + names.index(each.machine)] = each.measured + missed
-    codes = [next(each.code for each in machines if each.machine == name) for name in names]
-    lines = [
-        f"{letter}: {name}; source hash `{code}`{' (this run)' if i == 0 else ''}."
-        for i, (letter, name, code) in enumerate(zip("ABCDEFGH", names, codes, strict=False))
-    ]
+        body[each.what][1 + list(runs).index(each.machine)] = each.measured + missed
     return [
         "## The aims on other machines", "",
         "What the last run of this benchmark on each machine printed, with the multiplications and "
         "additions a second and the writing rate that it measured there. Where the hash is another "
         "one, the kernels are those of that day.", "",
-        *(f"- {line}" for line in lines), "",
-        *rows(
-            ["what", "aim", *"ABCDEFGH"[: len(names)]],
-            [[what, *cells] for what, cells in body.items()],
-        ),
+        *(
+            f"- {letters[machine]}: {machine}; {each.run}; source hash `{each.code}`"
+            f"{' (this run)' if machine == machines[0].machine else ''}."
+            for machine, each in runs.items()
+        ), "",
+        *rows(["what", "aim", *letters.values()], [[what, *cells] for what, cells in body.items()]),
         "",
     ]  # fmt: skip
 

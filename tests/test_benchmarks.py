@@ -90,7 +90,7 @@ def test_time_at_an_error_is_interpolated() -> None:
 
 def test_other_machines_are_remembered(tmp_path: Path) -> None:
     def run(machine: str, date: str, rate: str, reached: str) -> list[report.Reached]:
-        return [report.Reached(f"{machine}; {date}", "12345678", "speed", "10", rate, reached)]
+        return [report.Reached(machine, date, "12345678", "speed", "10", rate, reached)]
 
     assert report.machines_section(run("one", "1st", "9", "no")) == []
     for machine, date, rate, reached in (
