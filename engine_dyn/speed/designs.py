@@ -939,7 +939,7 @@ def take_designs(
 def solve_block(
     form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
     least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
-    levels: Levels, s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    levels: Levels, s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
     chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
@@ -956,13 +956,13 @@ def solve_block(
     if len(form) != 2:  # exponent 0 has no load that its work would drive
         lanes.end_of_work(step, width_of_lanes, levels.coarse, levels.constants, s)
     if len(form) == 1:
-        lanes.solve_linear(form, width_of_lanes, levels.coarse, s, energies, us, tops, lows)
+        lanes.solve_linear(form, width_of_lanes, levels.coarse, s, us, tops, lows)
     elif len(form) == 2:
         lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
             form, choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
-            levels.coarse, s, energies, us, rs, tops, lows,
+            levels.coarse, s, changes, us, rs, tops, lows,
         )  # fmt: skip
         lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)
     if hills.candidates(
@@ -1047,12 +1047,12 @@ def march_lanes(
     size = (nodes // ratio + 2 * lanes.PAD) * lanes.LANES
     of_rest = size if len(form) == 3 else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
-    energies = rows_on_stack(of_rest)
+    changes = rows_on_stack(of_rest)
     us = rows_on_stack(size)
     rs = rows_on_stack(of_rest)
     tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
     lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
-    lanes.clear(s, energies, us, rs, tops, lows, chosen)
+    lanes.clear(s, changes, us, rs, tops, lows, chosen)
     levels, places = scratch.levels, scratch.places
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
@@ -1073,7 +1073,7 @@ def march_lanes(
         take_designs(index, count, designs, fields, product, scratch, places, s)
         solve_block(
             form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
-            float(INVALID_INPUT), choice, results, places, levels, s, energies, us, rs, tops,
+            float(INVALID_INPUT), choice, results, places, levels, s, changes, us, rs, tops,
             lows, chosen,
         )  # fmt: skip
         for k in range(count):
@@ -1189,12 +1189,12 @@ def march_panels(
     size = (nodes // ratio + 2 * lanes.PAD) * lanes.LANES
     of_rest = size if len(form) == 3 else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
-    energies = rows_on_stack(of_rest)
+    changes = rows_on_stack(of_rest)
     us = rows_on_stack(size)
     rs = rows_on_stack(of_rest)
     tops = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
     lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
-    lanes.clear(s, energies, us, rs, tops, lows, chosen)
+    lanes.clear(s, changes, us, rs, tops, lows, chosen)
     designs = count_of(product.other_axes, product)
     leaving = 0
     place = 0
@@ -1224,7 +1224,7 @@ def march_panels(
         solve_block(
             form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
-            energies, us, rs, tops, lows, chosen,
+            changes, us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if is_left(k, places, results, s):

@@ -111,7 +111,7 @@ MOST_NODES = 1024
 # Numbers of a design, one row of lanes each.
 POINTS = 6
 SERIES_TERMS, SLOPE_TERMS = 11, 5
-ROWS = 70
+ROWS = 74
 FIELDS = ROWS + POINTS
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
@@ -120,7 +120,8 @@ FIELDS = ROWS + POINTS
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, FROZEN, CODE, MEAN, MOVED, TOP,
     BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
     ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SPEED_SUM, SLACK, THIN,
-    TOP_HILLS, BOTTOM_HILLS, PRODUCT, TOP_RIPPLE, BOTTOM_RIPPLE, TOP_TILT, BOTTOM_TILT,
+    TOP_HILLS, BOTTOM_HILLS, PRODUCT, TOP_RIPPLE, BOTTOM_RIPPLE, TOP_TILT, BOTTOM_TILT, MOVING,
+    MOVES, KEEPS, MORE,
 ) = (row * LANES for row in range(ROWS))  # fmt: skip
 
 NUMBERS = FIELDS * LANES
@@ -167,11 +168,11 @@ SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
 
 @inlined
 def clear(
-    s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
+    s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
     chosen: Integers,
 ) -> None:  # fmt: skip
     """Fill the memory of a block with zeros, once a kernel."""
-    for rows in (s, energies, us, rs, tops, lows):
+    for rows in (s, changes, us, rs, tops, lows):
         for i in range(rows.size):
             rows[i] = 0.0
     for k in range(chosen.size):
@@ -227,15 +228,14 @@ def log_of(u: float) -> float:
 
 @formula
 def root_series(u: float) -> float:
-    """sqrt(1 + u) - 1 - u/2 for |u| up to SERIES_RANGE, to 1e-11."""
-    t = 0.011579102423250153
-    t = -0.013865951696836253 + u * t
-    t = 0.016096331598237784 + u * t
-    t = -0.020488212952328232 + u * t
-    t = 0.027343886310999165 + u * t
-    t = -0.039062657602342676 + u * t
-    t = 0.06249999982944566 + u * t
-    t = -0.1249999998028103 + u * t
+    """sqrt(1 + u) - 1 - u/2 for |u| up to SERIES_RANGE, to 2e-10."""
+    t = -0.013766597627549452
+    t = 0.016906002491926194 + u * t
+    t = -0.020494166543278344 + u * t
+    t = 0.027327718813054118 + u * t
+    t = -0.03906256848919286 + u * t
+    t = 0.06250008045206959 + u * t
+    t = -0.125 + u * t
     return u * u * t
 
 
@@ -470,18 +470,16 @@ def end_of_work(step: float, lanes: int, coarse: Floats, constants: Floats, s: F
 
 
 @inlined
-def wrap(nodes: int, lanes: int, rows: Floats) -> None:
+def wrap(nodes: int, rows: Floats) -> None:
     """Repeat the last rows before the first and the first behind the last."""
     wide_vectors()
-    # By way of other memory: what is read and written in one loop is no vector.
-    first, last = on_stack(LANES), on_stack(LANES)
-    for i in range(PAD):
-        for k in range(lanes):
-            first[k], last[k] = rows[(PAD + i) * LANES + k], rows[(nodes + i) * LANES + k]
-        for k in range(lanes):
-            rows[i * LANES + k] = last[k]
-        for k in range(lanes):
-            rows[(nodes + PAD + i) * LANES + k] = first[k]
+    size, end = PAD * LANES, nodes * LANES
+    before, first = rows[:size], rows[size : 2 * size]
+    last, behind = rows[end : end + size], rows[end + size : end + 2 * size]
+    for i in range(size):
+        before[i] = last[i]
+    for i in range(size):
+        behind[i] = first[i]
 
 
 @inlined
@@ -522,13 +520,13 @@ def inverses(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
 
 @formula
 def march(
-    form: tuple[int, ...], variable: bool, lanes: int, coarse: Floats, s: Floats,
-    energies: Floats, us: Floats, tops: Floats, lows: Floats,
+    form: tuple[int, ...], variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
-    """Speeds u at the coarse nodes by the linear recurrence.
+    """Speeds u at the coarse nodes by the linear recurrence, less SHIFT.
 
-    Of form LINEAR that is all, and the mean speed is summed up on the way. Else it is all but the
-    rest, which is taken from the `energies` X - y.
+    Of form LINEAR, which has no shift, that is all, and the mean speed is summed up on the way.
+    Else it is all but what the rest adds, see `answer`.
     """
     wide_vectors()
     for k in range(lanes):
@@ -566,22 +564,16 @@ def march(
             v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
-            y = s[RUNNING + k]
-            u0 = gas * p0 - eta * v0 - y
+            y, shift = s[RUNNING + k], s[SHIFT + k] if len(form) == 3 else 0.0
+            u0 = (gas * p0 - shift) - eta * v0 - y
             y = d * y + (g * a0 - e * b0)
-            u1 = gas * p1 - eta * v1 - y
+            u1 = (gas * p1 - shift) - eta * v1 - y
             y = d * y + (g * a1 - e * b1)
-            u2 = gas * p2 - eta * v2 - y
+            u2 = (gas * p2 - shift) - eta * v2 - y
             y = d * y + (g * a2 - e * b2)
-            u3 = gas * p3 - eta * v3 - y
+            u3 = (gas * p3 - shift) - eta * v3 - y
             s[RUNNING + k] = d * y + (g * a3 - e * b3)
             if len(form) == 3:
-                energies[row + k] = u0
-                energies[row + LANES + k] = u1
-                energies[row + 2 * LANES + k] = u2
-                energies[row + 3 * LANES + k] = u3
-                shift = s[SHIFT + k]
-                u0, u1, u2, u3 = u0 - shift, u1 - shift, u2 - shift, u3 - shift
                 if variable:
                     turn = s[ETA + k]
                     t0, t1, t2, t3 = inverses(
@@ -606,14 +598,14 @@ def march(
 
 @inlined
 def solve_linear(
-    form: tuple[int, ...], lanes: int, coarse: Floats, s: Floats, energies: Floats, us: Floats,
-    tops: Floats, lows: Floats,
+    form: tuple[int, ...], lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats,
+    lows: Floats,
 ) -> None:  # fmt: skip
     """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
     wide_vectors()
     nodes = coarse.shape[0]
-    march(form, False, lanes, coarse, s, energies, us, tops, lows)
-    wrap(nodes, lanes, us)
+    march(form, False, lanes, coarse, s, us, tops, lows)
+    wrap(nodes, us)
     if beyond_series(lanes, s):
         exact_mean(False, lanes, coarse, s, us)
     for k in range(lanes):
@@ -690,7 +682,7 @@ def solve_free(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-    wrap(nodes, lanes, us)
+    wrap(nodes, us)
     for k in range(lanes):
         mean = log_of(s[PRODUCT + k] - 1.0) / nodes + s[ALIAS + k]
         first = s[FIRST_SUM + k] / nodes
@@ -737,71 +729,78 @@ def rest_slope(u: float, half: float, turning: float, k: int, series: Floats) ->
     return u * (2.0 * series[k] + u * total) - half * turning
 
 
-@inlined
-def answer(
-    variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats, energies: Floats,
-    us: Floats, rs: Floats, tops: Floats, lows: Floats,
-) -> None:  # fmt: skip
-    """Speeds u at the coarse nodes from `march`, less what the load makes of the rest there.
+@formula
+def root_slope(u: float, turning: float) -> float:
+    """`rest_slope` of the square root, by a polynomial through Chebyshev's points."""
+    total = -0.1613230995497165 + u * 0.14137230040045798
+    total = 0.1874766304172176 + u * total
+    return u * (-0.24997452593493807 + u * total) - 0.5 * turning
 
-    How they change the rest is taken to first order, from its slope half way: for REST_SUM, and
-    for CHANGE, the most at a node.
+
+@formula
+def slope_of(
+    kind: int, u: float, half: float, turning: float, k: int, series: Floats
+) -> float:
+    """Slope of the rest by kind of exponent, known when this is compiled."""
+    if kind == 1:
+        return root_slope(u, turning)
+    if kind == 2:
+        return -turning
+    return rest_slope(u, half, turning, k, series)
+
+
+@formula
+def answer(
+    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
+    changes: Floats, us: Floats, tops: Floats, lows: Floats,
+) -> None:  # fmt: skip
+    """Take off the speeds u at the coarse nodes what the `changes` of the rest make of them.
+
+    That changes the rest again. It is taken to first order, from its slope half way: for REST_SUM,
+    and for CHANGE, the most of two neighbouring nodes' mean.
     """
     wide_vectors()
-    found = on_stack(FOUR_ROWS)
     for k in range(lanes):
         s[RUNNING + k] = s[START + k]
         s[HIGH + k] = -1e300
         s[LOW + k] = 1e300
         s[CHANGE + k] = 0.0
+        s[MORE + k] = 0.0
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row, bound = (n + PAD) * LANES, group * LANES
         vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
         vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
-            d, rho, sigma, shift = s[DECAY + k], s[RHO + k], s[SIGMA + k], s[SHIFT + k]
-            near, far = s[EULER + k], s[EULER_FAR + k]
-            ra, rb = rs[row - 2 * LANES + k], rs[row - LANES + k]
-            r0, r1 = rs[row + k], rs[row + LANES + k]
-            r2, r3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
-            r4, r5 = rs[row + 4 * LANES + k], rs[row + 5 * LANES + k]
+            d, rho, sigma, shift = s[DECAY + k], s[RHO + k], s[SIGMA + k], s[MOVING + k]
+            near, far, half = s[EULER + k], s[EULER_FAR + k], s[HALF + k]
+            ra, rb = changes[row - 2 * LANES + k], changes[row - LANES + k]
+            r0, r1 = changes[row + k], changes[row + LANES + k]
+            r2, r3 = changes[row + 2 * LANES + k], changes[row + 3 * LANES + k]
+            r4, r5 = changes[row + 4 * LANES + k], changes[row + 5 * LANES + k]
             y = s[RUNNING + k]
-            x0 = (y + rho * r0) - near * (r1 - rb) + far * (r2 - ra) + shift
-            y = d * y + sigma * r0
-            x1 = (y + rho * r1) - near * (r2 - r0) + far * (r3 - rb) + shift
-            y = d * y + sigma * r1
-            x2 = (y + rho * r2) - near * (r3 - r1) + far * (r4 - r0) + shift
-            y = d * y + sigma * r2
-            x3 = (y + rho * r3) - near * (r4 - r2) + far * (r5 - r1) + shift
-            s[RUNNING + k] = d * y + sigma * r3
-            found[k] = energies[row + k] - x0
-            found[LANES + k] = energies[row + LANES + k] - x1
-            found[2 * LANES + k] = energies[row + 2 * LANES + k] - x2
-            found[3 * LANES + k] = energies[row + 3 * LANES + k] - x3
-        for k in range(lanes):
-            u0, u1, u2, u3 = found[k], found[LANES + k], found[2 * LANES + k], found[3 * LANES + k]
+            x0 = (sigma * y + (rho * r0 + shift)) - near * (r1 - rb) + far * (r2 - ra)
+            y = d * y + r0
+            x1 = (sigma * y + (rho * r1 + shift)) - near * (r2 - r0) + far * (r3 - rb)
+            y = d * y + r1
+            x2 = (sigma * y + (rho * r2 + shift)) - near * (r3 - r1) + far * (r4 - r0)
+            y = d * y + r2
+            x3 = (sigma * y + (rho * r3 + shift)) - near * (r4 - r2) + far * (r5 - r1)
+            s[RUNNING + k] = d * y + r3
             e0 = e1 = e2 = e3 = 0.0
             if variable:
                 turn = s[ETA + k]
                 e0, e1 = turn * own(coarse, vw0, n, V, k), turn * own(coarse, vw1, n + 1, V, k)
                 e2, e3 = turn * own(coarse, vw2, n + 2, V, k), turn * own(coarse, vw3, n + 3, V, k)
                 t0, t1, t2, t3 = inverses(1.0 + e0, 1.0 + e1, 1.0 + e2, 1.0 + e3)
-                u0, u1, u2, u3 = u0 * t0, u1 * t1, u2 * t2, u3 * t3
-            # Not a choice: of two loads the compiler makes one from places of its own, a gather.
-            half, moves = s[HALF + k], 1.0 - s[FROZEN + k]
-            last0, last1 = us[row + k], us[row + LANES + k]
-            last2, last3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            step0, step1 = moves * (u0 - last0), moves * (u1 - last1)
-            step2, step3 = moves * (u2 - last2), moves * (u3 - last3)
-            c0 = step0 * rest_slope(last0 + 0.5 * step0, half, e0, k, series)
-            c1 = step1 * rest_slope(last1 + 0.5 * step1, half, e1, k, series)
-            c2 = step2 * rest_slope(last2 + 0.5 * step2, half, e2, k, series)
-            c3 = step3 * rest_slope(last3 + 0.5 * step3, half, e3, k, series)
-            s[REST_SUM + k] += (c0 + c1) + (c2 + c3)
-            largest = max(max(abs(c0), abs(c1)), max(abs(c2), abs(c3)))
-            s[CHANGE + k] = max(s[CHANGE + k], largest)
-            u0, u1, u2, u3 = last0 + step0, last1 + step1, last2 + step2, last3 + step3
+                x0, x1, x2, x3 = x0 * t0, x1 * t1, x2 * t2, x3 * t3
+            u0, u1 = us[row + k], us[row + LANES + k]
+            u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
+            c0 = x0 * slope_of(kind, u0 - 0.5 * x0, half, e0, k, series)
+            c2 = x2 * slope_of(kind, u2 - 0.5 * x2, half, e2, k, series)
+            s[MORE + k] -= c0 + c2
+            s[CHANGE + k] = max(s[CHANGE + k], max(abs(c0), abs(c2)))
+            u0, u1, u2, u3 = u0 - x0, u1 - x1, u2 - x2, u3 - x3
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -812,6 +811,8 @@ def answer(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
+    for k in range(lanes):
+        s[REST_SUM + k] += 2.0 * s[MORE + k]
 
 
 @inlined
@@ -828,79 +829,83 @@ def fill_series(terms: int, lanes: int, s: Floats, series: Floats) -> None:
 
 
 @formula
+def beyond_linear(kind: int, u: float, k: int, series: Floats) -> float:
+    """(1 + u)^a - 1 - a u by kind of exponent, known when this is compiled."""
+    if kind == 1:
+        return root_series(u)
+    if kind == 2:
+        return 0.0
+    return rest_series(u, k, series)
+
+
+@formula
 def rest_of(
     first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
-    us: Floats, rs: Floats,
+    us: Floats, rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
-    """Second-order rest r = F - 1 - a u tau at the coarse nodes, its sum and its recurrence.
+    """Second-order rest r = F - 1 - a u tau at the coarse nodes and its sum.
 
-    Lanes that are done, or have it by roots, keep theirs but the `first` time, when CHANGE gets the
-    most of it. Four nodes are written out: an inner loop over them would keep the lanes from being
-    vectors.
+    What it `changes` by and that one's recurrence; the `first` time, all of it, when CHANGE gets
+    the most of two neighbouring nodes' mean. Later lanes that are done change no more, and those
+    that have it by roots keep their change. Four nodes are written out: an inner loop over them
+    would keep the lanes from being vectors.
     """
-    found = on_stack(FOUR_ROWS)
     for k in range(lanes):
         s[CHANGE + k] = 0.0
         s[REST_END + k] = 0.0
         s[REST_SUM + k] = 0.0
+        s[KEEPS + k] = s[WIDE + k] * (1.0 - s[FROZEN + k])
+        s[MOVES + k] = (1.0 - s[WIDE + k]) * (1.0 - s[FROZEN + k])
     for group in range(coarse.shape[0] // CHUNK):
         n = CHUNK * group
         row = (n + PAD) * LANES
-        if kind == 1:
-            for k in range(lanes):
-                found[k] = root_series(us[row + k])
-                found[LANES + k] = root_series(us[row + LANES + k])
-                found[2 * LANES + k] = root_series(us[row + 2 * LANES + k])
-                found[3 * LANES + k] = root_series(us[row + 3 * LANES + k])
-        elif kind == 2:
-            for k in range(lanes):
-                found[k] = 0.0
-                found[LANES + k] = 0.0
-                found[2 * LANES + k] = 0.0
-                found[3 * LANES + k] = 0.0
-        else:
-            for k in range(lanes):
-                found[k] = rest_series(us[row + k], k, series)
-                found[LANES + k] = rest_series(us[row + LANES + k], k, series)
-                found[2 * LANES + k] = rest_series(us[row + 2 * LANES + k], k, series)
-                found[3 * LANES + k] = rest_series(us[row + 3 * LANES + k], k, series)
-        if variable:
-            vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
-            vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
-            for k in range(lanes):
-                e = s[HALF + k] * s[ETA + k]
-                found[k] -= us[row + k] * e * own(coarse, vw0, n, V, k)
-                found[LANES + k] -= us[row + LANES + k] * e * own(coarse, vw1, n + 1, V, k)
-                found[2 * LANES + k] -= us[row + 2 * LANES + k] * e * own(coarse, vw2, n + 2, V, k)
-                found[3 * LANES + k] -= us[row + 3 * LANES + k] * e * own(coarse, vw3, n + 3, V, k)
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
-            r0, r1 = found[k], found[LANES + k]
-            r2, r3 = found[2 * LANES + k], found[3 * LANES + k]
-            if first:
-                largest = max(max(abs(r0), abs(r1)), max(abs(r2), abs(r3)))
-                s[CHANGE + k] = max(s[CHANGE + k], largest)
-            else:
+            u0, u1 = us[row + k], us[row + LANES + k]
+            u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
+            r0, r1 = beyond_linear(kind, u0, k, series), beyond_linear(kind, u1, k, series)
+            r2, r3 = beyond_linear(kind, u2, k, series), beyond_linear(kind, u3, k, series)
+            if variable:
+                e = s[HALF + k] * s[ETA + k]
+                r0 -= u0 * e * own(coarse, vw0, n, V, k)
+                r1 -= u1 * e * own(coarse, vw1, n + 1, V, k)
+                r2 -= u2 * e * own(coarse, vw2, n + 2, V, k)
+                r3 -= u3 * e * own(coarse, vw3, n + 3, V, k)
+            if not first:
                 # Not a choice: of two loads the compiler makes one from places of its own, a
                 # gather.
-                kept = max(s[FROZEN + k], s[WIDE + k])
-                moves = 1.0 - kept
-                r0 = moves * r0 + kept * rs[row + k]
-                r1 = moves * r1 + kept * rs[row + LANES + k]
-                r2 = moves * r2 + kept * rs[row + 2 * LANES + k]
-                r3 = moves * r3 + kept * rs[row + 3 * LANES + k]
-            d = s[DECAY + k]
-            s[REST_END + k] = d * (d * (d * (d * s[REST_END + k] + r0) + r1) + r2) + r3
-            s[REST_SUM + k] += (r0 + r1) + (r2 + r3)
+                moves, keeps = s[MOVES + k], s[KEEPS + k]
+                old0, old1 = rs[row + k], rs[row + LANES + k]
+                old2, old3 = rs[row + 2 * LANES + k], rs[row + 3 * LANES + k]
+                m0, m1 = moves * (r0 - old0), moves * (r1 - old1)
+                m2, m3 = moves * (r2 - old2), moves * (r3 - old3)
+                r0, r1, r2, r3 = old0 + m0, old1 + m1, old2 + m2, old3 + m3
+                m0, m1 = m0 + keeps * changes[row + k], m1 + keeps * changes[row + LANES + k]
+                m2 += keeps * changes[row + 2 * LANES + k]
+                m3 += keeps * changes[row + 3 * LANES + k]
+                changes[row + k] = m0
+                changes[row + LANES + k] = m1
+                changes[row + 2 * LANES + k] = m2
+                changes[row + 3 * LANES + k] = m3
+            else:
+                m0, m1, m2, m3 = r0, r1, r2, r3
             rs[row + k] = r0
             rs[row + LANES + k] = r1
             rs[row + 2 * LANES + k] = r2
             rs[row + 3 * LANES + k] = r3
+            d = s[DECAY + k]
+            s[REST_END + k] = d * (d * (d * (d * s[REST_END + k] + m0) + m1) + m2) + m3
+            left, right = r0 + r1, r2 + r3
+            s[REST_SUM + k] += left + right
+            if first:
+                s[CHANGE + k] = max(s[CHANGE + k], 0.5 * max(abs(left), abs(right)))
 
 
 @inlined
 def exact_rest(
     first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats,
-    rs: Floats,
+    rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
     """Take the rest of the lanes in WIDE by roots and powers, and how much it changes."""
     wide_vectors()
@@ -913,6 +918,7 @@ def exact_rest(
         vw = shared(coarse, n, V)
         here = us[(n + PAD) * LANES : (n + PAD + 1) * LANES]
         rest = rs[(n + PAD) * LANES : (n + PAD + 1) * LANES]
+        moved = changes[(n + PAD) * LANES : (n + PAD + 1) * LANES]
         for k in range(lanes):
             a, u, wide = s[HALF + k], here[k], s[WIDE + k] != 0.0
             turn = s[ETA + k] if variable else 0.0
@@ -920,22 +926,24 @@ def exact_rest(
             power = 1.0 + u if kind == 2 else power
             r = power - 1.0 - a * u * (1.0 + turn * own(coarse, vw, n, V, k))
             r = r if wide and s[FROZEN + k] == 0.0 else rest[k]
-            change = abs(r - (0.0 if first else rest[k]))
-            s[CHANGE + k] = max(s[CHANGE + k], change) if wide else s[CHANGE + k]
-            s[REST_END + k] = s[DECAY + k] * s[REST_END + k] + r if wide else s[REST_END + k]
+            change = r - (0.0 if first else rest[k])
+            most = max(s[CHANGE + k], abs(change))
+            s[CHANGE + k] = most if wide else s[CHANGE + k]
+            s[REST_END + k] = s[DECAY + k] * s[REST_END + k] + change if wide else s[REST_END + k]
             s[REST_SUM + k] += r if wide else 0.0
+            moved[k] = change
             rest[k] = r
 
 
 @inlined
 def iterate(
     form: tuple[int, ...], kind: int, variable: bool, tolerance: float, period: float, lanes: int,
-    coarse: Floats, s: Floats, energies: Floats, us: Floats, rs: Floats, tops: Floats,
+    coarse: Floats, s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats,
     lows: Floats,
 ) -> None:  # fmt: skip
     """Iterate r until every lane is frozen or given up; TURNS counts its passes.
 
-    `tolerance` is for u, relative to its range. `energies` is scratch, a row a coarse node. What
+    `tolerance` is for u, relative to its range. `changes` is scratch, a row a coarse node. What
     `rs` holds in the end is what u was found with.
     """
     wide_vectors()
@@ -945,13 +953,25 @@ def iterate(
     for k in range(lanes):
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
-    march(form, variable, lanes, coarse, s, energies, us, tops, lows)
-    rest_of(True, kind, variable, lanes, coarse, s, series, us, rs)
+    march(form, variable, lanes, coarse, s, us, tops, lows)
+    if kind == 1:
+        rest_of(True, 1, variable, lanes, coarse, s, series, us, rs, changes)
+    elif kind == 2:
+        rest_of(True, 2, variable, lanes, coarse, s, series, us, rs, changes)
+    else:
+        rest_of(True, 3, variable, lanes, coarse, s, series, us, rs, changes)
     for turn in range(MOST_PASSES):
         if turn > 0:
-            answer(variable, lanes, coarse, s, series, energies, us, rs, tops, lows)
+            # The first time, all of the rest is new.
+            new = rs if turn == 1 else changes
+            if kind == 1:
+                answer(1, variable, lanes, coarse, s, series, new, us, tops, lows)
+            elif kind == 2:
+                answer(2, variable, lanes, coarse, s, series, new, us, tops, lows)
+            else:
+                answer(3, variable, lanes, coarse, s, series, new, us, tops, lows)
         if beyond_series(lanes, s):
-            exact_rest(turn == 0, kind, variable, lanes, coarse, s, us, rs)
+            exact_rest(turn == 0, kind, variable, lanes, coarse, s, us, rs, changes)
         running = 0.0
         for k in range(lanes):
             frozen = s[FROZEN + k]
@@ -976,22 +996,31 @@ def iterate(
             s[TURNS + k] = turn + 1.0 if frozen == 0.0 else s[TURNS + k]
             stays = frozen != 0.0 or done or not within
             s[CODE + k] = LEFT if frozen == 0.0 and not within else s[CODE + k]
-            s[SHIFT + k] = s[SHIFT + k] if stays else s[ALIAS + k] - s[BENT + k] * mean
+            shift = s[SHIFT + k] if stays else s[ALIAS + k] - s[BENT + k] * mean
+            s[MOVING + k] = shift - s[SHIFT + k]
+            s[SHIFT + k] = shift
             s[LEVEL + k] = s[LEVEL + k] if stays else level
             s[FROZEN + k] = 1.0 if stays else 0.0
             running += 0.0 if stays else 1.0
         if running == 0.0:
             break
         if turn > 0:
-            rest_of(False, kind, variable, lanes, coarse, s, series, us, rs)
-        wrap(nodes, lanes, rs)
+            if kind == 1:
+                rest_of(False, 1, variable, lanes, coarse, s, series, us, rs, changes)
+            elif kind == 2:
+                rest_of(False, 2, variable, lanes, coarse, s, series, us, rs, changes)
+            else:
+                rest_of(False, 3, variable, lanes, coarse, s, series, us, rs, changes)
+            wrap(nodes, changes)
+        else:
+            wrap(nodes, rs)
         for k in range(lanes):
-            s[START + k] = s[SIGMA + k] * s[REST_END + k] * s[CLOSED + k]
+            s[START + k] = s[REST_END + k] * s[CLOSED + k]
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
-    # The rest too: that of a lane in WIDE is newer than what was repeated for its neighbours.
-    wrap(nodes, lanes, rs)
-    wrap(nodes, lanes, us)
+    # What lanes may have changed last, and what u was found with.
+    wrap(nodes, rs)
+    wrap(nodes, us)
 
 
 @inlined
