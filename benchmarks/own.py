@@ -66,9 +66,9 @@ COARSE_NODES = {1: 92, 4: 48, 8: 24}
 
 # To be kept by whoever changes a kernel: what the code does for one design, counted by hand in
 # `engine_dyn/speed/lanes.py` and `hills.py`.
-LINEAR, FREE, MARCH, ANSWER, MEAN, TURNED = 30, 32, 12, 28, 22, 12
-REST = {1.0: 20, 2.0: 6}
-REST_OF_POWERS = 25
+LINEAR, FREE, MARCH, MEAN, TURNED = 28, 30, 12, 20, 12
+REST, ANSWER = {1.0: 18, 2.0: 6}, {1.0: 22, 2.0: 18}
+REST_OF_POWERS, ANSWER_OF_POWERS = 26, 26
 CHUNK, WORK, EXTREMES = 14 / 4, 70, 900
 OF_TABLE = Operations(
     32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
@@ -84,7 +84,7 @@ def operations(scene: Scene, passes: float) -> Operations:
         node, note = float(LINEAR), f"one pass of {LINEAR} a node"
     else:
         rest = REST.get(alpha, REST_OF_POWERS) + (TURNED if scene.variable else 0)
-        back = ANSWER + (TURNED if scene.variable else 0)
+        back = ANSWER.get(alpha, ANSWER_OF_POWERS) + (TURNED if scene.variable else 0)
         last = 0 if alpha == 1.0 else MEAN
         node = MARCH + (passes - 1.0) * (rest + back) + last
         note = f"{MARCH} a node, {passes - 1.0:.2f} times {rest} for the rest and {back} for what "

@@ -13,10 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import (
+    SQUARE_SIDE,
     formula,
     indices_on_stack,
     inlined,
     on_stack,
+    turn_eights,
+    turn_fours,
+    turn_pairs,
     wide_vectors,
 )
 from engine_dyn.speed.extremes import interpolate, refine
@@ -81,7 +85,6 @@ from engine_dyn.speed.levels import (
     V_ABOVE,
     V_BELOW,
     V_MOMENT,
-    WORK,
     Levels,
     P,
     V,
@@ -93,7 +96,8 @@ __all__ = ["candidates", "clear_ripple", "extremes"]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-FIVE_ROWS, SIX_ROWS, ELEVEN_ROWS = 5 * LANES, 6 * LANES, 11 * LANES
+TWO_ROWS, FOUR_ROWS, FIVE_ROWS, SIX_ROWS = 2 * LANES, 4 * LANES, 5 * LANES, 6 * LANES
+EIGHT_ROWS, ELEVEN_ROWS = 8 * LANES, 11 * LANES
 
 
 @formula
@@ -202,7 +206,7 @@ def candidates(
     return rippled > 0.0
 
 
-VALUES, INTEGRALS, SLOPES, MIDDLES = 0, 1, 2, 3
+VALUES, SLOPES, INTEGRALS, MIDDLES = 0, 1, 2, 3
 """Pairs of fields of a fine node, one of P and the same of V."""
 
 
@@ -228,14 +232,70 @@ def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[flo
 
 
 @formula
-def load_at(
-    node: int, r: float, turn: float, k: int, coarse: Floats, s: Floats, us: Floats
+def read_pairs(
+    count: int, pair: int, places: Integers, lanes: int, fine: Floats, s: Floats, found: Floats
+) -> None:  # fmt: skip
+    """Pairs of fields of every lane's fine node, `count` of them from `pair` on, as rows of lanes.
+
+    `count`, known when this is compiled, is 1, 2 or 4: half the number of rows of `found`.
+    """
+    if fine.ndim == 2:
+        for k in range(0, lanes, SQUARE_SIDE):
+            if count == 1:
+                turn_pairs(fine, 2 * pair, places, k, found)
+            elif count == 2:
+                turn_fours(fine, 2 * pair, places, k, found)
+            else:
+                turn_eights(fine, 2 * pair, places, k, found)
+        return
+    for i in range(count):
+        gas, squares = found[2 * i * LANES :], found[(2 * i + 1) * LANES :]
+        for k in range(lanes):
+            gas[k], squares[k] = pair_at(places[k], pair + i, k, fine, s)
+
+
+@formula
+def read_nodes(fields: int, places: Integers, lanes: int, coarse: Floats, found: Floats) -> None:
+    """Take P, V, P_MOMENT, V_MOMENT, WORK and SQUARES of every lane's coarse node: rows of lanes.
+
+    `fields`, known when this is compiled, is 4, for the first four, or 8: the rows of `found`.
+    """
+    if coarse.ndim == 2:
+        for k in range(0, lanes, SQUARE_SIDE):
+            if fields == 4:
+                turn_fours(coarse, P, places, k, found)
+            else:
+                turn_eights(coarse, P, places, k, found)
+        return
+    for field in range(min(fields, SQUARES + 1)):
+        row = found[field * LANES : (field + 1) * LANES]
+        for k in range(lanes):
+            row[k] = own(coarse, 0.0, places[k], field, k)
+
+
+@formula
+def load_of(
+    p: float, v: float, moment: float, turning: float, u: float, r: float, turn: float, k: int,
+    s: Floats,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Return X, y, the slope of y and tau at a coarse node, with all that its extremes need.
 
     The recurrence takes X for a line between two coarse nodes; what its first moments differ from
     that is too little to matter but here.
     """
+    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+    moved = s[MOVED + k] - beta * beta * (g * moment - eta * turning)
+    tau = 1.0 + turn * v
+    u += moved / tau
+    x = g * p - eta * v
+    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau), tau
+
+
+@formula
+def load_at(
+    node: int, r: float, turn: float, k: int, coarse: Floats, s: Floats, us: Floats
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """`load_of` one node."""
     nodes = coarse.shape[0]
     here = node + nodes if node < 0 else (node - nodes if node >= nodes else node)
     p, v = (
@@ -244,28 +304,23 @@ def load_at(
     )
     moment = own(coarse, shared(coarse, here, P_MOMENT), here, P_MOMENT, k)
     turning = own(coarse, shared(coarse, here, V_MOMENT), here, V_MOMENT, k)
-    g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-    moved = s[MOVED + k] - beta * beta * (g * moment - eta * turning)
-    tau = 1.0 + turn * v
-    u = us[(node + PAD) * LANES + k] + moved / tau
-    x = g * p - eta * v
-    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau), tau
+    return load_of(p, v, moment, turning, us[(node + PAD) * LANES + k], r, turn, k, s)
 
 
 @formula
-def bend_at(
-    form: tuple[int, ...], place: int, x: float, y: float, dy: float, tau: float, turn: float,
-    k: int, fine: Floats, s: Floats,
+def bend_of(
+    form: tuple[int, ...], dp: float, dv: float, x: float, y: float, dy: float, tau: float,
+    turn: float, k: int, s: Floats,
 ) -> float:  # fmt: skip
-    """Second slope of w = y - beta I at a coarse node, by its fine `place`: kappa r' - beta y'.
+    """Second slope of w = y - beta I at a coarse node, kappa r' - beta y'.
 
-    With F = q^a, F' is a F/q times that of u, and r is F - 1 - a u tau.
+    From the slopes of P and V there. With F = q^a, F' is a F/q times that of u, and r is
+    F - 1 - a u tau.
     """
     beta = s[BETA + k]
     if len(form) < 3:
         return -beta * dy
     a, kappa = s[HALF + k], s[KAPPA + k]
-    dp, dv = pair_at(place, SLOPES, k, fine, s)
     energy, rate = x - y, s[GAS + k] * dp - s[ETA + k] * dv - dy
     u = energy / tau
     rising = (rate - u * turn * dv) / tau
@@ -311,88 +366,152 @@ def peaks_near(
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
     share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
-    found, values, bumps = on_stack(ELEVEN_ROWS), on_stack(LANES), on_stack(LANES)
-    starts, at = indices_on_stack(LANES), indices_on_stack(LANES)
+    values, bumps, roughs = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    load_slopes, load_bends = on_stack(LANES), on_stack(LANES)
+    speeds, speed_steps = on_stack(LANES), on_stack(LANES)
+    zeroth, linear, second = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    third, fourth, fifth = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    pairs, fours, eights = on_stack(TWO_ROWS), on_stack(FOUR_ROWS), on_stack(EIGHT_ROWS)
+    more_pairs, more_fours = on_stack(TWO_ROWS), on_stack(FOUR_ROWS)
+    starts, places, behind = (
+        indices_on_stack(LANES), indices_on_stack(LANES), indices_on_stack(LANES)
+    )  # fmt: skip
+    firsts = indices_on_stack(LANES)
+    eights0, eights1, eights2, eights3, eights4, eights5, eights6, eights7 = (
+        eights[0 * LANES : 1 * LANES],
+        eights[1 * LANES : 2 * LANES],
+        eights[2 * LANES : 3 * LANES],
+        eights[3 * LANES : 4 * LANES],
+        eights[4 * LANES : 5 * LANES],
+        eights[5 * LANES : 6 * LANES],
+        eights[6 * LANES : 7 * LANES],
+        eights[7 * LANES : 8 * LANES],
+    )
+    fours0, fours1, fours2, fours3 = (
+        fours[0 * LANES : 1 * LANES],
+        fours[1 * LANES : 2 * LANES],
+        fours[2 * LANES : 3 * LANES],
+        fours[3 * LANES : 4 * LANES],
+    )
+    more_fours0, more_fours1, more_fours2, more_fours3 = (
+        more_fours[0 * LANES : 1 * LANES],
+        more_fours[1 * LANES : 2 * LANES],
+        more_fours[2 * LANES : 3 * LANES],
+        more_fours[3 * LANES : 4 * LANES],
+    )
+    pairs0, pairs1 = (
+        pairs[0 * LANES : 1 * LANES],
+        pairs[1 * LANES : 2 * LANES],
+    )
+    more_pairs0, more_pairs1 = (
+        more_pairs[0 * LANES : 1 * LANES],
+        more_pairs[1 * LANES : 2 * LANES],
+    )
+    for k in range(lanes):
+        places[k] = ratio * (chosen[k] + 1)
+    read_pairs(1, SLOPES, places, lanes, fine, s, pairs)
     for k in range(lanes):
         node = chosen[k]
-        g, eta, beta, a, kappa = s[GAS + k], s[ETA + k], s[BETA + k], s[HALF + k], s[KAPPA + k]
+        g, eta, a, kappa = s[GAS + k], s[ETA + k], s[HALF + k], s[KAPPA + k]
         turn = eta if variable else 0.0
         row = (node + PAD) * LANES + k
-        r1 = rough = 0.0
+        r1 = 0.0
         if len(form) == 3:
             r1 = rs[row]
             # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
             far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
             near = rs[row + LANES] - rs[row - LANES]
             rough = 2.0 * abs(22.0 / 82.0 * s[EULER + k] * near - s[EULER_FAR + k] * far)
+            roughs[k] = rough
         # No coarse node beside it is higher: by its slope, the extreme lies before it or behind.
-        dp, dv = pair_at(ratio * (node + 1), SLOPES, k, fine, s)
+        dp, dv = pairs0[k], pairs1[k]
         u1 = us[row] + s[MOVED + k]
         tau = 1.0
         if variable:
             tau += turn * own(coarse, shared(coarse, node, V), node, V, k)
         slope = g * dp - eta * dv - kappa * (r1 + a * u1 * tau) - u1 * turn * dv
         first = node if slope * upward > 0.0 else node - 1
-        here = first + nodes if first < 0 else first
+        firsts[k] = first
+        places[k] = first + nodes if first < 0 else first
+        behind[k] = first + 1 - nodes if first + 1 >= nodes else first + 1
+        starts[k] = ratio * (first + 1)
+    read_nodes(8, places, lanes, coarse, eights)
+    read_nodes(4, behind, lanes, coarse, fours)
+    read_pairs(2, SLOPES, starts, lanes, fine, s, more_fours)
+    if len(form) == 3:
+        for k in range(lanes):
+            places[k] = starts[k] + ratio
+        read_pairs(1, SLOPES, places, lanes, fine, s, more_pairs)
+    for k in range(lanes):
+        g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
+        turn = eta if variable else 0.0
+        row = (firsts[k] + PAD) * LANES + k
         r0 = r2 = 0.0
         if len(form) == 3:
-            row = (first + PAD) * LANES + k
             r0, r2 = rs[row], rs[row + LANES]
-        x0, y0, dy0, tau0 = load_at(first, r0, turn, k, coarse, s, us)
-        x2, y2, dy2, tau2 = load_at(first + 1, r2, turn, k, coarse, s, us)
+        x0, y0, dy0, tau0 = load_of(
+            eights0[k], eights1[k], eights2[k], eights3[k], us[row],
+            r0, turn, k, s,
+        )  # fmt: skip
+        x2, y2, dy2, tau2 = load_of(
+            fours0[k], fours1[k], fours2[k], fours3[k],
+            us[row + LANES], r2, turn, k, s,
+        )  # fmt: skip
         # Between the two, y = beta I + w: the antiderivative I of X carries all that is not
         # smooth, and the rest is a polynomial by values and two slopes at both ends.
-        base = ratio * (first + 1)
-        ip, iv = pair_at(base, INTEGRALS, k, fine, s)
-        of_p = own(coarse, shared(coarse, here, WORK), here, WORK, k)
-        of_v = own(coarse, shared(coarse, here, SQUARES), here, SQUARES, k)
-        before = g * ip - eta * iv
+        before = g * more_fours2[k] - eta * more_fours3[k]
+        work = g * eights4[k] - eta * eights5[k]
         w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
-        w2, d2 = y2 - beta * (before + g * of_p - eta * of_v), (dy2 - beta * x2) * step
-        c0, c2 = (
-            bend_at(form, base, x0, y0, dy0, tau0, turn, k, fine, s),
-            bend_at(form, base + ratio, x2, y2, dy2, tau2, turn, k, fine, s),
-        )
+        w2, d2 = y2 - beta * (before + work), (dy2 - beta * x2) * step
+        c0 = bend_of(form, more_fours0[k], more_fours1[k], x0, y0, dy0, tau0, turn, k, s)
+        c2 = bend_of(form, more_pairs0[k], more_pairs1[k], x2, y2, dy2, tau2, turn, k, s)
         c0, c2 = c0 * step * step, c2 * step * step
         rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
-        found[k], found[LANES + k] = dy0, (dy2 - dy0) * share
+        load_slopes[k], load_bends[k] = dy0, (dy2 - dy0) * share
         u0, u2 = (x0 - y0) / tau0, (x2 - y2) / tau2
-        found[2 * LANES + k], found[3 * LANES + k] = u0, (u2 - u0) * share
-        found[4 * LANES + k], found[5 * LANES + k] = w0, d0
-        found[6 * LANES + k] = 0.5 * c0
-        found[7 * LANES + k] = 10.0 * rise - 4.0 * run + 0.5 * turned
-        found[8 * LANES + k] = -15.0 * rise + 7.0 * run - turned
-        found[9 * LANES + k] = 6.0 * rise - 3.0 * run + 0.5 * turned
-        found[10 * LANES + k] = rough
-        starts[k] = base
-        at[k] = 0
+        speeds[k], speed_steps[k] = u0, (u2 - u0) * share
+        zeroth[k], linear[k] = w0, d0
+        second[k] = 0.5 * c0
+        third[k] = 10.0 * rise - 4.0 * run + 0.5 * turned
+        fourth[k] = -15.0 * rise + 7.0 * run - turned
+        fifth[k] = 6.0 * rise - 3.0 * run + 0.5 * turned
+    for k in range(lanes):
+        places[k] = starts[k]
     # Halve the interval down to two neighbouring fine nodes; for the sign of the slope, y' and u
     # are lines.
     part = ratio // 2
     while part > 0:
         for k in range(lanes):
-            dp, dv = pair_at(starts[k] + at[k] + part, SLOPES, k, fine, s)
-            t = float(at[k] + part)
-            slope = s[GAS + k] * dp - s[ETA + k] * dv - (found[k] + t * found[LANES + k])
+            behind[k] = places[k] + part
+        read_pairs(1, SLOPES, behind, lanes, fine, s, pairs)
+        for k in range(lanes):
+            t = float(behind[k] - starts[k])
+            slope = s[GAS + k] * pairs0[k] - s[ETA + k] * pairs1[k]
+            slope -= load_slopes[k] + t * load_bends[k]
             if variable:
-                slope -= (found[2 * LANES + k] + t * found[3 * LANES + k]) * s[ETA + k] * dv
-            at[k] += part if slope * upward > 0.0 else 0
+                turned = s[ETA + k] * pairs1[k]
+                slope -= (speeds[k] + t * speed_steps[k]) * turned
+            places[k] += part if slope * upward > 0.0 else 0
         part //= 2
+    for k in range(lanes):
+        behind[k] = places[k] + 1
+    read_pairs(4, VALUES, places, lanes, fine, s, eights)
+    read_pairs(2, VALUES, behind, lanes, fine, s, fours)
     for k in range(lanes):
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
         turn = eta if variable else 0.0
-        w0, d0 = found[4 * LANES + k], found[5 * LANES + k]
-        c2, c3 = found[6 * LANES + k], found[7 * LANES + k]
-        c4, c5 = found[8 * LANES + k], found[9 * LANES + k]
-        rough = found[10 * LANES + k]
-        one = starts[k] + at[k]
-        t, after = at[k] * share, (at[k] + 1) * share
-        p1, v1 = pair_at(one, VALUES, k, fine, s)
-        p2, v2 = pair_at(one + 1, VALUES, k, fine, s)
-        dp1, dv1 = pair_at(one, SLOPES, k, fine, s)
-        dp2, dv2 = pair_at(one + 1, SLOPES, k, fine, s)
-        mp, mv = pair_at(one, MIDDLES, k, fine, s)
-        ip, iv = pair_at(one, INTEGRALS, k, fine, s)
+        w0, d0 = zeroth[k], linear[k]
+        c2, c3 = second[k], third[k]
+        c4, c5 = fourth[k], fifth[k]
+        rough = roughs[k] if len(form) == 3 else 0.0
+        at = float(places[k] - starts[k])
+        t, after = at * share, (at + 1.0) * share
+        p1, v1 = eights0[k], eights1[k]
+        dp1, dv1 = eights2[k], eights3[k]
+        ip, iv = eights4[k], eights5[k]
+        mp, mv = eights6[k], eights7[k]
+        p2, v2 = fours0[k], fours1[k]
+        dp2, dv2 = fours2[k], fours3[k]
         x1, x2 = g * p1 - eta * v1, g * p2 - eta * v2
         dx1, dx2 = g * dp1 - eta * dv1, g * dp2 - eta * dv2
         work = g * ip - eta * iv

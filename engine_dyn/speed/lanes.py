@@ -100,8 +100,6 @@ LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
 """What solves a block, told by length: the compiler leaves the other two out, and compiles what a
 scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
 
-FOUR_ROWS = 4 * LANES
-
 PAD = 2
 """Rows beside the first and the last node: the period again."""
 
@@ -470,16 +468,16 @@ def end_of_work(step: float, lanes: int, coarse: Floats, constants: Floats, s: F
 
 
 @inlined
-def wrap(nodes: int, rows: Floats) -> None:
+def wrap(nodes: int, lanes: int, rows: Floats) -> None:
     """Repeat the last rows before the first and the first behind the last."""
     wide_vectors()
-    size, end = PAD * LANES, nodes * LANES
-    before, first = rows[:size], rows[size : 2 * size]
-    last, behind = rows[end : end + size], rows[end + size : end + 2 * size]
-    for i in range(size):
-        before[i] = last[i]
-    for i in range(size):
-        behind[i] = first[i]
+    for i in range(PAD):
+        before, last = rows[i * LANES : (i + 1) * LANES], rows[(nodes + i) * LANES :]
+        first, behind = rows[(PAD + i) * LANES :], rows[(nodes + PAD + i) * LANES :]
+        for k in range(lanes):
+            before[k] = last[k]
+        for k in range(lanes):
+            behind[k] = first[k]
 
 
 @inlined
@@ -573,13 +571,12 @@ def march(
             y = d * y + (g * a2 - e * b2)
             u3 = (gas * p3 - shift) - eta * v3 - y
             s[RUNNING + k] = d * y + (g * a3 - e * b3)
-            if len(form) == 3:
-                if variable:
-                    turn = s[ETA + k]
-                    t0, t1, t2, t3 = inverses(
-                        1.0 + turn * v0, 1.0 + turn * v1, 1.0 + turn * v2, 1.0 + turn * v3
-                    )  # fmt: skip
-                    u0, u1, u2, u3 = u0 * t0, u1 * t1, u2 * t2, u3 * t3
+            if len(form) == 3 and variable:
+                turn = s[ETA + k]
+                t0, t1, t2, t3 = inverses(
+                    1.0 + turn * v0, 1.0 + turn * v1, 1.0 + turn * v2, 1.0 + turn * v3
+                )  # fmt: skip
+                u0, u1, u2, u3 = u0 * t0, u1 * t1, u2 * t2, u3 * t3
             us[row + k] = u0
             us[row + LANES + k] = u1
             us[row + 2 * LANES + k] = u2
@@ -605,7 +602,7 @@ def solve_linear(
     wide_vectors()
     nodes = coarse.shape[0]
     march(form, False, lanes, coarse, s, us, tops, lows)
-    wrap(nodes, us)
+    wrap(nodes, lanes, us)
     if beyond_series(lanes, s):
         exact_mean(False, lanes, coarse, s, us)
     for k in range(lanes):
@@ -682,7 +679,7 @@ def solve_free(
             lows[bound + k] = low
             s[HIGH + k] = max(s[HIGH + k], high)
             s[LOW + k] = min(s[LOW + k], low)
-    wrap(nodes, us)
+    wrap(nodes, lanes, us)
     for k in range(lanes):
         mean = log_of(s[PRODUCT + k] - 1.0) / nodes + s[ALIAS + k]
         first = s[FIRST_SUM + k] / nodes
@@ -738,9 +735,7 @@ def root_slope(u: float, turning: float) -> float:
 
 
 @formula
-def slope_of(
-    kind: int, u: float, half: float, turning: float, k: int, series: Floats
-) -> float:
+def slope_of(kind: int, u: float, half: float, turning: float, k: int, series: Floats) -> float:
     """Slope of the rest by kind of exponent, known when this is compiled."""
     if kind == 1:
         return root_slope(u, turning)
@@ -839,6 +834,15 @@ def beyond_linear(kind: int, u: float, k: int, series: Floats) -> float:
 
 
 @formula
+def finite(x: float) -> float:
+    """Return x, or some finite number: what a design left behind that was given up.
+
+    Times zero that is nothing, for whoever has the lane next.
+    """
+    return min(1e300, max(-1e300, x))
+
+
+@formula
 def rest_of(
     first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
     us: Floats, rs: Floats, changes: Floats,
@@ -881,9 +885,10 @@ def rest_of(
                 m0, m1 = moves * (r0 - old0), moves * (r1 - old1)
                 m2, m3 = moves * (r2 - old2), moves * (r3 - old3)
                 r0, r1, r2, r3 = old0 + m0, old1 + m1, old2 + m2, old3 + m3
-                m0, m1 = m0 + keeps * changes[row + k], m1 + keeps * changes[row + LANES + k]
-                m2 += keeps * changes[row + 2 * LANES + k]
-                m3 += keeps * changes[row + 3 * LANES + k]
+                m0 += keeps * finite(changes[row + k])
+                m1 += keeps * finite(changes[row + LANES + k])
+                m2 += keeps * finite(changes[row + 2 * LANES + k])
+                m3 += keeps * finite(changes[row + 3 * LANES + k])
                 changes[row + k] = m0
                 changes[row + LANES + k] = m1
                 changes[row + 2 * LANES + k] = m2
@@ -1011,16 +1016,16 @@ def iterate(
                 rest_of(False, 2, variable, lanes, coarse, s, series, us, rs, changes)
             else:
                 rest_of(False, 3, variable, lanes, coarse, s, series, us, rs, changes)
-            wrap(nodes, changes)
+            wrap(nodes, lanes, changes)
         else:
-            wrap(nodes, rs)
+            wrap(nodes, lanes, rs)
         for k in range(lanes):
             s[START + k] = s[REST_END + k] * s[CLOSED + k]
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
     # What lanes may have changed last, and what u was found with.
-    wrap(nodes, rs)
-    wrap(nodes, us)
+    wrap(nodes, lanes, rs)
+    wrap(nodes, lanes, us)
 
 
 @inlined

@@ -47,10 +47,10 @@ CHUNK = 4
 """Coarse nodes that one pass over the lanes takes at once; their number is a multiple of it."""
 
 NODE_FIELDS = 10
-P, V, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW, P_MOMENT, V_MOMENT = range(NODE_FIELDS)
-"""Of a coarse node: P and V; their integrals over the interval behind it; how far P and V rise
-above and fall below their chords in the two intervals beside it; the sum of their first moments
-about the middles of all intervals before it, less what that is for a line, h^2/12 of P and V."""
+P, V, P_MOMENT, V_MOMENT, WORK, SQUARES, P_ABOVE, P_BELOW, V_ABOVE, V_BELOW = range(NODE_FIELDS)
+"""Of a coarse node: P and V; the sum of their first moments about the middles of all intervals
+before it, less what that is for a line, h^2/12 of P and V; their integrals over the interval behind
+it; how far they rise above and fall below their chords in the two intervals beside it."""
 
 RIPPLE, RIPPLE_V = P, V
 """Of a chunk, in the places of P and V: what may mislead the search for extremes, `fill_ripple`."""
@@ -65,8 +65,8 @@ SMOOTH = 1e-10
 """Share of the steepest slope that ripple has by rounding."""
 
 FINE_FIELDS = 8
-F_P, F_V, F_IP, F_IV, F_DP, F_DV, F_MP, F_MV = range(FINE_FIELDS)
-"""Of a fine node: P, V, their antiderivatives (periodic, without mean), slopes, and what a cubic
+F_P, F_V, F_DP, F_DV, F_IP, F_IV, F_MP, F_MV = range(FINE_FIELDS)
+"""Of a fine node: P, V, their slopes, antiderivatives (periodic, without mean), and what a cubic
 misses in the middle of the interval behind it."""
 
 LARGEST_STEP = 0.05

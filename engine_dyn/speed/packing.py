@@ -40,7 +40,7 @@ INPUT_NAMES = (
 TABLE_NAMES = INPUT_NAMES[:TABLE_INPUTS]
 """What tables depend on."""
 
-PIECE = 65536
+PIECE = 16384
 """Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
 
 FEWEST = 64

@@ -110,7 +110,7 @@ TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
 class Panels(NamedTuple):
     """Shared tables, numbered: (table, ...).
 
-    `fine` is (table, fine node, pair, point), a pair being value, antiderivative, slope, middle;
+    `fine` is (table, fine node, pair, point), a pair being value, slope, antiderivative, middle;
     `coarse` (table, coarse node, value or integral, point); `chunk` (table, chunk, kind), a
     kind being above, below, ripple or tilt; `numbers` (table, NUMBERS); `alias` (table, point)
     what the coarse level sees wrongly of the mean. A table is of the work of one diagram; of a unit
@@ -227,8 +227,8 @@ def build_panel(
             here = number + quantity
             for n in range(nodes + 2 * ratio):
                 panels.fine[here, n, 0, i] = levels.fine[n, F_P + quantity]
-                panels.fine[here, n, 1, i] = levels.fine[n, F_IP + quantity]
-                panels.fine[here, n, 2, i] = levels.fine[n, F_DP + quantity]
+                panels.fine[here, n, 1, i] = levels.fine[n, F_DP + quantity]
+                panels.fine[here, n, 2, i] = levels.fine[n, F_IP + quantity]
                 panels.fine[here, n, 3, i] = levels.fine[n, F_MP + quantity]
             for n in range(coarse):
                 panels.coarse[here, n, 0, i] = levels.coarse[n, P + quantity]

@@ -34,6 +34,7 @@ from engine_dyn.speed.levels import CHUNK
 from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN
 from engine_dyn.speed.packing import (
     FEWEST,
+    PIECE,
     TABLE_NAMES,
     Packed,
     Part,
@@ -136,8 +137,9 @@ then differs by some 1e-9 from what it is with a table of its own."""
 PANEL_BYTES = 64_000_000
 """Shared tables that are kept at a time."""
 
-PANEL_PIECE = 65536
-"""Designs of one call with shared tables: they are sorted by table."""
+PIECE_IN_LANES = 65536
+"""Designs of one call at most in lanes: each begins with a table, as long as a thousand designs, or
+sorts them by their shared ones."""
 
 FEWEST_IN_LANES, ANGLES_OF_DESIGN = 4096, 32
 """Designs that are worth a thread in lanes, a fraction of a microsecond each, and the angles of a
@@ -452,7 +454,8 @@ def _solve_parts(
             results=results, in_lanes=in_lanes, ratio=ratio, scratch=scratch, rest=rest,
             angles=wanted_at, threads=threads // shared_by(part.size, threads, fewest_shared),
         )  # fmt: skip
-        run_pieces(part.size, job, threads, progress, fewest=fewest_shared)
+        largest = PIECE_IN_LANES if in_lanes and not angles.size else PIECE
+        run_pieces(part.size, job, threads, progress, largest, fewest_shared)
 
     found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
     found["status"] = results.status
@@ -709,7 +712,7 @@ def _march_panels(
         designs.keys_of(begin, end, rows, parts, product, keys)
         seen[keys] = True
 
-    run_pieces(size, look, threads, None, PANEL_PIECE, PANEL_PIECE)
+    run_pieces(size, look, threads, None, PIECE_IN_LANES, PIECE_IN_LANES)
     wanted = np.flatnonzero(seen)
     shared = shared_by(size, threads, FEWEST_IN_LANES)
     small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
@@ -739,7 +742,7 @@ def _march_panels(
             _march_left(np.sort(left[:count]), memory, scratch, rest, threads // shared)
 
         share = progress if high == wanted[-1] else None
-        run_pieces(size, job, threads, share, PANEL_PIECE, FEWEST_IN_LANES)
+        run_pieces(size, job, threads, share, PIECE_IN_LANES, FEWEST_IN_LANES)
 
 
 def _shared_tables(

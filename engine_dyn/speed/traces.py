@@ -53,7 +53,7 @@ from engine_dyn.speed.lanes import (
     WIDE,
     root_series,
 )
-from engine_dyn.speed.levels import F_IP, F_IV, P_MOMENT, V_MOMENT, Levels, P, V
+from engine_dyn.speed.levels import F_DP, F_IP, F_IV, F_P, P_MOMENT, V_MOMENT, Levels, P, V
 from engine_dyn.speed.tables import (
     GAS_TORQUE,
     GAS_WORK,
@@ -353,7 +353,7 @@ def fill_points(
         points[j, A_DV] = turn
         # The antiderivative of the cubic through both.
         for quantity in range(2):
-            left, d_left = fine[row, quantity], fine[row, 4 + quantity]
+            left, d_left = fine[row, F_P + quantity], fine[row, F_DP + quantity]
             points[j, A_IP + quantity] = fine[row, F_IP + quantity] + offset * (
                 0.5 * (left + points[j, A_P + quantity])
                 + offset / 12.0 * (d_left - points[j, A_DP + quantity])

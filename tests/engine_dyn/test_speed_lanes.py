@@ -20,7 +20,11 @@ def of_each(formula: object) -> np.ndarray:
 
 def test_series_are_as_good_as_they_say() -> None:
     roots = np.array([math.sqrt(1.0 + u) - 1.0 - 0.5 * u for u in U])
-    assert np.abs(of_each(lanes.root_series) - roots).max() < 1e-11
+    assert np.abs(of_each(lanes.root_series) - roots).max() < 2e-10
+    rising = np.array([0.5 / math.sqrt(1.0 + u) - 0.5 for u in U])
+    slope = getattr(lanes.root_slope, "py_func", lanes.root_slope)
+    assert np.abs([slope(u, 0.0) for u in U] - rising).max() < 2e-5
+    assert slope(0.1, 0.3) - slope(0.1, 0.0) == pytest.approx(-0.15)
     logarithm = getattr(lanes.log_of, "py_func", lanes.log_of)
     wide = np.linspace(lanes.DEEPEST, lanes.HIGHEST, 401)
     assert max(abs(logarithm(u) - math.log1p(u)) for u in wide) < 2e-13
