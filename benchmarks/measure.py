@@ -25,7 +25,7 @@ import sweeps
 from benchmarks import own
 from benchmarks.peers import Case
 from benchmarks.problem import Designs, Scene, diagram, own_inputs, reference, scene
-from engine_dyn import periodic_speed
+from engine_dyn import compilation, periodic_speed
 from engine_dyn.speed import sweep
 
 Floats = npt.NDArray[np.float64]
@@ -556,12 +556,13 @@ def big_run(threads: int, most: int, patience: float) -> BigRun:
 
 
 def processor() -> str:
-    """Name of the processor."""
+    """Name of the processor, and the generation that kernels are compiled for."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
+        name = platform.processor() or platform.machine()
+    return f"{name} ({compilation.processor()})"
 
 
 def lanes() -> str:

@@ -154,6 +154,7 @@ SCALARS = 8
 DELTA, DELTA_MIDRANGE, OMEGA_MAX, OMEGA_MIN, OMEGA_MEAN, LOAD_FACTOR, DELTA_ERROR, ITERATIONS = (
     range(SCALARS)
 )
+SCALAR_ROWS = SCALARS * lanes.LANES
 
 IDLE = 1e-9
 """A mean torque within this share of the torque's range is no load (contract)."""
@@ -972,18 +973,7 @@ def solve_block(
     hills.extremes(
         form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
-    for k in range(count):
-        code = int(s[lanes.CODE + k])
-        nominal, error = s[lanes.NOMINAL + k], s[lanes.ERROR + k]
-        high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
-        mean = nominal * s[lanes.MEAN + k]
-        if code == CONVERGED and not (low > 0.0 and error <= CAREFUL * choice.tolerance):
-            s[lanes.CODE + k] = lanes.LEFT
-        elif code >= 0:
-            store(
-                places[k], code, code == CONVERGED, high, low, mean, 1.0, error,
-                int(s[lanes.TURNS + k]), results,
-            )  # fmt: skip
+    store_block(count, width_of_lanes, choice.tolerance, s, places, results)
 
 
 @inlined
@@ -1264,6 +1254,48 @@ def store(
         else:
             value = float(cycles)
         results.scalars[row, target] = value
+
+
+@inlined
+def store_block(
+    count: int, width_of_lanes: int, tolerance: float, s: Floats, places: Integers,
+    results: Results,
+) -> None:  # fmt: skip
+    """Write the numbers of the first `count` lanes as `store` does, but of those that are left.
+
+    A speed that falls to nothing, or an error beyond what is allowed, leaves a design too.
+    """
+    wide_vectors()
+    rows = on_stack(SCALAR_ROWS)
+    for k in range(width_of_lanes):
+        code, error, nominal = s[lanes.CODE + k], s[lanes.ERROR + k], s[lanes.NOMINAL + k]
+        high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
+        mean = nominal * s[lanes.MEAN + k]
+        exact = (low > 0.0) & (error <= CAREFUL * tolerance)
+        code = lanes.LEFT if (code == CONVERGED) & (not exact) else code
+        s[lanes.CODE + k] = code
+        nothing = 0.0 if code == CONVERGED else math.nan
+        rows[DELTA * lanes.LANES + k] = (high - low) / mean + nothing
+        rows[DELTA_MIDRANGE * lanes.LANES + k] = 2.0 * (high - low) / (high + low) + nothing
+        rows[OMEGA_MAX * lanes.LANES + k] = high + nothing
+        rows[OMEGA_MIN * lanes.LANES + k] = low + nothing
+        rows[OMEGA_MEAN * lanes.LANES + k] = mean + nothing
+        rows[LOAD_FACTOR * lanes.LANES + k] = 1.0 + nothing
+        rows[DELTA_ERROR * lanes.LANES + k] = error + nothing
+        rows[ITERATIONS * lanes.LANES + k] = s[lanes.TURNS + k] + nothing
+    codes = s[lanes.CODE : lanes.CODE + lanes.LANES]
+    for k in range(count):
+        if codes[k] >= 0.0:
+            results.status[places[k]] = int(codes[k])
+    for result in range(SCALARS):
+        row = results.wanted[result]
+        if row < 0:
+            continue
+        found = rows[result * lanes.LANES : (result + 1) * lanes.LANES]
+        written = results.scalars[row]
+        for k in range(count):
+            if codes[k] >= 0.0:
+                written[places[k]] = found[k]
 
 
 @inlined

@@ -284,11 +284,11 @@ def load_of(
     that is too little to matter but here.
     """
     g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-    moved = s[MOVED + k] - beta * beta * (g * moment - eta * turning)
     tau = 1.0 + turn * v
-    u += moved / tau
+    # u tau: what moves u for the closure and the first moments is divided by tau there.
+    energy = u * tau + s[MOVED + k] - beta * beta * (g * moment - eta * turning)
     x = g * p - eta * v
-    return x, x - u * tau, s[KAPPA + k] * (r + s[HALF + k] * u * tau), tau
+    return x, x - energy, s[KAPPA + k] * (r + s[HALF + k] * energy), tau
 
 
 @formula
@@ -309,23 +309,20 @@ def load_at(
 
 @formula
 def bend_of(
-    form: tuple[int, ...], dp: float, dv: float, x: float, y: float, dy: float, tau: float,
-    turn: float, k: int, s: Floats,
+    form: tuple[int, ...], dp: float, dv: float, u: float, dy: float, share: float, turn: float,
+    k: int, s: Floats,
 ) -> float:  # fmt: skip
     """Second slope of w = y - beta I at a coarse node, kappa r' - beta y'.
 
-    From the slopes of P and V there. With F = q^a, F' is a F/q times that of u, and r is
-    F - 1 - a u tau.
+    From the slopes of P and V there; `share` is 1/(q tau). With F = q^a, F' is a F/q times that of
+    u, r is F - 1 - a u tau, and kappa F is kappa + y'.
     """
     beta = s[BETA + k]
     if len(form) < 3:
         return -beta * dy
     a, kappa = s[HALF + k], s[KAPPA + k]
-    energy, rate = x - y, s[GAS + k] * dp - s[ETA + k] * dv - dy
-    u = energy / tau
-    rising = (rate - u * turn * dv) / tau
-    power = 1.0 + dy / kappa
-    return kappa * a * (power / (1.0 + u) * rising - rate) - beta * dy
+    rate = s[GAS + k] * dp - s[ETA + k] * dv - dy
+    return a * ((kappa + dy) * share * (rate - u * turn * dv) - kappa * rate) - beta * dy
 
 
 @formula
@@ -463,12 +460,19 @@ def peaks_near(
         work = g * eights4[k] - eta * eights5[k]
         w0, d0 = y0 - beta * before, (dy0 - beta * x0) * step
         w2, d2 = y2 - beta * (before + work), (dy2 - beta * x2) * step
-        c0 = bend_of(form, more_fours0[k], more_fours1[k], x0, y0, dy0, tau0, turn, k, s)
-        c2 = bend_of(form, more_pairs0[k], more_pairs1[k], x2, y2, dy2, tau2, turn, k, s)
+        energy0, energy2 = x0 - y0, x2 - y2
+        u0, u2, share0, share2 = energy0, energy2, 0.0, 0.0
+        if variable:
+            inverse = 1.0 / (tau0 * tau2)
+            u0, u2 = energy0 * (inverse * tau2), energy2 * (inverse * tau0)
+        if len(form) == 3:
+            inverse = 1.0 / ((tau0 + energy0) * (tau2 + energy2))
+            share0, share2 = inverse * (tau2 + energy2), inverse * (tau0 + energy0)
+        c0 = bend_of(form, more_fours0[k], more_fours1[k], u0, dy0, share0, turn, k, s)
+        c2 = bend_of(form, more_pairs0[k], more_pairs1[k], u2, dy2, share2, turn, k, s)
         c0, c2 = c0 * step * step, c2 * step * step
         rise, run, turned = w2 - w0 - d0 - 0.5 * c0, d2 - d0 - c0, c2 - c0
         load_slopes[k], load_bends[k] = dy0, (dy2 - dy0) * share
-        u0, u2 = (x0 - y0) / tau0, (x2 - y2) / tau2
         speeds[k], speed_steps[k] = u0, (u2 - u0) * share
         zeroth[k], linear[k] = w0, d0
         second[k] = 0.5 * c0

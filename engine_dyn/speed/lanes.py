@@ -333,14 +333,17 @@ def prepare(
         lever = 0.25 * math.pi * s[BORE + k] * s[BORE + k] * radius
         throw = s[MASS + k] * radius * radius
         square = s[NOMINAL + k] * s[NOMINAL + k]
-        energy = 0.5 * s[INERTIA + k] * square
+        # Divisions take as long as ten multiplications: one for two.
+        inverse = 1.0 / (s[INERTIA + k] * square)
+        per_energy = 2.0 * inverse
         surplus = s[MEAN_TORQUE + k] - s[OFFSET + k]
         swing = idle * (lever * s[SWING + k] + throw * square * swing_shape)
-        g = lever / energy
-        eta = throw / s[INERTIA + k]
+        g = lever * per_energy
+        eta = throw * (inverse * square)
         half = 0.5 * s[EXPONENT + k] if not free else 0.0
         a = half if not free else 1.0
-        kappa = surplus / energy if not free else 0.0
+        kappa = surplus * per_energy if not free else 0.0
+        per_half = 1.0 / a
         kappa = kappa if kappa > NO_LOAD else NO_LOAD
         code = 0.0
         code = LEFT if surplus <= swing else code
@@ -351,16 +354,18 @@ def prepare(
         code = invalid if variable and 1.0 + eta * least_square <= 0.0 else code
         code = code if SMALLEST_HALF <= a <= LARGEST_HALF or code != 0.0 else LEFT
         code = code if constant(constants, ALIASED, k) <= LARGEST_ALIAS or code != 0.0 else LEFT
-        kappa = kappa if x <= LARGEST_STEP else LARGEST_STEP / (a * step)
+        kappa = kappa if x <= LARGEST_STEP else LARGEST_STEP / step * per_half
         x = x if x <= LARGEST_STEP else LARGEST_STEP
         loss = loss_of(x)
         # 1 - d^N by doubling of expm1
         whole = -loss_of(x * nodes / 64.0)
         for _ in range(6):
             whole *= 2.0 + whole
-        bent = 1.0 / (1.0 + x * x / 12.0)
+        square_of_step = 1.0 + x * x / 12.0
+        inverse = 1.0 / (square_of_step * whole)
+        bent = inverse * whole
         decay = 1.0 - loss
-        rho = 0.5 * loss / a
+        rho = 0.5 * loss * per_half
         s[CODE + k] = code
         s[GAS + k] = g
         s[ETA + k] = eta
@@ -376,7 +381,7 @@ def prepare(
         s[SIGMA + k] = rho * (1.0 + decay)
         s[EULER + k] = kappa * step * (82.0 / 1440.0)
         s[EULER_FAR + k] = kappa * step * (11.0 / 1440.0)
-        s[CLOSED + k] = -1.0 / whole
+        s[CLOSED + k] = -inverse * square_of_step
         s[SHIFT + k] = 0.0
         s[RUNNING + k] = 0.0
         pp = g * g * constant(constants, PP, k)
