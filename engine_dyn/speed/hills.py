@@ -2,7 +2,8 @@
 
 The curve of a design is known at the coarse nodes (`lanes`); each of its hills that may hold the
 extreme is searched: two coarse nodes, two fine ones between them, and there the extreme of the
-curve itself. A lane looks at places of its own, so what it reads is gathered, and nothing branches.
+curve itself. A lane looks at places of its own: rows of shared tables are read at once and turned
+into lanes, the rest is gathered, and nothing branches.
 """
 
 from __future__ import annotations

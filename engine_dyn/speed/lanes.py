@@ -15,9 +15,9 @@ Starting the recurrence at y_N/(1 - d^N) closes the period and the power mean at
 vanish together with the load, so a weak load is as well conditioned as any other. alpha = 2 with
 constant inertia has r = 0 and needs no iteration, alpha = 0 has no load term at all, only the
 geometric mean to close; else r is iterated, and converges by a factor of about kappa u a pass:
-`march` solves the linear part once, and each pass repeats what r adds to it, by the recurrence with
-r for its only input (`answer`). How far that moves r is taken to first order, which tells whether
-another pass is needed and closes the last one.
+`march` solves the linear part once, and each pass takes off what r has changed by since the last
+one, by the recurrence with that for its only input (`answer`). How far this moves r is taken to
+first order, which tells whether another pass is needed and closes the last one.
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
@@ -108,7 +108,7 @@ MOST_NODES = 1024
 
 # Numbers of a design, one row of lanes each.
 POINTS = 6
-SERIES_TERMS, SLOPE_TERMS = 11, 5
+SERIES_TERMS = 11
 ROWS = 74
 FIELDS = ROWS + POINTS
 (
@@ -816,12 +816,12 @@ def answer(
 
 
 @inlined
-def fill_series(terms: int, lanes: int, s: Floats, series: Floats) -> None:
+def fill_series(lanes: int, s: Floats, series: Floats) -> None:
     """Binomial coefficients of q^a from u^2 on."""
     wide_vectors()
     for k in range(lanes):
         series[k] = 0.5 * s[HALF + k] * (s[HALF + k] - 1.0)
-    for i in range(1, terms):
+    for i in range(1, SERIES_TERMS):
         here = series[i * LANES : (i + 1) * LANES]
         before = series[(i - 1) * LANES : i * LANES]
         for k in range(lanes):
@@ -959,7 +959,8 @@ def iterate(
     wide_vectors()
     nodes = coarse.shape[0]
     series = on_stack(SERIES_ROWS)
-    fill_series(SERIES_TERMS if kind == 3 else SLOPE_TERMS, lanes, s, series)
+    if kind == 3:
+        fill_series(lanes, s, series)
     for k in range(lanes):
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
