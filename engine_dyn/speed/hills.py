@@ -98,7 +98,7 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 TWO_ROWS, FOUR_ROWS, FIVE_ROWS, SIX_ROWS = 2 * LANES, 4 * LANES, 5 * LANES, 6 * LANES
-EIGHT_ROWS, ELEVEN_ROWS = 8 * LANES, 11 * LANES
+EIGHT_ROWS = 8 * LANES
 
 
 @formula

@@ -756,8 +756,8 @@ def answer(
 ) -> None:  # fmt: skip
     """Take off the speeds u at the coarse nodes what the `changes` of the rest make of them.
 
-    That changes the rest again. It is taken to first order, from its slope half way: for REST_SUM,
-    and for CHANGE, the most of two neighbouring nodes' mean.
+    That changes the rest again, by what is taken to first order, from its slope half way, at every
+    other node: for REST_SUM, and for CHANGE, the most of it.
     """
     wide_vectors()
     for k in range(lanes):
@@ -1029,7 +1029,7 @@ def iterate(
             s[START + k] = s[REST_END + k] * s[CLOSED + k]
     for k in range(lanes):
         s[CODE + k] = LEFT if s[FROZEN + k] == 0.0 else s[CODE + k]
-    # What lanes may have changed last, and what u was found with.
+    # The rest too: that of a lane in WIDE is newer than what was repeated for its neighbours.
     wrap(nodes, lanes, rs)
     wrap(nodes, lanes, us)
 
