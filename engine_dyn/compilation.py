@@ -8,6 +8,7 @@ that holds the function and would not see an edit in a file it calls (numba#1833
 from __future__ import annotations
 
 import contextlib
+import gc
 import hashlib
 import itertools
 import os
@@ -23,7 +24,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
-from numba.core import caching, cgutils, codegen, event, types
+from numba.core import caching, cgutils, codegen, event, targetconfig, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
@@ -159,6 +160,45 @@ def _compile_as_parts() -> None:
 _PACKAGE = __name__.partition(".")[0]
 
 
+class _WithoutCollector(event.Listener):
+    """Keep the garbage collector still while Numba compiles.
+
+    It would look through all that the compiler holds again and again: a tenth of the time.
+    """
+
+    depth = 0  # parts are compiled within their kernel; Numba compiles in one thread at a time
+    enabled = False
+
+    def on_start(self, event: Any) -> None:
+        if self.depth == 0:
+            self.enabled = gc.isenabled()
+            gc.disable()
+        self.depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self.depth -= 1
+        if self.depth == 0 and self.enabled:
+            gc.enable()
+
+
+def _compile_sooner() -> None:
+    """Take away a quarter of the time that Numba takes beside LLVM.
+
+    For each call in a kernel it looks its flags up by all their values, which it gets one by one
+    through properties. They are the same together.
+    """
+    defaults: dict[type, dict[str, Any]] = {}
+
+    def values(self: Any) -> dict[str, Any]:
+        kind = type(self)
+        if kind not in defaults:
+            defaults[kind] = {name: option.default for name, option in kind.options.items()}
+        return {**defaults[kind], **self._values}
+
+    flags: Any = targetconfig.TargetConfig
+    flags.values = values
+
+
 def _stamped(locator: Any) -> Any:
     """Return `locator` with the package's source hash as the stamp of a cached function."""
 
@@ -284,6 +324,9 @@ _MAY_BE_PARTS = all(
 )
 if _MAY_BE_PARTS:
     _compile_as_parts()
+if hasattr(targetconfig.TargetConfig(), "_values"):
+    _compile_sooner()
+event.register("numba:compile", _WithoutCollector())
 
 
 def _part_of_kernels(function: Callable[..., Any], options: dict[str, Any]) -> Any:
@@ -301,6 +344,17 @@ def _part_of_kernels(function: Callable[..., Any], options: dict[str, Any]) -> A
     def add_for_kernels(compiled: Any) -> None:
         dispatcher.overloads[tuple(compiled.signature.args)] = compiled
 
+    resolve = dispatcher.get_call_template
+
+    # Numba would compile it once for each constant that it is called with; where it ends up in its
+    # kernel, LLVM knows the constant anyway.
+    def resolve_for_any(arguments: Any, named: dict[str, Any]) -> Any:
+        return resolve(
+            [types.unliteral(kind) for kind in arguments],
+            {name: types.unliteral(kind) for name, kind in named.items()},
+        )
+
+    dispatcher.get_call_template = resolve_for_any
     dispatcher.add_overload = add_for_kernels
     dispatcher._compile_for_args = alone._compile_for_args
     return dispatcher

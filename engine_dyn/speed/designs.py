@@ -938,20 +938,20 @@ def take_designs(
 
 @formula
 def solve_block(
-    form: tuple[int, ...], count: int, width_of_lanes: int, ratio: int, width: float, shape: float,
-    least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
-    levels: Levels, s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats,
-    chosen: Integers,
+    form: lanes.Form, inertia: lanes.Form, count: int, width_of_lanes: int, ratio: int,
+    width: float, shape: float, least_square: float, invalid: float, choice: Choice,
+    results: Results, places: Integers, levels: Levels, s: Floats, changes: Floats, us: Floats,
+    rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
-    `form` is one of those of `lanes`, `shape` the range of the inertia torque of the table,
+    `form` and `inertia` are those of `lanes`, `shape` the range of the inertia torque of the table,
     `least_square` the least of its V. Those that are left to `march` have CODE LEFT afterwards.
     """
     coarse = levels.coarse.shape[0]
     step = width * ratio
     lanes.prepare(
-        form, choice.variable, step, coarse, shape, least_square, IDLE,
+        form, inertia, step, coarse, shape, least_square, IDLE,
         float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
     )  # fmt: skip
     if len(form) != 2:  # exponent 0 has no load that its work would drive
@@ -959,19 +959,19 @@ def solve_block(
     if len(form) == 1:
         lanes.solve_linear(form, width_of_lanes, levels.coarse, s, us, tops, lows)
     elif len(form) == 2:
-        lanes.solve_free(choice.variable, width_of_lanes, levels.coarse, s, us, tops, lows)
+        lanes.solve_free(inertia, width_of_lanes, levels.coarse, s, us, tops, lows)
     else:
         lanes.iterate(
-            form, choice.kind, choice.variable, choice.iterated, coarse * step, width_of_lanes,
+            form, inertia, choice.iterated, coarse * step, width_of_lanes,
             levels.coarse, s, changes, us, rs, tops, lows,
         )  # fmt: skip
-        lanes.mean_speed(choice.kind, choice.variable, width_of_lanes, levels, s, us)
+        lanes.mean_speed(form, inertia, width_of_lanes, levels, s, us)
     if hills.candidates(
-        choice.variable, step, least_square, width_of_lanes, levels, s, us, tops, lows
+        inertia, step, least_square, width_of_lanes, levels, s, us, tops, lows
     ):  # fmt: skip
-        hills.clear_ripple(form, choice.variable, ratio, levels, s, us, rs, tops, lows)
+        hills.clear_ripple(form, inertia, ratio, levels, s, us, rs, tops, lows)
     hills.extremes(
-        form, choice.variable, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+        form, inertia, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
     store_block(count, width_of_lanes, choice.tolerance, s, places, results)
 
@@ -1007,7 +1007,8 @@ def hold_table(
 
 @kernel
 def march_lanes(
-    form: tuple[int, ...],
+    form: lanes.Form,
+    inertia: lanes.Form,
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -1024,7 +1025,7 @@ def march_lanes(
 ) -> int:
     """Solve the designs begin .. end - 1 by `lanes`; return how many are left to `march`.
 
-    Arguments as `march`; `form` is one of those of `lanes`, and `width_of_lanes` is LANES, as a
+    Arguments as `march`; `form` and `inertia` are those of `lanes`; `width_of_lanes` is LANES, as a
     number that the compiler does not know. Every `ratio`-th node is a coarse one. `left` gets the
     designs that are left, `kept` what `write_traces` needs unless it is empty.
     """
@@ -1035,7 +1036,7 @@ def march_lanes(
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
     size = (nodes // ratio + 2 * lanes.PAD) * lanes.LANES
-    of_rest = size if len(form) == 3 else 0
+    of_rest = size if len(form) > 2 else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
     changes = rows_on_stack(of_rest)
     us = rows_on_stack(size)
@@ -1062,7 +1063,7 @@ def march_lanes(
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         take_designs(index, count, designs, fields, product, scratch, places, s)
         solve_block(
-            form, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
+            form, inertia, count, width_of_lanes, ratio, width, ranges.shape, ranges.least_square,
             float(INVALID_INPUT), choice, results, places, levels, s, changes, us, rs, tops,
             lows, chosen,
         )  # fmt: skip
@@ -1079,6 +1080,7 @@ def march_lanes(
 
 @kernel
 def write_traces(
+    inertia: lanes.Form,
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -1120,7 +1122,7 @@ def write_traces(
                 scratch.held[1] = which
         count = min(min(end, (which + 1) * designs) - index, lanes.LANES)
         traces.write_block(
-            count, block, choice.variable, width * ratio, ratio, width_of_lanes,
+            count, block, inertia, width * ratio, ratio, width_of_lanes,
             levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
         )  # fmt: skip
         block += 1
@@ -1144,7 +1146,8 @@ def keys_of(
 
 @kernel
 def march_panels(
-    form: tuple[int, ...],
+    form: lanes.Form,
+    inertia: lanes.Form,
     begin: int,
     order: Integers,
     keys: Integers,
@@ -1177,7 +1180,7 @@ def march_panels(
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
     size = (nodes // ratio + 2 * lanes.PAD) * lanes.LANES
-    of_rest = size if len(form) == 3 else 0
+    of_rest = size if len(form) > 2 else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
     changes = rows_on_stack(of_rest)
     us = rows_on_stack(size)
@@ -1212,7 +1215,8 @@ def march_panels(
             )  # fmt: skip
         panels.fill_block(form, width_of_lanes, first, second, unit, bases, levels, s)
         solve_block(
-            form, count, width_of_lanes, ratio, width, bases.numbers[unit + 1, panels.TORQUE_RANGE],
+            form, inertia, count, width_of_lanes, ratio, width,
+            bases.numbers[unit + 1, panels.TORQUE_RANGE],
             bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
             changes, us, rs, tops, lows, chosen,
         )  # fmt: skip

@@ -66,6 +66,7 @@ from engine_dyn.speed.lanes import (
     TOP_RIPPLE,
     TOP_TILT,
     UNIT_TABLE,
+    Form,
     constant,
     own,
     shared,
@@ -144,7 +145,7 @@ def take_hills(
 
 @inlined
 def candidates(
-    variable: bool, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
+    inertia: Form, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
     us: Floats, tops: Floats, lows: Floats,
 ) -> bool:  # fmt: skip
     """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
@@ -166,7 +167,7 @@ def candidates(
         steepest += eta * constant(constants, HIGHEST_SLOPE_V, k)
         s[SLACK + k] = 0.125 * step * step * s[BETA + k] * steepest
         s[THIN + k] = 1.0
-        if variable:
+        if len(inertia) == 2:
             # q exceeds q* where e - q* tau does, which is linear in P and V.
             s[THIN + k] = 1.0 / (1.0 + eta * least_square)
     for group in range(chunk.shape[0]):
@@ -178,7 +179,7 @@ def candidates(
             p_above, p_below = own(chunk, pa, group, P_ABOVE, k), own(chunk, pb, group, P_BELOW, k)
             v_above, v_below = own(chunk, va, group, V_ABOVE, k), own(chunk, vb, group, V_BELOW, k)
             g, eta = s[GAS + k], s[ETA + k]
-            if variable:
+            if len(inertia) == 2:
                 eta *= 1.0 + s[HIGH + k]
             top = tops[row + k] + s[THIN + k] * (g * p_above + eta * v_below + s[SLACK + k])
             low = lows[row + k] - s[THIN + k] * (g * p_below + eta * v_above + s[SLACK + k])
@@ -310,7 +311,7 @@ def load_at(
 
 @formula
 def bend_of(
-    form: tuple[int, ...], dp: float, dv: float, u: float, dy: float, share: float, turn: float,
+    form: Form, dp: float, dv: float, u: float, dy: float, share: float, turn: float,
     k: int, s: Floats,
 ) -> float:  # fmt: skip
     """Second slope of w = y - beta I at a coarse node, kappa r' - beta y'.
@@ -353,7 +354,7 @@ def extreme_between(
 
 @inlined
 def peaks_near(
-    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    form: Form, upward: float, inertia: Form, step: float, ratio: int, lanes: int,
     levels: Levels, s: Floats, us: Floats, rs: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """PEAK and MISS of every lane get the extreme beside its node where it is more than they hold.
@@ -411,10 +412,10 @@ def peaks_near(
     for k in range(lanes):
         node = chosen[k]
         g, eta, a, kappa = s[GAS + k], s[ETA + k], s[HALF + k], s[KAPPA + k]
-        turn = eta if variable else 0.0
+        turn = eta if len(inertia) == 2 else 0.0
         row = (node + PAD) * LANES + k
         r1 = 0.0
-        if len(form) == 3:
+        if len(form) > 2:
             r1 = rs[row]
             # What the last Euler-Maclaurin term adds, twice, is above what the next one would.
             far = rs[row + 2 * LANES] - rs[row - 2 * LANES]
@@ -425,7 +426,7 @@ def peaks_near(
         dp, dv = pairs0[k], pairs1[k]
         u1 = us[row] + s[MOVED + k]
         tau = 1.0
-        if variable:
+        if len(inertia) == 2:
             tau += turn * own(coarse, shared(coarse, node, V), node, V, k)
         slope = g * dp - eta * dv - kappa * (r1 + a * u1 * tau) - u1 * turn * dv
         first = node if slope * upward > 0.0 else node - 1
@@ -436,16 +437,16 @@ def peaks_near(
     read_nodes(8, places, lanes, coarse, eights)
     read_nodes(4, behind, lanes, coarse, fours)
     read_pairs(2, SLOPES, starts, lanes, fine, s, more_fours)
-    if len(form) == 3:
+    if len(form) > 2:
         for k in range(lanes):
             places[k] = starts[k] + ratio
         read_pairs(1, SLOPES, places, lanes, fine, s, more_pairs)
     for k in range(lanes):
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-        turn = eta if variable else 0.0
+        turn = eta if len(inertia) == 2 else 0.0
         row = (firsts[k] + PAD) * LANES + k
         r0 = r2 = 0.0
-        if len(form) == 3:
+        if len(form) > 2:
             r0, r2 = rs[row], rs[row + LANES]
         x0, y0, dy0, tau0 = load_of(
             eights0[k], eights1[k], eights2[k], eights3[k], us[row],
@@ -463,10 +464,10 @@ def peaks_near(
         w2, d2 = y2 - beta * (before + work), (dy2 - beta * x2) * step
         energy0, energy2 = x0 - y0, x2 - y2
         u0, u2, share0, share2 = energy0, energy2, 0.0, 0.0
-        if variable:
+        if len(inertia) == 2:
             inverse = 1.0 / (tau0 * tau2)
             u0, u2 = energy0 * (inverse * tau2), energy2 * (inverse * tau0)
-        if len(form) == 3:
+        if len(form) > 2:
             inverse = 1.0 / ((tau0 + energy0) * (tau2 + energy2))
             share0, share2 = inverse * (tau2 + energy2), inverse * (tau0 + energy0)
         c0 = bend_of(form, more_fours0[k], more_fours1[k], u0, dy0, share0, turn, k, s)
@@ -493,7 +494,7 @@ def peaks_near(
             t = float(behind[k] - starts[k])
             slope = s[GAS + k] * pairs0[k] - s[ETA + k] * pairs1[k]
             slope -= load_slopes[k] + t * load_bends[k]
-            if variable:
+            if len(inertia) == 2:
                 turned = s[ETA + k] * pairs1[k]
                 slope -= (speeds[k] + t * speed_steps[k]) * turned
             places[k] += part if slope * upward > 0.0 else 0
@@ -504,11 +505,11 @@ def peaks_near(
     read_pairs(2, VALUES, behind, lanes, fine, s, fours)
     for k in range(lanes):
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
-        turn = eta if variable else 0.0
+        turn = eta if len(inertia) == 2 else 0.0
         w0, d0 = zeroth[k], linear[k]
         c2, c3 = second[k], third[k]
         c4, c5 = fourth[k], fifth[k]
-        rough = roughs[k] if len(form) == 3 else 0.0
+        rough = roughs[k] if len(form) > 2 else 0.0
         at = float(places[k] - starts[k])
         t, after = at * share, (at + 1.0) * share
         p1, v1 = eights0[k], eights1[k]
@@ -532,7 +533,7 @@ def peaks_near(
         dy2 = beta * x2 + turns * dy2
         left, right = x1 - y1, x2 - y2
         d_left, d_right = dx1 - dy1, dx2 - dy2
-        if variable:
+        if len(inertia) == 2:
             tau1, tau2 = 1.0 / (1.0 + turn * v1), 1.0 / (1.0 + turn * v2)
             left *= tau1
             right *= tau2
@@ -594,7 +595,7 @@ def next_hill(
 
 @inlined
 def peaks(
-    form: tuple[int, ...], upward: float, variable: bool, step: float, ratio: int, lanes: int,
+    form: Form, upward: float, inertia: Form, step: float, ratio: int, lanes: int,
     levels: Levels, s: Floats, us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and what it may miss.
@@ -611,7 +612,7 @@ def peaks(
         s[PEAK + k] = -1e300 * upward
         chosen[k] = int(firsts[k])
         more += 1.0 if hills[k] > 1.0 else 0.0
-    peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+    peaks_near(form, upward, inertia, step, ratio, lanes, levels, s, us, rs, chosen)
     while more > 0.0:
         more = 0.0
         for k in range(LANES):
@@ -621,12 +622,12 @@ def peaks(
                 chosen[k] = max(node, 0)
                 hills[k] -= 1.0
                 more += 1.0 if hills[k] > 1.0 else 0.0
-        peaks_near(form, upward, variable, step, ratio, lanes, levels, s, us, rs, chosen)
+        peaks_near(form, upward, inertia, step, ratio, lanes, levels, s, us, rs, chosen)
 
 
 @inlined
 def clear_hills(
-    form: tuple[int, ...], upward: float, variable: bool, ratio: int, k: int, levels: Levels,
+    form: Form, upward: float, inertia: Form, ratio: int, k: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, bounds: Floats,
 ) -> bool:  # fmt: skip
     """Whether `peaks` cannot have been misled by ripple: asked of few lanes, one at a time.
@@ -635,7 +636,7 @@ def clear_hills(
     that is an extreme, one of the two nodes was taken for a hill.
     """
     fine, coarse, chunk = levels.fine, levels.coarse, levels.chunk
-    turn = s[ETA + k] if variable else 0.0
+    turn = s[ETA + k] if len(inertia) == 2 else 0.0
     best = upward * s[(HIGH if upward > 0.0 else LOW) + k]
     for group in range(chunk.shape[0]):
         bound = upward * bounds[group * LANES + k]
@@ -655,7 +656,7 @@ def clear_hills(
             if max(left, right) < least:
                 continue
             r0 = r2 = 0.0
-            if len(form) == 3:
+            if len(form) > 2:
                 r0, r2 = rs[row], rs[row + LANES]
             x0, y0, dy0, tau0 = load_at(node, r0, turn, k, coarse, s, us)
             x2, y2, dy2, tau2 = load_at(node + 1, r2, turn, k, coarse, s, us)
@@ -679,17 +680,17 @@ def clear_hills(
 
 @inlined
 def clear_ripple(
-    form: tuple[int, ...], variable: bool, ratio: int, levels: Levels, s: Floats, us: Floats,
+    form: Form, inertia: Form, ratio: int, levels: Levels, s: Floats, us: Floats,
     rs: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """TOP_RIPPLE and BOTTOM_RIPPLE become 0 where ripple cannot have misled the search."""
     for k in range(LANES):
         if s[TOP_RIPPLE + k] > 0.0 and clear_hills(
-            form, 1.0, variable, ratio, k, levels, s, us, rs, tops
+            form, 1.0, inertia, ratio, k, levels, s, us, rs, tops
         ):
             s[TOP_RIPPLE + k] = 0.0
         if s[BOTTOM_RIPPLE + k] > 0.0 and clear_hills(
-            form, -1.0, variable, ratio, k, levels, s, us, rs, lows
+            form, -1.0, inertia, ratio, k, levels, s, us, rs, lows
         ):
             s[BOTTOM_RIPPLE + k] = 0.0
 
@@ -712,7 +713,7 @@ def products_missed(constants: Floats, period: float, span: float, k: int, s: Fl
 
 @inlined
 def extremes(
-    form: tuple[int, ...], variable: bool, step: float, ratio: int, lanes: int, levels: Levels,
+    form: Form, inertia: Form, step: float, ratio: int, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
@@ -723,7 +724,7 @@ def extremes(
         bounds = tops if side == 0 else lows
         place = TOP if side == 0 else BOTTOM
         found = s[place : place + LANES]
-        peaks(form, upward, variable, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
+        peaks(form, upward, inertia, step, ratio, lanes, levels, s, us, rs, bounds, chosen)
         rippled, tilted = (TOP_RIPPLE, TOP_TILT) if side == 0 else (BOTTOM_RIPPLE, BOTTOM_TILT)
         ripple, tilt = s[rippled : rippled + LANES], s[tilted : tilted + LANES]
         for k in range(lanes):

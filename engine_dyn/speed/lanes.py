@@ -69,16 +69,20 @@ from engine_dyn.speed.levels import (
 
 __all__ = [
     "CANCELLED",
+    "CONSTANT",
     "FIELDS",
     "FREE",
-    "ITERATED",
     "LANES",
     "LEFT",
     "LINEAR",
     "MOST_NODES",
     "NUMBERS",
     "PAD",
+    "POWER",
+    "ROOT",
     "ROUNDING",
+    "SQUARE",
+    "VARIABLE",
     "clear",
     "end_of_work",
     "iterate",
@@ -90,15 +94,20 @@ __all__ = [
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Form = tuple[int, ...]
 
 LANES = 32
 """Designs of a block, a power of two. Several vectors: what one waits for is done for another, and
 a loop's start and end count less. 64 are 3 to 5 % faster still, but with the steepest diagrams
 they would take two megabytes of the stack, which is all that some systems have."""
 
-LINEAR, FREE, ITERATED = (0,), (0, 0), (0, 0, 0)
-"""What solves a block, told by length: the compiler leaves the other two out, and compiles what a
-scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0."""
+LINEAR, FREE, ROOT, SQUARE, POWER = (0,), (0, 0), (0,) * 3, (0,) * 4, (0,) * 5
+"""What solves a block, its form, told by length: the compiler leaves the others out, and compiles
+what a scene needs only. LINEAR: exponent 2 with constant inertia, FREE: exponent 0; the others
+iterate: ROOT exponent 1, SQUARE exponent 2 with variable inertia, POWER any."""
+
+CONSTANT, VARIABLE = (0,), (0, 0)
+"""Whether the inertia of a block varies over the crank angle, told by length for the same sake."""
 
 PAD = 2
 """Rows beside the first and the last node: the period again."""
@@ -321,12 +330,13 @@ def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) 
 
 @inlined
 def prepare(
-    form: tuple[int, ...], variable: bool, step: float, nodes: int, swing_shape: float,
+    form: Form, inertia: Form, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
     """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
     wide_vectors()
+    variable = len(inertia) == 2
     free = len(form) == 2
     for k in range(lanes):
         radius = 0.5 * s[STROKE + k]
@@ -498,7 +508,7 @@ def beyond_series(lanes: int, s: Floats) -> bool:
 
 
 @inlined
-def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
+def exact_mean(inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
     """MEAN of the lanes in WIDE: the sum of sqrt(q) - 1 over the coarse nodes by roots."""
     wide_vectors()
     for k in range(lanes):
@@ -507,7 +517,7 @@ def exact_mean(variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats
         vw = shared(coarse, n, V)
         row = (n + PAD) * LANES
         for k in range(lanes):
-            turn = s[ETA + k] if variable else 0.0
+            turn = s[ETA + k] if len(inertia) == 2 else 0.0
             q = 1.0 + us[row + k] + s[MOVED + k] / (1.0 + turn * own(coarse, vw, n, V, k))
             s[MEAN + k] += math.sqrt(q) - 1.0 if s[WIDE + k] != 0.0 else 0.0
 
@@ -523,7 +533,7 @@ def inverses(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
 
 @formula
 def march(
-    form: tuple[int, ...], variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats,
     tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """Speeds u at the coarse nodes by the linear recurrence, less SHIFT.
@@ -567,7 +577,7 @@ def march(
             v3 = own(coarse, vw3, n + 3, V, k)
             d, g, e = s[DECAY + k], s[GAS_WORK + k], s[ETA_WORK + k]
             gas, eta = s[GAS_HERE + k], s[ETA_HERE + k]
-            y, shift = s[RUNNING + k], s[SHIFT + k] if len(form) == 3 else 0.0
+            y, shift = s[RUNNING + k], s[SHIFT + k] if len(form) > 2 else 0.0
             u0 = (gas * p0 - shift) - eta * v0 - y
             y = d * y + (g * a0 - e * b0)
             u1 = (gas * p1 - shift) - eta * v1 - y
@@ -576,7 +586,7 @@ def march(
             y = d * y + (g * a2 - e * b2)
             u3 = (gas * p3 - shift) - eta * v3 - y
             s[RUNNING + k] = d * y + (g * a3 - e * b3)
-            if len(form) == 3 and variable:
+            if len(inertia) == 2:
                 turn = s[ETA + k]
                 t0, t1, t2, t3 = inverses(
                     1.0 + turn * v0, 1.0 + turn * v1, 1.0 + turn * v2, 1.0 + turn * v3
@@ -588,8 +598,10 @@ def march(
             us[row + 3 * LANES + k] = u3
             high = max(max(u0, u1), max(u2, u3))
             low = min(min(u0, u1), min(u2, u3))
-            s[HIGH + k] = max(s[HIGH + k], high)
-            s[LOW + k] = min(s[LOW + k], low)
+            # Not the larger of what is stored and another: where one of two is in its place already
+            # the compiler stores under a mask, and what loads it next has to wait.
+            s[HIGH + k] = max(max(s[HIGH + k], max(u0, u1)), max(u2, u3))
+            s[LOW + k] = min(min(s[LOW + k], min(u0, u1)), min(u2, u3))
             if len(form) == 1:
                 tops[bound + k] = high
                 lows[bound + k] = low
@@ -600,16 +612,16 @@ def march(
 
 @inlined
 def solve_linear(
-    form: tuple[int, ...], lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats,
+    form: Form, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats,
     lows: Floats,
 ) -> None:  # fmt: skip
     """Exponent 2, constant inertia: u at the coarse nodes, and the mean speed, in one pass."""
     wide_vectors()
     nodes = coarse.shape[0]
-    march(form, False, lanes, coarse, s, us, tops, lows)
+    march(form, CONSTANT, lanes, coarse, s, us, tops, lows)
     wrap(nodes, lanes, us)
     if beyond_series(lanes, s):
-        exact_mean(False, lanes, coarse, s, us)
+        exact_mean(CONSTANT, lanes, coarse, s, us)
     for k in range(lanes):
         # The mean speed is where the coarse nodes see wrongly, and it is corrected by series.
         within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
@@ -619,7 +631,7 @@ def solve_linear(
 
 @inlined
 def solve_free(
-    variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
+    inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
 ) -> None:
     """Exponent 0: u at the coarse nodes, and the mean speed, in one pass.
 
@@ -653,7 +665,7 @@ def solve_free(
             u2 = level + gas * own(coarse, pw2, n + 2, P, k) - eta * v2
             u3 = level + gas * own(coarse, pw3, n + 3, P, k) - eta * v3
             w0, w1, w2, w3 = 1.0 + u0, 1.0 + u1, 1.0 + u2, 1.0 + u3
-            if variable:
+            if len(inertia) == 2:
                 t0, t1, t2, t3 = 1.0 + eta * v0, 1.0 + eta * v1, 1.0 + eta * v2, 1.0 + eta * v3
                 # One division for four: the inverse of each is that of all times the other three.
                 first, second = t0 * t1, t2 * t3
@@ -682,8 +694,8 @@ def solve_free(
             low = min(min(u0, u1), min(u2, u3))
             tops[bound + k] = high
             lows[bound + k] = low
-            s[HIGH + k] = max(s[HIGH + k], high)
-            s[LOW + k] = min(s[LOW + k], low)
+            s[HIGH + k] = max(max(s[HIGH + k], max(u0, u1)), max(u2, u3))
+            s[LOW + k] = min(min(s[LOW + k], min(u0, u1)), min(u2, u3))
     wrap(nodes, lanes, us)
     for k in range(lanes):
         mean = log_of(s[PRODUCT + k] - 1.0) / nodes + s[ALIAS + k]
@@ -698,7 +710,7 @@ def solve_free(
         s[CODE + k] = s[CODE + k] if within or s[CODE + k] != 0.0 else LEFT
         s[MEAN + k] += 0.5 * moved * s[SPEED_SUM + k]
     if beyond_series(lanes, s):
-        exact_mean(variable, lanes, coarse, s, us)
+        exact_mean(inertia, lanes, coarse, s, us)
     for k in range(lanes):
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
 
@@ -740,18 +752,18 @@ def root_slope(u: float, turning: float) -> float:
 
 
 @formula
-def slope_of(kind: int, u: float, half: float, turning: float, k: int, series: Floats) -> float:
-    """Slope of the rest by kind of exponent, known when this is compiled."""
-    if kind == 1:
+def slope_of(form: Form, u: float, half: float, turning: float, k: int, series: Floats) -> float:
+    """Slope of the rest."""
+    if len(form) == 3:  # ROOT
         return root_slope(u, turning)
-    if kind == 2:
+    if len(form) == 4:  # SQUARE
         return -turning
     return rest_slope(u, half, turning, k, series)
 
 
 @formula
 def answer(
-    kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
+    form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, series: Floats,
     changes: Floats, us: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """Take off the speeds u at the coarse nodes what the `changes` of the rest make of them.
@@ -788,7 +800,7 @@ def answer(
             x3 = (sigma * y + (rho * r3 + shift)) - near * (r4 - r2) + far * (r5 - r1)
             s[RUNNING + k] = d * y + r3
             e0 = e1 = e2 = e3 = 0.0
-            if variable:
+            if len(inertia) == 2:
                 turn = s[ETA + k]
                 e0, e1 = turn * own(coarse, vw0, n, V, k), turn * own(coarse, vw1, n + 1, V, k)
                 e2, e3 = turn * own(coarse, vw2, n + 2, V, k), turn * own(coarse, vw3, n + 3, V, k)
@@ -796,10 +808,10 @@ def answer(
                 x0, x1, x2, x3 = x0 * t0, x1 * t1, x2 * t2, x3 * t3
             u0, u1 = us[row + k], us[row + LANES + k]
             u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            c0 = x0 * slope_of(kind, u0 - 0.5 * x0, half, e0, k, series)
-            c2 = x2 * slope_of(kind, u2 - 0.5 * x2, half, e2, k, series)
+            c0 = x0 * slope_of(form, u0 - 0.5 * x0, half, e0, k, series)
+            c2 = x2 * slope_of(form, u2 - 0.5 * x2, half, e2, k, series)
             s[MORE + k] -= c0 + c2
-            s[CHANGE + k] = max(s[CHANGE + k], max(abs(c0), abs(c2)))
+            s[CHANGE + k] = max(max(s[CHANGE + k], abs(c0)), abs(c2))
             u0, u1, u2, u3 = u0 - x0, u1 - x1, u2 - x2, u3 - x3
             us[row + k] = u0
             us[row + LANES + k] = u1
@@ -809,8 +821,8 @@ def answer(
             low = min(min(u0, u1), min(u2, u3))
             tops[bound + k] = high
             lows[bound + k] = low
-            s[HIGH + k] = max(s[HIGH + k], high)
-            s[LOW + k] = min(s[LOW + k], low)
+            s[HIGH + k] = max(max(s[HIGH + k], max(u0, u1)), max(u2, u3))
+            s[LOW + k] = min(min(s[LOW + k], min(u0, u1)), min(u2, u3))
     for k in range(lanes):
         s[REST_SUM + k] += 2.0 * s[MORE + k]
 
@@ -829,11 +841,11 @@ def fill_series(lanes: int, s: Floats, series: Floats) -> None:
 
 
 @formula
-def beyond_linear(kind: int, u: float, k: int, series: Floats) -> float:
-    """(1 + u)^a - 1 - a u by kind of exponent, known when this is compiled."""
-    if kind == 1:
+def beyond_linear(form: Form, u: float, k: int, series: Floats) -> float:
+    """(1 + u)^a - 1 - a u."""
+    if len(form) == 3:  # ROOT
         return root_series(u)
-    if kind == 2:
+    if len(form) == 4:  # SQUARE
         return 0.0
     return rest_series(u, k, series)
 
@@ -849,7 +861,7 @@ def finite(x: float) -> float:
 
 @formula
 def rest_of(
-    first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, series: Floats,
+    first: bool, form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, series: Floats,
     us: Floats, rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
     """Second-order rest r = F - 1 - a u tau at the coarse nodes and its sum.
@@ -873,9 +885,9 @@ def rest_of(
         for k in range(lanes):
             u0, u1 = us[row + k], us[row + LANES + k]
             u2, u3 = us[row + 2 * LANES + k], us[row + 3 * LANES + k]
-            r0, r1 = beyond_linear(kind, u0, k, series), beyond_linear(kind, u1, k, series)
-            r2, r3 = beyond_linear(kind, u2, k, series), beyond_linear(kind, u3, k, series)
-            if variable:
+            r0, r1 = beyond_linear(form, u0, k, series), beyond_linear(form, u1, k, series)
+            r2, r3 = beyond_linear(form, u2, k, series), beyond_linear(form, u3, k, series)
+            if len(inertia) == 2:
                 e = s[HALF + k] * s[ETA + k]
                 r0 -= u0 * e * own(coarse, vw0, n, V, k)
                 r1 -= u1 * e * own(coarse, vw1, n + 1, V, k)
@@ -909,12 +921,12 @@ def rest_of(
             left, right = r0 + r1, r2 + r3
             s[REST_SUM + k] += left + right
             if first:
-                s[CHANGE + k] = max(s[CHANGE + k], 0.5 * max(abs(left), abs(right)))
+                s[CHANGE + k] = max(max(s[CHANGE + k], 0.5 * abs(left)), 0.5 * abs(right))
 
 
 @inlined
 def exact_rest(
-    first: bool, kind: int, variable: bool, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    first: bool, form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats,
     rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
     """Take the rest of the lanes in WIDE by roots and powers, and how much it changes."""
@@ -931,9 +943,13 @@ def exact_rest(
         moved = changes[(n + PAD) * LANES : (n + PAD + 1) * LANES]
         for k in range(lanes):
             a, u, wide = s[HALF + k], here[k], s[WIDE + k] != 0.0
-            turn = s[ETA + k] if variable else 0.0
-            power = math.sqrt(1.0 + u) if kind == 1 else exp_of(a * log_of(u))
-            power = 1.0 + u if kind == 2 else power
+            turn = s[ETA + k] if len(inertia) == 2 else 0.0
+            if len(form) == 3:  # ROOT
+                power = math.sqrt(1.0 + u)
+            elif len(form) == 4:  # SQUARE
+                power = 1.0 + u
+            else:
+                power = exp_of(a * log_of(u))
             r = power - 1.0 - a * u * (1.0 + turn * own(coarse, vw, n, V, k))
             r = r if wide and s[FROZEN + k] == 0.0 else rest[k]
             change = r - (0.0 if first else rest[k])
@@ -947,7 +963,7 @@ def exact_rest(
 
 @inlined
 def iterate(
-    form: tuple[int, ...], kind: int, variable: bool, tolerance: float, period: float, lanes: int,
+    form: Form, inertia: Form, tolerance: float, period: float, lanes: int,
     coarse: Floats, s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats,
     lows: Floats,
 ) -> None:  # fmt: skip
@@ -959,30 +975,20 @@ def iterate(
     wide_vectors()
     nodes = coarse.shape[0]
     series = on_stack(SERIES_ROWS)
-    if kind == 3:
+    if len(form) == 5:  # POWER
         fill_series(lanes, s, series)
     for k in range(lanes):
         s[SHIFT + k] = -s[LEVEL + k]
         s[FROZEN + k] = 0.0 if s[CODE + k] == 0.0 else 1.0
-    march(form, variable, lanes, coarse, s, us, tops, lows)
-    if kind == 1:
-        rest_of(True, 1, variable, lanes, coarse, s, series, us, rs, changes)
-    elif kind == 2:
-        rest_of(True, 2, variable, lanes, coarse, s, series, us, rs, changes)
-    else:
-        rest_of(True, 3, variable, lanes, coarse, s, series, us, rs, changes)
+    march(form, inertia, lanes, coarse, s, us, tops, lows)
+    rest_of(True, form, inertia, lanes, coarse, s, series, us, rs, changes)
     for turn in range(MOST_PASSES):
         if turn > 0:
             # The first time, all of the rest is new.
             new = rs if turn == 1 else changes
-            if kind == 1:
-                answer(1, variable, lanes, coarse, s, series, new, us, tops, lows)
-            elif kind == 2:
-                answer(2, variable, lanes, coarse, s, series, new, us, tops, lows)
-            else:
-                answer(3, variable, lanes, coarse, s, series, new, us, tops, lows)
+            answer(form, inertia, lanes, coarse, s, series, new, us, tops, lows)
         if beyond_series(lanes, s):
-            exact_rest(turn == 0, kind, variable, lanes, coarse, s, us, rs, changes)
+            exact_rest(turn == 0, form, inertia, lanes, coarse, s, us, rs, changes)
         running = 0.0
         for k in range(lanes):
             frozen = s[FROZEN + k]
@@ -997,7 +1003,9 @@ def iterate(
             rate = s[CHANGE + k] / max(s[LAST + k], 1e-300)
             left = reach * s[CHANGE + k] / (1.0 - rate)
             # The closure's step is Newton's with a slope that is known up to the next moments.
-            left += abs(moved) * (s[LOOSE + k] * (1.0 if variable else most) + reach * most)
+            left += abs(moved) * (
+                s[LOOSE + k] * (1.0 if len(inertia) == 2 else most) + reach * most
+            )
             bound = tolerance * (s[HIGH + k] - s[LOW + k]) + 1e-15
             within = s[LOW + k] > DEEPEST and s[HIGH + k] < HIGHEST
             done = turn > 0 and left <= bound and rate < 0.5
@@ -1016,12 +1024,7 @@ def iterate(
         if running == 0.0:
             break
         if turn > 0:
-            if kind == 1:
-                rest_of(False, 1, variable, lanes, coarse, s, series, us, rs, changes)
-            elif kind == 2:
-                rest_of(False, 2, variable, lanes, coarse, s, series, us, rs, changes)
-            else:
-                rest_of(False, 3, variable, lanes, coarse, s, series, us, rs, changes)
+            rest_of(False, form, inertia, lanes, coarse, s, series, us, rs, changes)
             wrap(nodes, lanes, changes)
         else:
             wrap(nodes, lanes, rs)
@@ -1036,30 +1039,30 @@ def iterate(
 
 @inlined
 def mean_speed(
-    kind: int, variable: bool, lanes: int, levels: Levels, s: Floats, us: Floats
+    form: Form, inertia: Form, lanes: int, levels: Levels, s: Floats, us: Floats
 ) -> None:
     """Mean of sqrt(q) after an iteration; exponent 1 has it from its closure."""
     wide_vectors()
     coarse, constants = levels.coarse, levels.constants
     nodes = coarse.shape[0]
     for k in range(lanes):
-        s[MEAN + k] = 1.0 if kind == 1 else 0.0
-    if kind == 1:
+        s[MEAN + k] = 1.0 if len(form) == 3 else 0.0
+    if len(form) == 3:  # ROOT
         return
     for group in range(nodes // CHUNK):
         row = (CHUNK * group + PAD) * LANES
         for k in range(lanes):
-            moved = 0.0 if variable else s[MOVED + k]
+            moved = 0.0 if len(inertia) == 2 else s[MOVED + k]
             u0, u1 = us[row + k] + moved, us[row + LANES + k] + moved
             u2, u3 = us[row + 2 * LANES + k] + moved, us[row + 3 * LANES + k] + moved
             s[MEAN + k] += (root_series(u0) + root_series(u1)) + (root_series(u2) + root_series(u3))
             s[MEAN + k] += 0.5 * ((u0 + u1) + (u2 + u3))
-    if variable:
+    if len(inertia) == 2:
         # The closure's step is as small as its tolerance: the mean of 1/tau will do for its slope.
         for k in range(lanes):
             turns = 1.0 + s[ETA + k] * s[ETA + k] * constant(constants, VV, k)
             s[MEAN + k] += 0.5 * nodes * s[MOVED + k] * turns
     if beyond_series(lanes, s):
-        exact_mean(variable, lanes, coarse, s, us)
+        exact_mean(inertia, lanes, coarse, s, us)
     for k in range(lanes):
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]

@@ -30,6 +30,7 @@ from engine_dyn.speed.lanes import (
     ROW_TABLE,
     SWING,
     UNIT_TABLE,
+    Form,
 )
 from engine_dyn.speed.levels import (
     ALIAS_P,
@@ -278,7 +279,7 @@ def take_table(
 
 @inlined
 def fill_block(
-    form: tuple[int, ...],
+    form: Form,
     lanes: int,
     first: int,
     second: int,
@@ -357,7 +358,7 @@ def fill_block(
 
 
 @inlined
-def fill_moments(form: tuple[int, ...], lanes: int, coarse: Floats, constants: Floats) -> None:
+def fill_moments(form: Form, lanes: int, coarse: Floats, constants: Floats) -> None:
     """Means of the products of P and V that the closure of `form` needs."""
     wide_vectors()
     nodes = coarse.shape[0]

@@ -628,11 +628,12 @@ def _fits_lanes(choice: designs.Choice) -> bool:
     )
 
 
-def _form_of(choice: designs.Choice) -> tuple[int, ...]:
-    """What solves a block of these designs in lanes."""
-    if choice.kind == 0:
-        return lanes.FREE
-    return lanes.LINEAR if choice.kind == 2 and not choice.variable else lanes.ITERATED
+def _form_of(choice: designs.Choice) -> tuple[lanes.Form, lanes.Form]:
+    """What solves a block of these designs in lanes, and whether their inertia varies."""
+    if choice.kind == 2 and not choice.variable:
+        return lanes.LINEAR, lanes.CONSTANT
+    form = (lanes.FREE, lanes.ROOT, lanes.SQUARE, lanes.POWER)[choice.kind]
+    return form, lanes.VARIABLE if choice.variable else lanes.CONSTANT
 
 
 def _march(
@@ -650,15 +651,17 @@ def _march(
     size, blocks = end - begin, 0
     if angles is not None:
         size, blocks = traces.blocks_of(end - begin, _designs_of_table(product))
-    form, count = _form_of(choice), 0
-    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0], form == lanes.ITERATED)
+    form, inertia = _form_of(choice)
+    iterated = form not in (lanes.LINEAR, lanes.FREE)
+    kept = traces.make_kept(blocks, memory.levels.coarse.shape[0], iterated)
     curves = None if angles is None else traces.make_working(angles, kept)
+    count = 0
     for first in range(begin, end, size):
         last = min(first + size, end)
         of_lanes = first, last, lanes.LANES, ratio, product, row_of, width, grid, choice, results
-        count += designs.march_lanes(form, *of_lanes, memory, left[count:], kept)
+        count += designs.march_lanes(form, inertia, *of_lanes, memory, left[count:], kept)
         if angles is not None and curves is not None:
-            designs.write_traces(*of_lanes, memory, angles, kept, *curves)
+            designs.write_traces(inertia, *of_lanes, memory, angles, kept, *curves)
     _march_left(left[:count], memory, scratch, rest, threads)
 
 
@@ -735,7 +738,7 @@ def _march_panels(
             first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
             left = np.empty(last - first, dtype=np.int64)
             count = designs.march_panels(
-                _form_of(choice), begin, order[first:last], keys, rows, of_key, of_panel, points,
+                *_form_of(choice), begin, order[first:last], keys, rows, of_key, of_panel, points,
                 lanes.LANES, ratio, width, product, bases, choice, results, memory, levels,
                 left,
             )  # fmt: skip

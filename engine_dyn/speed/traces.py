@@ -51,6 +51,7 @@ from engine_dyn.speed.lanes import (
     NOMINAL,
     PAD,
     WIDE,
+    Form,
     root_series,
 )
 from engine_dyn.speed.levels import F_DP, F_IP, F_IV, F_P, P_MOMENT, V_MOMENT, Levels, P, V
@@ -362,7 +363,7 @@ def fill_points(
 
 @inlined
 def fill_smooth(
-    variable: bool, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
+    inertia: Form, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
     us: Floats, rs: Floats, ws: Floats, ds: Floats,
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
@@ -387,7 +388,7 @@ def fill_smooth(
         w_here, d_here = ws[row:behind], ds[row:behind]
         for k in range(lanes):
             g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
-            tau = 1.0 + eta * v if variable else 1.0
+            tau = 1.0 + eta * v if len(inertia) == 2 else 1.0
             x = g * p - eta * v
             # u tau: what moves u for the closure and the first moments is divided by tau there.
             bent = beta * beta * (g * p_moment - eta * v_moment)
@@ -431,7 +432,7 @@ def take_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats
 
 @formula
 def deviation(
-    variable: bool, t: float, p: float, v: float, ip: float, iv: float, k: int, numbers: Floats,
+    inertia: Form, t: float, p: float, v: float, ip: float, iv: float, k: int, numbers: Floats,
     c: Floats,
 ) -> float:  # fmt: skip
     """Return u at an angle of a lane, which has the share `t` of a coarse interval before it."""
@@ -440,12 +441,12 @@ def deviation(
     c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
     w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
     u = g * (p - beta * ip) - eta * (v - beta * iv) - w
-    return u / (1.0 + eta * v) if variable else u
+    return u / (1.0 + eta * v) if len(inertia) == 2 else u
 
 
 @inlined
 def write_curve(
-    count: int, rates: bool, variable: bool, turns: float, lanes: int, angles: Angles,
+    count: int, rates: bool, inertia: Form, turns: float, lanes: int, angles: Angles,
     points: Floats, kept: Floats, targets: Integers, ws: Floats, ds: Floats, result: Floats,
 ) -> None:  # fmt: skip
     """Write the speed [rad/s], or its rate [rad/s2], of the first `count` designs of a block.
@@ -484,20 +485,20 @@ def write_curve(
                     c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
                     dw = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
                     slope = g * (dp - beta * p) - eta * (dv - beta * v) - turns * dw
-                    if variable:
-                        u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
+                    if len(inertia) == 2:
+                        u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
                         inverse = 1.0 / (1.0 + eta * v)
                         slope = (slope - u * eta * dv) * inverse
                     here[k] = 0.5 * nominal[k] * nominal[k] * slope
             elif wide > 0.0:
                 for k in range(lanes):
-                    u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
+                    u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
                     root = math.sqrt(max(1.0 + u, 0.0))
                     series = 1.0 + 0.5 * u + root_series(u)
                     here[k] = nominal[k] * (root if beyond[k] != 0.0 else series)
             else:
                 for k in range(lanes):
-                    u = deviation(variable, t, p, v, ip, iv, k, numbers, c)
+                    u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
                     here[k] = nominal[k] * (1.0 + 0.5 * u + root_series(u))
         for k in range(0, LANES, SQUARE_SIDE):
             for i in range(0, TILE, SQUARE_SIDE):
@@ -519,7 +520,7 @@ def write_curve(
 
 @inlined
 def write_block(
-    count: int, block: int, variable: bool, step: float, ratio: int, lanes: int,
+    count: int, block: int, inertia: Form, step: float, ratio: int, lanes: int,
     levels: Levels, angles: Angles, points: Floats, kept: Kept, ws: Floats, ds: Floats,
     omega: Floats, acceleration: Floats,
 ) -> None:  # fmt: skip
@@ -529,12 +530,12 @@ def write_block(
     """
     numbers, targets = kept.numbers[block], kept.targets[block]
     fill_smooth(
-        variable, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
+        inertia, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
     )
     for rates in (False, True):
         result = acceleration if rates else omega
         if result.shape[1] > 0:
             write_curve(
-                count, rates, variable, 1.0 / step, lanes, angles, points, numbers, targets,
+                count, rates, inertia, 1.0 / step, lanes, angles, points, numbers, targets,
                 ws, ds, result,
             )  # fmt: skip
