@@ -199,10 +199,11 @@ def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
             f"times the Numba loop's rate at equal error, {words} (least)", number(aim),
             number(least), least >= aim,
         ))  # fmt: skip
-    ratio = m.traces[-1].solving / m.traces[-1].fresh
-    found.append((
-        "traces: time over that of NumPy writing the array", "2", f"{ratio:.2g}", ratio <= 2.0
-    ))  # fmt: skip
+    # The first, smaller array has the words of runs on other machines, which had only that.
+    for t, size in zip(m.traces, ("", f" ({m.traces[-1].size / 1e6:.0f} MB)"), strict=True):
+        words = f"traces{size}: time over that of NumPy writing the array"
+        ratio = t.solving / t.fresh
+        found.append((words, "2", f"{ratio:.2g}", ratio <= 2.0))
     under("`engine_dyn.periodic_speed`, one design, warm", 1e-3, m.latencies.periodic_speed)
     under("`sweeps.run(dict)`, one design, warm", 20e-3, m.latencies.run)
     under("`engine-dyn run`, one design, cache warm", 2.5, m.latencies.command)
@@ -508,8 +509,7 @@ def rest_section(m: Measured) -> list[str]:
         "## Traces",
         "",
         f"Omega at {m.traces[-1].angles} angles. Beginning takes some milliseconds, which count in "
-        "the smaller array; the aim is judged by the larger one, for the hashes a6a9985f and "
-        "dfccb3d0 above by the smaller one.",
+        "the smaller array.",
         "",
         *rows(
             ["designs", "MB", "time", "GB/s", "NumPy, new array", "times its time", "array in use"],

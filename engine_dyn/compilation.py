@@ -161,7 +161,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _WithoutCollector(event.Listener):
-    """Keep the garbage collector still while Numba compiles.
+    """Keep the garbage collector still while Numba compiles, whatever it compiles.
 
     It would look through all that the compiler holds again and again: a tenth of the time.
     """
@@ -170,22 +170,24 @@ class _WithoutCollector(event.Listener):
     enabled = False
 
     def on_start(self, event: Any) -> None:
-        if self.depth == 0:
+        # Counted first: Numba tells the end of what was interrupted here too.
+        self.depth += 1
+        if self.depth == 1:
             self.enabled = gc.isenabled()
             gc.disable()
-        self.depth += 1
 
     def on_end(self, event: Any) -> None:
-        self.depth -= 1
+        self.depth = max(self.depth - 1, 0)
         if self.depth == 0 and self.enabled:
             gc.enable()
+            self.enabled = False
 
 
 def _compile_sooner() -> None:
     """Take away a quarter of the time that Numba takes beside LLVM.
 
     For each call in a kernel it looks its flags up by all their values, which it gets one by one
-    through properties. They are the same together.
+    through properties. They are the same together. That holds for all that this process compiles.
     """
     defaults: dict[type, dict[str, Any]] = {}
 
@@ -324,7 +326,7 @@ _MAY_BE_PARTS = all(
 )
 if _MAY_BE_PARTS:
     _compile_as_parts()
-if hasattr(targetconfig.TargetConfig(), "_values"):
+if all(hasattr(targetconfig.TargetConfig(), name) for name in ("_values", "options", "values")):
     _compile_sooner()
 event.register("numba:compile", _WithoutCollector())
 
@@ -361,14 +363,18 @@ def _part_of_kernels(function: Callable[..., Any], options: dict[str, Any]) -> A
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function that only other kernels call; it needs no cache."""
+    """Compile a function that only other kernels call; it needs no cache.
+
+    No argument is a literal inside: what Numba itself must know is told by length or dimensions.
+    """
     return _part_of_kernels(function, {})
 
 
 def formula(function: Callable[..., Any]) -> Any:
     """Compile a small formula that is inlined wherever it is called, so that loops become vectors.
 
-    The compiler by itself leaves a formula that is called often to a call.
+    The compiler by itself leaves a formula that is called often to a call. No argument is a literal
+    inside, but constants are known to LLVM.
     """
     return _part_of_kernels(function, {"forceinline": True})
 

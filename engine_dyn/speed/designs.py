@@ -938,7 +938,7 @@ def take_designs(
 
 @formula
 def solve_block(
-    form: lanes.Form, inertia: lanes.Form, count: int, width_of_lanes: int, ratio: int,
+    form: lanes.Form, inertia: lanes.Inertia, count: int, width_of_lanes: int, ratio: int,
     width: float, shape: float, least_square: float, invalid: float, choice: Choice,
     results: Results, places: Integers, levels: Levels, s: Floats, changes: Floats, us: Floats,
     rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
@@ -1008,7 +1008,7 @@ def hold_table(
 @kernel
 def march_lanes(
     form: lanes.Form,
-    inertia: lanes.Form,
+    inertia: lanes.Inertia,
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -1080,7 +1080,7 @@ def march_lanes(
 
 @kernel
 def write_traces(
-    inertia: lanes.Form,
+    inertia: lanes.Inertia,
     begin: int,
     end: int,
     width_of_lanes: int,
@@ -1147,7 +1147,7 @@ def keys_of(
 @kernel
 def march_panels(
     form: lanes.Form,
-    inertia: lanes.Form,
+    inertia: lanes.Inertia,
     begin: int,
     order: Integers,
     keys: Integers,

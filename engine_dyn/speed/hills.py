@@ -67,6 +67,7 @@ from engine_dyn.speed.lanes import (
     TOP_TILT,
     UNIT_TABLE,
     Form,
+    Inertia,
     constant,
     own,
     shared,
@@ -145,7 +146,7 @@ def take_hills(
 
 @inlined
 def candidates(
-    inertia: Form, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
+    inertia: Inertia, step: float, least_square: float, lanes: int, levels: Levels, s: Floats,
     us: Floats, tops: Floats, lows: Floats,
 ) -> bool:  # fmt: skip
     """Where the extremes can be: the first node of a hill, the last chunk, the number of hills.
@@ -239,7 +240,7 @@ def read_pairs(
 ) -> None:  # fmt: skip
     """Pairs of fields of every lane's fine node, `count` of them from `pair` on, as rows of lanes.
 
-    `count`, known when this is compiled, is 1, 2 or 4: half the number of rows of `found`.
+    `count`, a constant where this is called, is 1, 2 or 4: half the number of rows of `found`.
     """
     if fine.ndim == 2:
         for k in range(0, lanes, SQUARE_SIDE):
@@ -260,7 +261,7 @@ def read_pairs(
 def read_nodes(fields: int, places: Integers, lanes: int, coarse: Floats, found: Floats) -> None:
     """Take P, V, P_MOMENT, V_MOMENT, WORK and SQUARES of every lane's coarse node: rows of lanes.
 
-    `fields`, known when this is compiled, is 4, for the first four, or 8: the rows of `found`.
+    `fields`, a constant where this is called, is 4, for the first four, or 8: rows of `found`.
     """
     if coarse.ndim == 2:
         for k in range(0, lanes, SQUARE_SIDE):
@@ -354,7 +355,7 @@ def extreme_between(
 
 @inlined
 def peaks_near(
-    form: Form, upward: float, inertia: Form, step: float, ratio: int, lanes: int,
+    form: Form, upward: float, inertia: Inertia, step: float, ratio: int, lanes: int,
     levels: Levels, s: Floats, us: Floats, rs: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """PEAK and MISS of every lane get the extreme beside its node where it is more than they hold.
@@ -595,7 +596,7 @@ def next_hill(
 
 @inlined
 def peaks(
-    form: Form, upward: float, inertia: Form, step: float, ratio: int, lanes: int,
+    form: Form, upward: float, inertia: Inertia, step: float, ratio: int, lanes: int,
     levels: Levels, s: Floats, us: Floats, rs: Floats, bounds: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) u of every lane, in PEAK, and what it may miss.
@@ -627,7 +628,7 @@ def peaks(
 
 @inlined
 def clear_hills(
-    form: Form, upward: float, inertia: Form, ratio: int, k: int, levels: Levels,
+    form: Form, upward: float, inertia: Inertia, ratio: int, k: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, bounds: Floats,
 ) -> bool:  # fmt: skip
     """Whether `peaks` cannot have been misled by ripple: asked of few lanes, one at a time.
@@ -680,7 +681,7 @@ def clear_hills(
 
 @inlined
 def clear_ripple(
-    form: Form, inertia: Form, ratio: int, levels: Levels, s: Floats, us: Floats,
+    form: Form, inertia: Inertia, ratio: int, levels: Levels, s: Floats, us: Floats,
     rs: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """TOP_RIPPLE and BOTTOM_RIPPLE become 0 where ripple cannot have misled the search."""
@@ -713,7 +714,7 @@ def products_missed(constants: Floats, period: float, span: float, k: int, s: Fl
 
 @inlined
 def extremes(
-    form: Form, inertia: Form, step: float, ratio: int, lanes: int, levels: Levels,
+    form: Form, inertia: Inertia, step: float, ratio: int, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""

@@ -95,6 +95,7 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Form = tuple[int, ...]
+Inertia = tuple[int, ...]
 
 LANES = 32
 """Designs of a block, a power of two. Several vectors: what one waits for is done for another, and
@@ -330,7 +331,7 @@ def level_without_load(variable: bool, g: float, eta: float, c: Floats, k: int) 
 
 @inlined
 def prepare(
-    form: Form, inertia: Form, step: float, nodes: int, swing_shape: float,
+    form: Form, inertia: Inertia, step: float, nodes: int, swing_shape: float,
     least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
     lanes: int, s: Floats,
 ) -> None:  # fmt: skip
@@ -508,7 +509,7 @@ def beyond_series(lanes: int, s: Floats) -> bool:
 
 
 @inlined
-def exact_mean(inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
+def exact_mean(inertia: Inertia, lanes: int, coarse: Floats, s: Floats, us: Floats) -> None:
     """MEAN of the lanes in WIDE: the sum of sqrt(q) - 1 over the coarse nodes by roots."""
     wide_vectors()
     for k in range(lanes):
@@ -533,7 +534,7 @@ def inverses(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
 
 @formula
 def march(
-    form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    form: Form, inertia: Inertia, lanes: int, coarse: Floats, s: Floats, us: Floats,
     tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """Speeds u at the coarse nodes by the linear recurrence, less SHIFT.
@@ -631,7 +632,7 @@ def solve_linear(
 
 @inlined
 def solve_free(
-    inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
+    inertia: Inertia, lanes: int, coarse: Floats, s: Floats, us: Floats, tops: Floats, lows: Floats
 ) -> None:
     """Exponent 0: u at the coarse nodes, and the mean speed, in one pass.
 
@@ -694,6 +695,7 @@ def solve_free(
             low = min(min(u0, u1), min(u2, u3))
             tops[bound + k] = high
             lows[bound + k] = low
+            # Nested as in `march`.
             s[HIGH + k] = max(max(s[HIGH + k], max(u0, u1)), max(u2, u3))
             s[LOW + k] = min(min(s[LOW + k], min(u0, u1)), min(u2, u3))
     wrap(nodes, lanes, us)
@@ -763,7 +765,7 @@ def slope_of(form: Form, u: float, half: float, turning: float, k: int, series: 
 
 @formula
 def answer(
-    form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, series: Floats,
+    form: Form, inertia: Inertia, lanes: int, coarse: Floats, s: Floats, series: Floats,
     changes: Floats, us: Floats, tops: Floats, lows: Floats,
 ) -> None:  # fmt: skip
     """Take off the speeds u at the coarse nodes what the `changes` of the rest make of them.
@@ -811,6 +813,7 @@ def answer(
             c0 = x0 * slope_of(form, u0 - 0.5 * x0, half, e0, k, series)
             c2 = x2 * slope_of(form, u2 - 0.5 * x2, half, e2, k, series)
             s[MORE + k] -= c0 + c2
+            # Nested as in `march`.
             s[CHANGE + k] = max(max(s[CHANGE + k], abs(c0)), abs(c2))
             u0, u1, u2, u3 = u0 - x0, u1 - x1, u2 - x2, u3 - x3
             us[row + k] = u0
@@ -861,8 +864,8 @@ def finite(x: float) -> float:
 
 @formula
 def rest_of(
-    first: bool, form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, series: Floats,
-    us: Floats, rs: Floats, changes: Floats,
+    first: bool, form: Form, inertia: Inertia, lanes: int, coarse: Floats, s: Floats,
+    series: Floats, us: Floats, rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
     """Second-order rest r = F - 1 - a u tau at the coarse nodes and its sum.
 
@@ -921,12 +924,13 @@ def rest_of(
             left, right = r0 + r1, r2 + r3
             s[REST_SUM + k] += left + right
             if first:
+                # Nested as in `march`.
                 s[CHANGE + k] = max(max(s[CHANGE + k], 0.5 * abs(left)), 0.5 * abs(right))
 
 
 @inlined
 def exact_rest(
-    first: bool, form: Form, inertia: Form, lanes: int, coarse: Floats, s: Floats, us: Floats,
+    first: bool, form: Form, inertia: Inertia, lanes: int, coarse: Floats, s: Floats, us: Floats,
     rs: Floats, changes: Floats,
 ) -> None:  # fmt: skip
     """Take the rest of the lanes in WIDE by roots and powers, and how much it changes."""
@@ -963,7 +967,7 @@ def exact_rest(
 
 @inlined
 def iterate(
-    form: Form, inertia: Form, tolerance: float, period: float, lanes: int,
+    form: Form, inertia: Inertia, tolerance: float, period: float, lanes: int,
     coarse: Floats, s: Floats, changes: Floats, us: Floats, rs: Floats, tops: Floats,
     lows: Floats,
 ) -> None:  # fmt: skip
@@ -1039,7 +1043,7 @@ def iterate(
 
 @inlined
 def mean_speed(
-    form: Form, inertia: Form, lanes: int, levels: Levels, s: Floats, us: Floats
+    form: Form, inertia: Inertia, lanes: int, levels: Levels, s: Floats, us: Floats
 ) -> None:
     """Mean of sqrt(q) after an iteration; exponent 1 has it from its closure."""
     wide_vectors()

@@ -628,7 +628,7 @@ def _fits_lanes(choice: designs.Choice) -> bool:
     )
 
 
-def _form_of(choice: designs.Choice) -> tuple[lanes.Form, lanes.Form]:
+def _form_of(choice: designs.Choice) -> tuple[lanes.Form, lanes.Inertia]:
     """What solves a block of these designs in lanes, and whether their inertia varies."""
     if choice.kind == 2 and not choice.variable:
         return lanes.LINEAR, lanes.CONSTANT

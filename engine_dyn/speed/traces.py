@@ -51,7 +51,7 @@ from engine_dyn.speed.lanes import (
     NOMINAL,
     PAD,
     WIDE,
-    Form,
+    Inertia,
     root_series,
 )
 from engine_dyn.speed.levels import F_DP, F_IP, F_IV, F_P, P_MOMENT, V_MOMENT, Levels, P, V
@@ -363,7 +363,7 @@ def fill_points(
 
 @inlined
 def fill_smooth(
-    inertia: Form, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
+    inertia: Inertia, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
     us: Floats, rs: Floats, ws: Floats, ds: Floats,
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
@@ -432,7 +432,7 @@ def take_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats
 
 @formula
 def deviation(
-    inertia: Form, t: float, p: float, v: float, ip: float, iv: float, k: int, numbers: Floats,
+    inertia: Inertia, t: float, p: float, v: float, ip: float, iv: float, k: int, numbers: Floats,
     c: Floats,
 ) -> float:  # fmt: skip
     """Return u at an angle of a lane, which has the share `t` of a coarse interval before it."""
@@ -446,7 +446,7 @@ def deviation(
 
 @inlined
 def write_curve(
-    count: int, rates: bool, inertia: Form, turns: float, lanes: int, angles: Angles,
+    count: int, rates: bool, inertia: Inertia, turns: float, lanes: int, angles: Angles,
     points: Floats, kept: Floats, targets: Integers, ws: Floats, ds: Floats, result: Floats,
 ) -> None:  # fmt: skip
     """Write the speed [rad/s], or its rate [rad/s2], of the first `count` designs of a block.
@@ -520,7 +520,7 @@ def write_curve(
 
 @inlined
 def write_block(
-    count: int, block: int, inertia: Form, step: float, ratio: int, lanes: int,
+    count: int, block: int, inertia: Inertia, step: float, ratio: int, lanes: int,
     levels: Levels, angles: Angles, points: Floats, kept: Kept, ws: Floats, ds: Floats,
     omega: Floats, acceleration: Floats,
 ) -> None:  # fmt: skip
