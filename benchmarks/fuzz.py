@@ -733,13 +733,13 @@ def good_partial() -> dict[str, bytes]:
 
     largest = streaming.LARGEST_BLOCK
     streaming.LARGEST_BLOCK = 4e3
-    Partial.write = until  # type: ignore
+    Partial.write = until  # type: ignore[assignment, method-assign]
     try:
         with suppress(streaming.Stopped):
             streaming.run(make_plan(read_scene(_PLAIN)), output, streaming.Options())
     finally:
         streaming.LARGEST_BLOCK = largest
-        Partial.write = write  # type: ignore
+        Partial.write = write  # type: ignore[method-assign]
     folder = Partial.of(output)
     found = {p.name: p.read_bytes() for p in folder.path.iterdir() if p.name != "lock"}
     folder.remove()
