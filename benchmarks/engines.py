@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.problem import family, own_inputs, scene
-from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.engine import Engine
-from engine_dyn.indicator import TWO_STROKE, Family
-from engine_dyn.layouts import arrangement_from_text, in_line
-from engine_dyn.speed import sweep
-from sweeps.engine_file import catalogue, load_engine
+from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text, in_line
+from engine_dyn.pressure.diagram import TWO_STROKE, Family
+from engine_dyn.speed import dispatch
+from sweeps.reading.engine_files import catalogue, load_engine
 
 PERIOD = 4.0 * math.pi
 RUNS = 15
@@ -96,7 +96,7 @@ def least_seconds(calls: list[dict[str, Any]]) -> list[float]:
     for _ in range(RUNS + 1):  # the first may compile
         for place, given in enumerate(calls):
             began = time.process_time()
-            sweep.solve(
+            dispatch.solve(
                 wanted=("delta", "omega_max", "omega_min", "omega_mean"), threads=1, **given
             )
             best[place] = min(best[place], time.process_time() - began)
@@ -149,7 +149,7 @@ def designs_of(engine: Engine, size: int, exponent: float, apart: bool) -> dict[
             "crank_ratio": np.linspace(0.7, 1.0, size) * ratio, "speed": speed, "mass": mass,
             "inertia": np.geomspace(0.8, 3.0, size) * inertia,
         }  # fmt: skip
-    gas = count * lever * sweep.mean_gas_torque(inputs["crank_ratio"], row, family)
+    gas = count * lever * dispatch.mean_gas_torque(inputs["crank_ratio"], row, family)
     friction = 0.1 * float(np.mean(gas))
     return {
         "family": family, "row": row, "scale": 1.0, "crankcase_pressure": 1.01325e5, "bore": bore,

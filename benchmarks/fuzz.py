@@ -326,9 +326,9 @@ def scenes() -> dict[str, bytes]:
 
 @cache
 def names() -> tuple[str, ...]:
-    from engine_dyn.quantities import PARAMETERS, QUANTITIES
-    from sweeps.cylinder_keys import KEYS
-    from sweeps.scene import SceneFile
+    from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+    from sweeps.reading.cylinder_keys import KEYS
+    from sweeps.scene.model import SceneFile
 
     return (*WORDS, *PARAMETERS, *KEYS, *SceneFile.model_fields, *QUANTITIES, "file", "kind")
 
@@ -345,9 +345,9 @@ def _texts(files: dict[str, bytes]) -> st.SearchStrategy[bytes]:
 
 
 def _read_scene(path: Path) -> Any:
-    from sweeps.forecast import text
-    from sweeps.plan import make_plan
-    from sweeps.scene import read_scene
+    from sweeps.planning.forecast import text
+    from sweeps.planning.plan import make_plan
+    from sweeps.scene.model import read_scene
 
     plan = make_plan(read_scene(path))
     text(plan)
@@ -363,8 +363,8 @@ def check_scene(data: bytes) -> None:
 
 
 def check_engine(data: bytes) -> None:
-    from sweeps.cli import _engine_text
-    from sweeps.engine_file import load_engine
+    from sweeps.cli.main import _engine_text
+    from sweeps.reading.engine_files import load_engine
 
     home = sandbox()
     path = home / "scenes" / "mutated.toml"
@@ -534,7 +534,7 @@ def _binary_tables() -> st.SearchStrategy[tuple[str, Any]]:
 def check_binary_table(example: tuple[str, Any]) -> None:
     import netCDF4
 
-    from sweeps.design_table import read_designs
+    from sweeps.reading.design_tables import read_designs
 
     suffix, content = example
     path = sandbox() / "scenes" / f"mutated{suffix}"
@@ -564,11 +564,11 @@ _SMALL = {
 @cache
 def good_archive(part: bool = False) -> bytes:
     """An archive whose numbers nobody computed."""
-    from sweeps import archive
-    from sweeps.dataset import label
-    from sweeps.parts import shard
-    from sweeps.plan import make_plan
-    from sweeps.scene import read_scene
+    from sweeps.archive import netcdf
+    from sweeps.archive.labels import label
+    from sweeps.planning.plan import make_plan
+    from sweeps.planning.shards import shard
+    from sweeps.scene.model import read_scene
 
     plan = make_plan(read_scene(_SMALL))
     if part:
@@ -580,7 +580,7 @@ def good_archive(part: bool = False) -> bytes:
             np.zeros(shape, "i1") if name == "status" else 1.0 + np.indices(shape).sum(0)
         )
     path = sandbox() / "good.nc"
-    archive.write(label(plan, results, seconds=1.0), path, overwrite=True)
+    netcdf.write(label(plan, results, seconds=1.0), path, overwrite=True)
     data = path.read_bytes()
     path.unlink()
     return data
@@ -674,8 +674,8 @@ def write_archive(path: Path, example: tuple[str, Any]) -> None:
 
 def check_archive(example: tuple[str, Any]) -> None:
     """Whatever reads archives, but figures: they take long."""
-    from sweeps import reading
-    from sweeps.held import held, part_of, plan_of
+    from sweeps.archive.contents import held, part_of, plan_of
+    from sweeps.exploring import search
 
     home = sandbox()
     path, other = home / "scenes" / "mutated.nc", home / "scenes" / "other.nc"
@@ -683,7 +683,7 @@ def check_archive(example: tuple[str, Any]) -> None:
     other.write_bytes(good_archive())
     with unchanged(home):
         refused_or_taken(lambda: part_of(old := held(path), plan_of(old)))
-        refused_or_taken(lambda: reading.open([other, path]).close())
+        refused_or_taken(lambda: search.open([other, path]).close())
     table = home / "out" / "table.csv"
     merged = home / "out" / "merged.nc"
     for arguments in (
@@ -717,10 +717,10 @@ _PLAIN = {
 @cache
 def good_partial() -> dict[str, bytes]:
     """Files of an interrupted run that needs no compiled kernel."""
-    from sweeps import streaming
-    from sweeps.partial import Partial
-    from sweeps.plan import make_plan
-    from sweeps.scene import read_scene
+    from sweeps.archive.partial import Partial
+    from sweeps.planning.plan import make_plan
+    from sweeps.running import into_archive
+    from sweeps.scene.model import read_scene
 
     output = sandbox() / "out" / "interrupted.nc"
     write, count = Partial.write, [0]
@@ -731,14 +731,14 @@ def good_partial() -> dict[str, bytes]:
             raise KeyboardInterrupt
         return write(self, *arguments)
 
-    largest = streaming.LARGEST_BLOCK
-    streaming.LARGEST_BLOCK = 4e3
+    largest = into_archive.LARGEST_BLOCK
+    into_archive.LARGEST_BLOCK = 4e3
     Partial.write = until  # type: ignore[assignment, method-assign]
     try:
-        with suppress(streaming.Stopped):
-            streaming.run(make_plan(read_scene(_PLAIN)), output, streaming.Options())
+        with suppress(into_archive.Stopped):
+            into_archive.run(make_plan(read_scene(_PLAIN)), output, into_archive.Options())
     finally:
-        streaming.LARGEST_BLOCK = largest
+        into_archive.LARGEST_BLOCK = largest
         Partial.write = write  # type: ignore[method-assign]
     folder = Partial.of(output)
     found = {p.name: p.read_bytes() for p in folder.path.iterdir() if p.name != "lock"}
@@ -772,10 +772,10 @@ def _with_right_hash(data: bytes) -> bytes:
 
 
 def check_partial(example: tuple[str, Any]) -> None:
-    from sweeps import streaming
-    from sweeps.partial import Partial
-    from sweeps.plan import make_plan
-    from sweeps.scene import read_scene
+    from sweeps.archive.partial import Partial
+    from sweeps.planning.plan import make_plan
+    from sweeps.running import into_archive
+    from sweeps.scene.model import read_scene
 
     home = sandbox()
     output = home / "out" / "interrupted.nc"
@@ -803,9 +803,9 @@ def check_partial(example: tuple[str, Any]) -> None:
         plan = make_plan(read_scene(_PLAIN))
         try:
             taken = refused_or_taken(
-                lambda: streaming.run(plan, output, streaming.Options(resume=True))
+                lambda: into_archive.run(plan, output, into_archive.Options(resume=True))
             )
-        except (streaming.Stopped, OSError) as error:
+        except (into_archive.Stopped, OSError) as error:
             # A folder or a link in a circle where a file must be: the command words it.
             assert content in ("folder", "loop", "pipe", "link"), error
             taken = False
@@ -836,7 +836,7 @@ def _remove(path: Path) -> None:
 
 def in_one_line(*arguments: Any) -> None:
     """Run a command; where it refuses, in one line and with status 2."""
-    from sweeps.cli import main as command
+    from sweeps.cli.main import main as command
 
     result = click.testing.CliRunner().invoke(command, [str(a) for a in arguments])
     if result.exit_code not in (0, 2) and result.exception is not None:

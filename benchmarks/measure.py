@@ -26,7 +26,7 @@ from benchmarks import own
 from benchmarks.peers import Case
 from benchmarks.problem import Designs, Scene, diagram, own_inputs, reference, scene
 from engine_dyn import compilation, periodic_speed
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 
 Floats = npt.NDArray[np.float64]
 contracted: Any = numba.njit(nogil=True, fastmath={"contract"}, error_model="numpy")
@@ -238,7 +238,7 @@ def timed_solve(source: Scene | Designs, threads: int, runs: int, **options: Any
 def timed_alone(designs: Designs, threads: int, runs: int) -> Timing:
     """Warm times of `sweep.solve` on a table, the mean torque being given."""
     inputs = own_inputs(designs, own.FAMILY)
-    solve = partial(sweep.solve, wanted=("delta",), threads=threads, **inputs)
+    solve = partial(dispatch.solve, wanted=("delta",), threads=threads, **inputs)
     return Timing(len(designs), tuple(seconds_of(solve) for _ in range(runs)))
 
 

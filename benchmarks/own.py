@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.peers import Case, Floats, Solver
 from benchmarks.problem import Designs, Scene, family, own_inputs
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 
 FAMILY = family()
 
@@ -19,7 +19,7 @@ def answer(
     source: Scene | Designs, threads: int, wanted: tuple[str, ...] = ("delta",), **options: Any
 ) -> dict[str, Any]:
     """Results of `sweep.solve` for a scene or a table."""
-    return sweep.solve(wanted=wanted, threads=threads, **own_inputs(source, FAMILY), **options)
+    return dispatch.solve(wanted=wanted, threads=threads, **own_inputs(source, FAMILY), **options)
 
 
 def own(threads: int, **options: Any) -> Solver:
@@ -65,7 +65,7 @@ COARSE_NODES = {1: 92, 4: 48, 8: 24}
 """Coarse nodes that the diagram takes over a firing period, by cylinders."""
 
 # To be kept by whoever changes a kernel: what the code does for one design, counted by hand in
-# `engine_dyn/speed/lanes.py` and `hills.py`.
+# `engine_dyn/speed/batch/lanes.py` and `hills.py`.
 LINEAR, FREE, MARCH, MEAN, TURNED = 28, 30, 12, 20, 12
 REST, ANSWER = {1.0: 18, 2.0: 6}, {1.0: 22, 2.0: 18}
 REST_OF_POWERS, ANSWER_OF_POWERS = 26, 26

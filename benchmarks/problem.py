@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 from tests.oracle.designs import SmoothPressure
 from tests.oracle.designs import table as points_of
 from tests.oracle.solution import Design, solve
@@ -197,7 +197,7 @@ def own_inputs(source: Scene | Designs, one: Family) -> dict[str, Any]:
             "cylinders": source.cylinders,
             "inertia_model": "variable" if source.variable else "constant",
         }
-    gas = sweep.mean_gas_torque(inputs["crank_ratio"], 0.0, one)
+    gas = dispatch.mean_gas_torque(inputs["crank_ratio"], 0.0, one)
     return {
         "family": one, "row": 0.0, "scale": 1.0, "crankcase_pressure": CRANKCASE, "bore": BORE,
         "stroke": STROKE, "offset": 0.0,

@@ -39,17 +39,17 @@ BLOCK = 1e6
 
 COMMAND = """
 import sys
-import sweeps.streaming
-sweeps.streaming.LARGEST_BLOCK = min(sweeps.streaming.LARGEST_BLOCK, float(sys.argv.pop(1)))
-from sweeps.cli import main
+from sweeps.running import into_archive
+into_archive.LARGEST_BLOCK = min(into_archive.LARGEST_BLOCK, float(sys.argv.pop(1)))
+from sweeps.cli.main import main
 main()
 """
 
 IN_MEMORY = """
 import sys, time
-from sweeps.plan import make_plan
-from sweeps.runner import compute
-from sweeps.scene import read_scene
+from sweeps.planning.plan import make_plan
+from sweeps.running.in_memory import compute
+from sweeps.scene.model import read_scene
 plan = make_plan(read_scene(sys.argv[1]))
 compute(make_plan(read_scene("first")))
 began = time.perf_counter()
@@ -542,7 +542,7 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
 
 
 def machine_text() -> str:
-    from sweeps.provenance import PACKAGES, version
+    from sweeps.archive.provenance import PACKAGES, version
 
     when = datetime.datetime.now(datetime.UTC).date().isoformat()
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)

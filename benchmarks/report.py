@@ -27,7 +27,7 @@ from benchmarks.measure import (
 )
 from benchmarks.own import CHUNK, EXTREMES, OF_TABLE, WORK, operations
 from engine_dyn.compilation import source_hash
-from sweeps.drawing.sheet import STYLE
+from sweeps.figures.sheet import STYLE
 
 OWN = ("auto", "newton", "closed", "picard", "thesis")
 AIM = 1e-6  # relative error of delta that the ratios are at

@@ -14,7 +14,7 @@ import pytest
 import sweeps
 from benchmarks import own, problem
 from engine_dyn import periodic_speed
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 
 THREADS = 1  # the kernels, not the system's scheduling
 SIZE = 8000
@@ -53,7 +53,7 @@ def test_traces(benchmark: Any) -> None:
 
 def test_mean_gas_torque(benchmark: Any) -> None:
     ratio = np.linspace(0.2, 0.33, 1000)
-    assert np.isfinite(benchmark(sweep.mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
+    assert np.isfinite(benchmark(dispatch.mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
 
 
 def test_torque_extremes(benchmark: Any) -> None:
@@ -61,7 +61,7 @@ def test_torque_extremes(benchmark: Any) -> None:
     given = problem.own_inputs(source, own.FAMILY)
     for name in ("exponent", "offset", "mean_torque", "inertia", "inertia_model"):
         del given[name]
-    result = benchmark(sweep.torque_extremes, wanted=("torque_max",), threads=THREADS, **given)
+    result = benchmark(dispatch.torque_extremes, wanted=("torque_max",), threads=THREADS, **given)
     assert np.isfinite(result["torque_max"]).all()
 
 

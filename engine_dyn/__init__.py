@@ -3,9 +3,9 @@
 Angle zero is firing top dead centre of cylinder 1; torque is positive in the sense of rotation.
 """
 
-from engine_dyn.indicator import Diagram, Family, diagram_from_points, family_from_diagrams
-from engine_dyn.slider_crank import acceleration, position, rod_angle, velocity
-from engine_dyn.speed.single import PeriodicSpeed, periodic_speed
+from engine_dyn.geometry.slider_crank import acceleration, position, rod_angle, velocity
+from engine_dyn.pressure.diagram import Diagram, Family, diagram_from_points, family_from_diagrams
+from engine_dyn.speed.api import PeriodicSpeed, periodic_speed
 
 __all__ = [
     "Diagram",

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.cylinders import Cylinders
-from engine_dyn.driven_machine import TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.family_grid import FamilyGrid
-from engine_dyn.indicator import Diagram, Family
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
+from engine_dyn.pressure.diagram import Diagram, Family
+from engine_dyn.pressure.family_grid import FamilyGrid
 
 __all__ = ["FOUR_STROKE", "Engine"]
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.indicator import Diagram
+from engine_dyn.pressure.diagram import Diagram
 
 __all__ = [
     "ADMISSIBLE",
@@ -340,8 +340,8 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
         their range.
     """
     # The kernels come in only when asked for.
+    from engine_dyn.speed.api import energy_swing, periodic_speed
     from engine_dyn.speed.required import search
-    from engine_dyn.speed.single import energy_swing, periodic_speed
     from engine_dyn.status import MEANINGS, has_numbers
 
     _check_positive(wanted_delta=wanted_delta)

@@ -19,17 +19,17 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Scene": "sweeps.scene",
+    "Scene": "sweeps.scene.model",
     "SceneError": "sweeps.errors",
-    "best": "sweeps.reading",
-    "export": "sweeps.exporting",
-    "nearest": "sweeps.reading",
-    "open": "sweeps.reading",
-    "open_archive": "sweeps.archive",
-    "pareto": "sweeps.reading",
-    "read_scene": "sweeps.scene",
-    "run": "sweeps.runner",
-    "stream": "sweeps.streaming",
+    "best": "sweeps.exploring.search",
+    "export": "sweeps.exploring.export",
+    "nearest": "sweeps.exploring.search",
+    "open": "sweeps.exploring.search",
+    "open_archive": "sweeps.archive.netcdf",
+    "pareto": "sweeps.exploring.search",
+    "read_scene": "sweeps.scene.model",
+    "run": "sweeps.running.in_memory",
+    "stream": "sweeps.running.into_archive",
 }
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from engine_dyn.node import Node
-from engine_dyn.quantities import PARAMETERS
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.node import Node
 from sweeps.errors import SceneError, not_known, one_line, shown
 
 __all__ = [

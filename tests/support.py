@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
-from engine_dyn.friction import FrictionShape
-from engine_dyn.indicator import Diagram, Family, family_from_diagrams
-from engine_dyn.speed import sweep
+from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
+from engine_dyn.speed import dispatch
 from tests.oracle.designs import HeldOut, held_out, table
 from tests.oracle.solution import Design
 
@@ -83,7 +83,7 @@ def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> Periodic
 
 def inputs_of(design: Design, family: Family) -> dict[str, Any]:
     """Keywords of `sweep.solve`, all scalar; arrays may replace any of them."""
-    mean_gas = float(sweep.mean_gas_torque(design.crank_ratio, 0.0, family))
+    mean_gas = float(dispatch.mean_gas_torque(design.crank_ratio, 0.0, family))
     lever = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke
     return {
         "family": family,

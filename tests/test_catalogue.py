@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.first_law import TwoStrokeCycle
-from engine_dyn.quantities import PARAMETERS
+from engine_dyn.pressure.first_law import TwoStrokeCycle
+from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.checks import check_range, number
-from sweeps.engine_file import catalogue, load_engine
+from sweeps.reading.engine_files import catalogue, load_engine
 
 ROOT = Path(__file__).parents[1]
 PERIODS = {"four-stroke": 4.0 * math.pi, "two-stroke": 2.0 * math.pi}

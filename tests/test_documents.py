@@ -15,12 +15,12 @@ import pandas as pd
 import pytest
 
 import sweeps
-from sweeps import streaming
-from sweeps.cli import main as command
-from sweeps.engine_file import load_engine
-from sweeps.parts import shard
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
+from sweeps.cli.main import main as command
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.reading.engine_files import load_engine
+from sweeps.running import into_archive
+from sweeps.scene.model import read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -123,7 +123,7 @@ def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
     }
     for number in (1, 2):
         piece = shard(make_plan(read_scene(scene)), number, 2)
-        streaming.run(piece, Path(f"part{number}.nc"), streaming.Options())
+        into_archive.run(piece, Path(f"part{number}.nc"), into_archive.Options())
     spaces: list[dict[str, Any]] = []
     for block in blocks("python"):
         spaces.append({})
@@ -269,7 +269,9 @@ def test_every_printed_number_is_compared(name: str) -> None:
 
 def test_scene_compares_with_the_same_numbers(printed: Any) -> None:
     # The scene has its own file of published values, with delta from the printed omegas.
-    text = (ROOT / "sweeps/scenes/kakaitsas_tables_5_3_and_5_4.csv").read_text(encoding="utf-8")
+    text = (ROOT / "sweeps/catalogue/scenes/kakaitsas_tables_5_3_and_5_4.csv").read_text(
+        encoding="utf-8"
+    )
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     heads = lines[0].split(",")
     compared = 0

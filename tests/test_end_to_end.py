@@ -98,7 +98,7 @@ def test_archive_says_what_the_function_says(tmp_path: Path) -> None:
     assert result["omega"].dims == ("inertia", "speed", "inertia_model", "crank_angle")
     assert result["torque_max"].dims == ("speed",)
     assert result["imep"].dims == ()
-    from sweeps.archive import write
+    from sweeps.archive.netcdf import write
 
     write(result, tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as opened:
@@ -151,7 +151,7 @@ def test_serial_and_parallel_and_order_of_axes_give_the_same_bits() -> None:
             "cylinders": [1, 5, 8], "load_exponent": [0.0, 1.0, 1.7, 2.0]}  # fmt: skip
     output = {"quantities": ["delta", "omega_mean", "status"]}
     one = sweeps.run({"engine": "ntua", "axes": axes, "output": output})
-    from sweeps.runner import run
+    from sweeps.running.in_memory import run
 
     serial = run({"engine": "ntua", "axes": axes, "output": output}, threads=1)
     turned = sweeps.run(

@@ -91,9 +91,9 @@ def test_wheel_holds_every_file_of_both_packages_and_nothing_else(wheel: zipfile
     [
         "engine_dyn/py.typed",
         "sweeps/py.typed",
-        "sweeps/engines/*.toml",
-        "sweeps/engines/**/*.csv",
-        "sweeps/scenes/**/*.toml",
+        "sweeps/catalogue/engines/*.toml",
+        "sweeps/catalogue/engines/**/*.csv",
+        "sweeps/catalogue/scenes/**/*.toml",
     ],
 )
 def test_wheel_holds_package_data(wheel: zipfile.ZipFile, pattern: str) -> None:
@@ -106,7 +106,7 @@ def test_wheel_installs_one_command_and_the_licences(wheel: zipfile.ZipFile) -> 
     info = f"engine_dyn-{PROJECT['version']}.dist-info"
     entry_points = ConfigParser()
     entry_points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
-    assert dict(entry_points["console_scripts"]) == {"engine-dyn": "sweeps.cli:main"}
+    assert dict(entry_points["console_scripts"]) == {"engine-dyn": "sweeps.cli.main:main"}
     for name in PROJECT["license-files"]:
         assert wheel.read(f"{info}/licenses/{name}") == (ROOT / name).read_bytes()
 
@@ -158,7 +158,7 @@ SLOW = {"matplotlib", "scipy.integrate", "scipy.interpolate", "scipy.optimize"}
     ("module", "late"),
     [
         ("engine_dyn", SLOW | {"sweeps", "xarray", "pandas", "netCDF4", "click", "pydantic"}),
-        ("sweeps.cli", SLOW),
+        ("sweeps.cli.main", SLOW),
     ],
 )
 def test_import_is_quick(module: str, late: set[str]) -> None:

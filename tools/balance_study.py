@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 import sweeps
-from engine_dyn import balancing, flywheel
-from engine_dyn.characteristic import CHARACTERISTICS
-from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
-from engine_dyn.layouts import arrangement_from_text
+from engine_dyn import flywheel
+from engine_dyn.forces import balancing
+from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.loads.characteristic import CHARACTERISTICS
 
-SCENES = Path(sweeps.__file__).parent / "scenes"
+SCENES = Path(sweeps.__file__).parent / "catalogue" / "scenes"
 FOUR_STROKE = 4.0 * math.pi
 SPEED = 3000 * math.pi / 30
 RATIO, RADIUS, MASS, SPACING = 0.25, 0.05, 1.0, 0.1
@@ -182,7 +183,7 @@ def characteristic_table() -> str:
 
 def draw_shaft(path: Path) -> None:
     """Draw the curve of the shaking force's vector for shafts of several masses."""
-    from sweeps.figures import draw
+    from sweeps.figures.draw import draw
 
     archive = asgari()[["reciprocating_force", "shaking_force"]]
     with tempfile.TemporaryDirectory() as folder:

@@ -9,7 +9,8 @@ compression ratio, and the heat for their share of the mean effective pressure. 
 clearance and delivery pressure are fitted to the indicated mean effective and the largest pressure.
 All else is given or assumed, as they say.
 
-    python tools/calibrate_catalogue.py    # writes the fitted numbers into sweeps/engines/*.toml
+    python tools/calibrate_catalogue.py    # writes the fitted numbers into
+    sweeps/catalogue/engines/*.toml
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from engine_dyn.compressor import FILE_UNITS, CompressorCycle
-from engine_dyn.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
-from engine_dyn.friction import friction_mean_effective_pressure, mean_piston_speed
-from engine_dyn.slider_crank import velocity
-from sweeps.engine_file import catalogue
+from engine_dyn.geometry.slider_crank import velocity
+from engine_dyn.loads.friction import friction_mean_effective_pressure, mean_piston_speed
+from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle
+from engine_dyn.pressure.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
+from sweeps.reading.engine_files import catalogue
 
 RATED = {
     "boxer_twin_101x70": 62.5e3,
@@ -60,7 +61,7 @@ RPM, BAR = math.pi / 30.0, 1e5
 
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
-    """Cycle of a [[diagram]], as `sweeps.modelled` makes it."""
+    """Cycle of a [[diagram]], as `sweeps.reading.modelled_cycles` makes it."""
     kind = FourStrokeCycle if table["kind"] == "first_law" else TwoStrokeCycle
     ratio = 0.5 * values["stroke"] / values["rod_length"]
     known = {**values, "crank_ratio": ratio, **table}

@@ -1,7 +1,7 @@
 """Calibrate the modelled indicator diagrams of the NTUA engine and write its catalogue file.
 
 Kakaitsas (2015) measured the diagrams but prints none. The modelled cycle
-(`engine_dyn.cycle.DieselCycle`) is fitted to the few figures that the thesis prints:
+(`pressure.diesel_cycle.DieselCycle`) is fitted to the few figures that the thesis prints:
 
 50 % load (6 figures)
     p_max from the friction torque (eqs. 3.8, 3.9), mean torque (from k), M_max/M_mean,
@@ -32,8 +32,8 @@ pressure loss in the valves the intake pressure came out higher (1.19 bar) and t
 0.5 kg m2 0.7 percent off.
 
 Run it from the project's root: `python tools/calibrate_ntua.py`. It is deterministic and writes
-`sweeps/engines/ntua.toml`; parameters are rounded to 6 decimals, but for the heat at 0 % load,
-which makes the mean torque at idle exactly zero.
+`sweeps/catalogue/engines/ntua.toml`; parameters are rounded to 6 decimals, but for the heat at 0 %
+load, which makes the mean torque at idle exactly zero.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn import Diagram, diagram_from_points, family_from_diagrams, periodic_speed
-from engine_dyn.cycle import FILE_UNITS, DieselCycle
-from engine_dyn.forces import gas_torque, inertia_torque
-from engine_dyn.friction import (
+from engine_dyn.forces.torque import gas_torque, inertia_torque
+from engine_dyn.geometry.masses import reciprocating_mass
+from engine_dyn.loads.friction import (
     friction_mean_effective_pressure,
     friction_torque,
     mean_piston_speed,
 )
-from engine_dyn.masses import reciprocating_mass
-from engine_dyn.speed.single import PeriodicSpeed
+from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
+from engine_dyn.speed.api import PeriodicSpeed
 
 FloatArray = NDArray[np.float64]
 Parameters = dict[str, float]
@@ -448,7 +448,7 @@ def engine_file(found: Mapping[int, Parameters]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "-o", "--output", type=Path, default=ROOT / "sweeps" / "engines" / "ntua.toml"
+        "-o", "--output", type=Path, default=ROOT / "sweeps" / "catalogue" / "engines" / "ntua.toml"
     )
     target = parser.parse_args().output
     target.write_text(engine_file(calibrate()), encoding="utf-8")

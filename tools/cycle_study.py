@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from engine_dyn.first_law import FourStrokeCycle, tabulate
-from engine_dyn.slider_crank import velocity
-from sweeps.engine_file import load_engine
+from engine_dyn.geometry.slider_crank import velocity
+from engine_dyn.pressure.first_law import FourStrokeCycle, tabulate
+from sweeps.reading.engine_files import load_engine
 
 DEGREE = math.pi / 180.0
 GAMMA = 1.4

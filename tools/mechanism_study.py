@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 import sweeps
-from engine_dyn import kinematic_series as series
-from engine_dyn import slider_crank
+from engine_dyn.geometry import kinematic_series as series
+from engine_dyn.geometry import slider_crank
 
 POINTS = 4096
 RATIOS = (0.2, 1.0 / 3.0, 0.5)

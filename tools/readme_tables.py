@@ -14,12 +14,12 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from engine_dyn.cylinder_quantities import OF_CYLINDER, PATTERNS
-from engine_dyn.quantities import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
-from sweeps.engine_file import catalogue, load_engine
-from sweeps.scene import built_in_scenes
+from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.model import built_in_scenes
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 

@@ -23,11 +23,12 @@ import numpy.typing as npt
 
 import engine_dyn
 import sweeps
-from engine_dyn import friction, masses
 from engine_dyn.engine import Engine
+from engine_dyn.geometry import masses
+from engine_dyn.loads import friction
 from engine_dyn.status import CONVERGED, MEANINGS
-from sweeps.engine_file import load_engine
-from sweeps.scene import built_in_scenes
+from sweeps.reading.engine_files import load_engine
+from sweeps.scene.model import built_in_scenes
 
 if TYPE_CHECKING:
     import xarray as xr

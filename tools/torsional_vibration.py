@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import sweeps
-from sweeps.torsion import QUANTITIES, Excitation, excitation
+from sweeps.exploring.torsion import QUANTITIES, Excitation, excitation
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
@@ -160,7 +160,7 @@ def draw(ranges: Floats, orders: Complexes, excited: list[Excitation]) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from sweeps.drawing.sheet import DASHES, STYLE, shade
+    from sweeps.figures.sheet import DASHES, STYLE, shade
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

@@ -61,7 +61,7 @@ from thesis_study import (
 )
 
 import sweeps
-from engine_dyn import slider_crank
+from engine_dyn.geometry import slider_crank
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "validation.md"
@@ -712,7 +712,7 @@ def draw_differences(study: Study, printed: Printed, path: Path) -> None:
 
 def draw_thesis(path: Path) -> None:
     """Draw torque, load torque and speed of the nominal row, as `engine-dyn plot` does."""
-    from sweeps.figures import draw
+    from sweeps.figures.draw import draw
 
     scene = thesis_scene()
     scene["designs"] = {key: column[:1] for key, column in scene["designs"].items()}

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import Family, diagram_from_points
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
-from sweeps.engine_file import load_engine
+from sweeps.reading.engine_files import load_engine
 from tests.oracle import spline
 from tests.oracle.designs import smooth_pressure, table
 
@@ -85,7 +85,7 @@ class Reading:
         e = self.exponent
         found: dict[str, Any] = {"all": np.full(e.size, True)}
         found |= {str(name): self.diagram == name for name in np.unique(self.diagram)}
-        found |= {f"closure {name}": self.closure == name for name in sweep.CLOSURES}
+        found |= {f"closure {name}": self.closure == name for name in dispatch.CLOSURES}
         found |= {"inertia constant": ~self.variable, "inertia variable": self.variable}
         found |= {f"exponent {value:g}": e == value for value in (0.0, 1.0, 2.0)}
         found["other exponents"] = ~np.isin(e, (0.0, 1.0, 2.0))
@@ -135,7 +135,7 @@ def draw(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
     }  # fmt: skip
     if name.startswith("smooth"):
         columns["row"] = random.integers(0, CURVES, size).astype(float)
-    gas = sweep.mean_gas_torque(columns["crank_ratio"], columns["row"], family)
+    gas = dispatch.mean_gas_torque(columns["crank_ratio"], columns["row"], family)
     lever = 0.125 * math.pi * bore**2 * columns["stroke"]
     indicated = columns["cylinders"] * lever * gas
     columns["friction"] = np.abs(indicated) * random.uniform(0.0, 0.3, size)
@@ -149,7 +149,9 @@ def draw(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
         "speed": columns["speed"], "friction_torque": columns["friction"],
     }  # fmt: skip
     # Only to set the size of delta.
-    swing = sweep.torque_extremes(wanted=("energy_swing",), threads=1, **geometry)["energy_swing"]
+    swing = dispatch.torque_extremes(wanted=("energy_swing",), threads=1, **geometry)[
+        "energy_swing"
+    ]
     delta = np.exp(random.uniform(math.log(0.001), math.log(0.3), size))
     columns["inertia"] = swing / (delta * columns["speed"] ** 2)
     return columns
@@ -162,8 +164,8 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
     key = sorted(diagrams()).index(name)
     columns = draw(np.random.default_rng([seed, key, closure == "cycle_time"]), name, size)
     c = columns
-    found = sweep.solve(
-        family=family, wanted=sweep.SPEED_RESULTS, closure=closure, threads=1,
+    found = dispatch.solve(
+        family=family, wanted=dispatch.SPEED_RESULTS, closure=closure, threads=1,
         cylinders=c["cylinders"], inertia_model=np.where(c["variable"], "variable", "constant"),
         crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0, crankcase_pressure=c["crankcase"],
         bore=c["bore"], stroke=c["stroke"], mass=c["mass"], speed=c["speed"],

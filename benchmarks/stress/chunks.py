@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from benchmarks.stress import draw
 from benchmarks.stress.checks import CHECKS, check
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 
 Integers = npt.NDArray[np.int64]
 
@@ -247,4 +247,4 @@ def rules() -> dict[str, str]:
     return CHECKS
 
 
-RESULTS = sweep.SPEED_RESULTS
+RESULTS = dispatch.SPEED_RESULTS

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.stress.shapes import Shapes
-from engine_dyn.indicator import Family
-from engine_dyn.speed import sweep
-from sweeps.engine_file import load_engine
+from engine_dyn.pressure.diagram import Family
+from engine_dyn.speed import dispatch
+from sweeps.reading.engine_files import load_engine
 from tests.oracle.spline import Designs
 
 Floats = npt.NDArray[np.float64]
@@ -56,7 +56,7 @@ class Chunk:
     closure: str
     shape: tuple[int, ...]
     seed: tuple[int, int]
-    wanted: tuple[str, ...] = sweep.SPEED_RESULTS
+    wanted: tuple[str, ...] = dispatch.SPEED_RESULTS
 
     @property
     def size(self) -> int:
@@ -74,7 +74,7 @@ class Chunk:
         """The kernels' answer, shaped as the product."""
         c = self.columns
         options = {"family": family(), **options}
-        return sweep.solve(
+        return dispatch.solve(
             wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
             inertia_model=np.where(c["variable"], "variable", "constant"),
             crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0,
@@ -279,7 +279,7 @@ def product(seed: int, number: int, size: int = CHUNK) -> Chunk:
 GROUPS = 16
 """Crank ratios, each with a diagram, a crankcase and a number of cylinders, of a group."""
 
-WITHOUT_ERROR = tuple(name for name in sweep.SPEED_RESULTS if name != "delta_error")
+WITHOUT_ERROR = tuple(name for name in dispatch.SPEED_RESULTS if name != "delta_error")
 
 
 def group(seed: int, number: int, size: int = CHUNK) -> Chunk:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.indicator import Family
+from engine_dyn.pressure.diagram import Family
 from tests.oracle.spline import acceleration, velocity
 
 Floats = npt.NDArray[np.float64]

@@ -1,8 +1,8 @@
 """Ordinary engines with too little inertia: what the fast kernels call converged.
 
-The lanes of `engine_dyn.speed.lanes` answer with an estimate of their own whether the tolerance is
-met. Here it is held against the general method with four times as many nodes, up to where the speed
-falls to nothing: absurd designs rarely lie in that corner.
+The lanes of `engine_dyn.speed.batch.lanes` answer with an estimate of their own whether the
+tolerance is met. Here it is held against the general method with four times as many nodes, up to
+where the speed falls to nothing: absurd designs rarely lie in that corner.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks import problem
 from benchmarks.stress.sample import QUANTITIES, TOLERANCE
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
 
 MODELS = {False: "constant", True: "variable"}
@@ -77,8 +77,8 @@ def run(seed: int, rounds: int, say: Callable[[str], None]) -> Strong:
                     source = unlike(random, source)
                 inputs = problem.own_inputs(source, one)
                 wanted = (*QUANTITIES, "status")
-                found = sweep.solve(wanted=wanted, **inputs)
-                exact = sweep.solve(wanted=wanted, method="newton", finer=4, **inputs)
+                found = dispatch.solve(wanted=wanted, **inputs)
+                exact = dispatch.solve(wanted=wanted, method="newton", finer=4, **inputs)
                 good = (found["status"] == CONVERGED) & (exact["status"] == CONVERGED)
                 errors = [np.abs(found[q] / exact[q] - 1.0)[good] for q in QUANTITIES]
                 most = np.max(errors, axis=0, initial=0.0)

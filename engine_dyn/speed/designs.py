@@ -24,9 +24,10 @@ from engine_dyn.compilation import (
     rows_on_stack,
     wide_vectors,
 )
-from engine_dyn.speed import hills, lanes, panels, tables, traces
-from engine_dyn.speed.angle_load import PLAIN_ROWS, join_load, keep_gas
-from engine_dyn.speed.cycles import (
+from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, is_shape, load_terms, shape_at
+from engine_dyn.speed.batch import hills, lanes, panels, traces
+from engine_dyn.speed.batch.levels import CHUNK, Levels, fill_levels, make_levels
+from engine_dyn.speed.general.cycles import (
     RATES,
     SAMPLE_ROWS,
     SPEEDS,
@@ -36,19 +37,22 @@ from engine_dyn.speed.cycles import (
     sample_shapes,
     start_speed,
 )
-from engine_dyn.speed.extremes import interpolate, refine, slope_between
-from engine_dyn.speed.levels import CHUNK, Levels, fill_levels, make_levels
-from engine_dyn.speed.load_law import (
-    FLOOR,
-    Power,
-    Shape,
-    half_of,
-    is_shape,
-    load_terms,
-    shape_at,
+from engine_dyn.speed.general.newton import POWER_MEAN, closure_terms, newton
+from engine_dyn.speed.general.picard import repeat_cycles
+from engine_dyn.speed.general.segments import (
+    MOST_SWEEPS,
+    POWERS,
+    RECORD,
+    SEGMENTS,
+    Q,
+    extremes_at_nodes,
+    iterate,
+    make_records,
+    place_of,
+    solve_linear,
+    spread,
 )
-from engine_dyn.speed.newton import POWER_MEAN, closure_terms, newton
-from engine_dyn.speed.picard import repeat_cycles
+from engine_dyn.speed.general.stiff import follow_work
 from engine_dyn.speed.product import (
     BORE,
     BOUNDARY,
@@ -83,21 +87,10 @@ from engine_dyn.speed.product import (
     offsets_at,
     value_at,
 )
-from engine_dyn.speed.segments import (
-    MOST_SWEEPS,
-    POWERS,
-    RECORD,
-    SEGMENTS,
-    Q,
-    extremes_at_nodes,
-    iterate,
-    make_records,
-    place_of,
-    solve_linear,
-    spread,
-)
-from engine_dyn.speed.stiff import follow_work
-from engine_dyn.speed.tables import (
+from engine_dyn.speed.tables import work_tables
+from engine_dyn.speed.tables.extremes import interpolate, refine, slope_between
+from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS, join_load, keep_gas
+from engine_dyn.speed.tables.work_tables import (
     FRICTIONLESS,
     GAS_TORQUE,
     GAS_WORK,
@@ -327,9 +320,9 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
 @inlined
 def ranges_of(table: Floats) -> Ranges:
     """Ranges of a table."""
-    low, high = tables.bounds_of(table[TORQUE])
-    least, most = tables.bounds_of(table[SHAPE])
-    return Ranges(high - low, most - least, tables.bounds_of(table[SQUARE])[0])
+    low, high = work_tables.bounds_of(table[TORQUE])
+    least, most = work_tables.bounds_of(table[SHAPE])
+    return Ranges(high - low, most - least, work_tables.bounds_of(table[SQUARE])[0])
 
 
 @inlined
@@ -771,8 +764,8 @@ def march(
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
     scratch.held[0] = -1  # its tables are made here
     nodes = table.shape[1]
-    periods = tables.steps_of(grid) // nodes
-    period = width * tables.steps_of(grid)
+    periods = work_tables.steps_of(grid) // nodes
+    period = width * work_tables.steps_of(grid)
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     loaded = over_angle.shape[1] > 0
@@ -783,7 +776,7 @@ def march(
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             blend = blend_of(values, shared, row_of)
-            tables.build(
+            work_tables.build(
                 values[shared[RATIO]], values[shared[OFFSET_RATIO]], blend, nodes, width, grid,
                 table, scratch.middles, scratch.rates,
             )  # fmt: skip
@@ -996,7 +989,7 @@ def hold_table(
     offsets_at(which, product.table_axes, product, product.value_start, shared)
     if scratch.held[0] == which:
         return
-    tables.build(
+    work_tables.build(
         product.values[shared[RATIO]], product.values[shared[OFFSET_RATIO]],
         blend_of(product.values, shared, row_of), table.shape[1], width, grid, table,
         scratch.middles, scratch.rates,
@@ -1407,7 +1400,7 @@ def extremes_of_torque(
         if which != current:
             current = which
             offsets_at(which, product.table_axes, product, product.value_start, shared)
-            tables.build(
+            work_tables.build(
                 values[shared[RATIO]], values[shared[OFFSET_RATIO]],
                 blend_of(values, shared, row_of), table.shape[1], width, grid, table, middles,
                 rates,
@@ -1461,12 +1454,12 @@ def mean_gas_torque(
         second = row_of[whole + 1] if weight > 0.0 else first
         blend = Blend(first, second, weight, 1.0, 0.0, FRICTIONLESS)
         if offset[i] == 0.0:
-            tables.rates_of_work(ratio[i], blend, grid, rates)
+            work_tables.rates_of_work(ratio[i], blend, grid, rates)
         else:
-            tables.rates_with_offset(ratio[i], offset[i], blend, grid, rates)
+            work_tables.rates_with_offset(ratio[i], offset[i], blend, grid, rates)
         total = 0.0
         for place in range(0, rates.size, 3):
-            total += tables.work_of_half(rates, place)
+            total += work_tables.work_of_half(rates, place)
         result[i] = total / (rates.size // 3)
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -108,7 +108,7 @@ def solve_for_inertia(
 
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
         if active.size > FEW * size:
-            found = sweep.solve(
+            found = dispatch.solve(
                 wanted=("delta",), tolerance=tolerance, inertia=inertia.reshape(shape),
                 **whole, **columns,
             )  # fmt: skip
@@ -118,7 +118,7 @@ def solve_for_inertia(
             name: np.broadcast_to(column, shape)[places].reshape(-1) if column.ndim else column
             for name, column in columns.items()
         }
-        found = sweep.solve(
+        found = dispatch.solve(
             wanted=("delta",), tolerance=tolerance, inertia=inertia[active], **whole, **alone
         )
         return found["delta"].reshape(-1), found["status"].reshape(-1)

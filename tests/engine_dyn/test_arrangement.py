@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine_dyn.arrangement import (
+from engine_dyn.geometry.arrangement import (
     CUSTOMARY_ORDERS,
     MOST_CYLINDERS,
     customary_order,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine_dyn.arrangement import Arrangement, Cylinder, Throw, phase_sums, symmetry
+from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw, phase_sums, symmetry
 
 TURN = 2.0 * math.pi
 CYCLE = 2.0 * TURN

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from engine_dyn import balancing, kinematic_series, masses
-from engine_dyn.arrangement import Arrangement, Cylinder, Throw
-from engine_dyn.balancing import RunningGear, running_gear
-from engine_dyn.cylinders import Cylinders, Member, cylinders_of, even_cylinders
-from engine_dyn.layouts import arrangement_from_text
-from engine_dyn.slider_crank import dead_centres
+from engine_dyn.forces import balancing
+from engine_dyn.forces.balancing import RunningGear, running_gear
+from engine_dyn.geometry import kinematic_series, masses
+from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw
+from engine_dyn.geometry.cylinders import Cylinders, Member, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.geometry.slider_crank import dead_centres
 
 FOUR_STROKE = 4.0 * math.pi
 PHI = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]

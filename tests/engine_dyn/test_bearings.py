@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn import bearings, forces, masses, mechanism, slider_crank
-from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
-from engine_dyn.indicator import Family
-from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.forces import bearings, mechanism, torque
+from engine_dyn.geometry import masses, slider_crank
+from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.pressure.diagram import Family
 from tests.oracle.rigid_bodies import Bodies
 from tests.support import design_of, family_of
 
@@ -52,7 +53,7 @@ def test_pins_against_newtons_equations(family: Family, offset: float) -> None:
     at_piston = bodies.rod_mass - at_crank
     mass = bodies.piston_mass + at_piston
     phi = np.linspace(-6.0, 6.0, 9)
-    gas = AREA * (forces.pressure(phi, family, 0.0, SCALE) - CRANKCASE)
+    gas = AREA * (torque.pressure(phi, family, 0.0, SCALE) - CRANKCASE)
     exact = [bodies.solve(float(p), float(g)) for p, g in zip(phi, gas, strict=True)]
     limit = 2e-6 * np.abs(gas).max()
 
@@ -125,7 +126,7 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
     frame = total.copy()
     for member, bank in zip(engine.members, mechanism.banks_of(engine), strict=True):
         angle, own = phi + member.phase, member.radius_factor
-        pressure = forces.pressure(angle, family, 0.0, SCALE, member.pressure_factor)
+        pressure = torque.pressure(angle, family, 0.0, SCALE, member.pressure_factor)
         gas = AREA * (pressure - CRANKCASE)
         b = own * slider_crank.acceleration(angle, own * ratio, offset / own)
         inertia = -member.mass_factor * mass * radius * omega**2 * b

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from engine_dyn.characteristic import (
+from engine_dyn.loads.characteristic import (
     CHARACTERISTICS,
     PROPELLER,
     Characteristic,

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from engine_dyn.cycle import FILE_UNITS, DieselCycle
-from engine_dyn.indicator import diagram_from_points, family_from_diagrams
-from engine_dyn.slider_crank import acceleration, velocity
+from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.pressure.diagram import diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
 from tools import calibrate_ntua
 
 DEGREE = np.pi / 180.0
 BAR = 1e5
-ENGINES = Path(__file__).resolve().parents[2] / "sweeps" / "engines"
+ENGINES = Path(__file__).resolve().parents[2] / "sweeps" / "catalogue" / "engines"
 
 USUAL = {
     "compression_ratio": 17.0,

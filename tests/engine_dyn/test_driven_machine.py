@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from engine_dyn import masses, status
-from engine_dyn.driven_machine import (
+from engine_dyn import status
+from engine_dyn.geometry import masses
+from engine_dyn.loads.driven_machine import (
     DrivenMachine,
     TorqueOverAngle,
     constant_load,
@@ -22,9 +23,9 @@ from engine_dyn.driven_machine import (
     torque_over_speed,
     whole_ratio,
 )
-from engine_dyn.speed import sweep
-from engine_dyn.speed.angle_load import work_at
-from engine_dyn.speed.load_law import Power, Shape, load_terms
+from engine_dyn.loads.laws import Power, Shape, load_terms
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.tables.load_over_angle import work_at
 from tests.oracle import solution
 from tests.oracle.designs import _mean as mean_of
 from tests.oracle.solution import Design, Problem
@@ -281,7 +282,7 @@ def test_designs_of_a_sweep_are_those_alone() -> None:
     scale = np.array([0.0, 1.0])[:, None]
     slip = np.array([0.1, 0.3, 0.2])
     inputs["offset"] = constant_load(0.0, over, gear, scale)
-    found = sweep.solve(
+    found = dispatch.solve(
         wanted=("delta", "omega_mean"), driven=DrivenMachine(over, motor=True), gear_ratio=gear,
         load_phase=0.3, load_scale=scale, breakdown_slip=slip,
         synchronous_speed=1.05 * design.omega_n, **inputs,
@@ -310,13 +311,13 @@ def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
         inputs.pop(other)
     wanted = ("torque_max", "torque_min", "energy_swing")
     scale = np.array([0.9, 0.0, 0.4])
-    found = sweep.torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)
+    found = dispatch.torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)
     for factor, swing in zip(scale.tolist(), found["energy_swing"], strict=True):
         one = solved(design, load_scale=factor, **keys)
         energy = 0.5 * design.inertia * (one.omega_max**2 - one.omega_min**2)
         assert swing == pytest.approx(energy, rel=1e-6)
     # the torque is the engine's own, whatever the load
-    plain = sweep.torque_extremes(wanted=wanted, **inputs)
+    plain = dispatch.torque_extremes(wanted=wanted, **inputs)
     for name in ("torque_max", "torque_min"):
         span = plain["torque_max"] - plain["torque_min"]
         assert found[name] == pytest.approx(float(plain[name]), abs=1e-7 * span)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.family_grid import SPEED_STEP, FamilyGrid, grid_from_diagrams
-from engine_dyn.indicator import Diagram, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.family_grid import SPEED_STEP, FamilyGrid, grid_from_diagrams
 
 DEGREE = np.pi / 180.0
 BAR = 1e5

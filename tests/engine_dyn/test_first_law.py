@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from engine_dyn import status
-from engine_dyn.first_law import (
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.first_law import (
     FOUR_STROKE_UNITS,
     TWO_STROKE_UNITS,
     FourStrokeCycle,
     TwoStrokeCycle,
     tabulate,
 )
-from engine_dyn.indicator import Diagram, diagram_from_points
 
 DEGREE = np.pi / 180.0
 BAR = 1e5

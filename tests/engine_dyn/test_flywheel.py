@@ -11,14 +11,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from engine_dyn import flywheel, periodic_speed, slider_crank
-from engine_dyn.friction import FrictionShape
-from engine_dyn.indicator import Diagram, family_from_diagrams
-from engine_dyn.speed import sweep
+from engine_dyn import flywheel, periodic_speed
+from engine_dyn.geometry import slider_crank
+from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.pressure.diagram import Diagram, family_from_diagrams
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.api import energy_swing
 from engine_dyn.speed.required import search, solve_for_inertia
-from engine_dyn.speed.single import energy_swing
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED, TOLERANCE_NOT_MET
-from sweeps.engine_file import load_engine
+from sweeps.reading.engine_files import load_engine
 
 pytestmark = pytest.mark.compiled
 
@@ -182,7 +183,7 @@ def test_no_inertia_gives_it(diagram: Diagram) -> None:
 
 def batch(diagram: Diagram, **more: Any) -> dict[str, Any]:
     family = family_from_diagrams([0.0], [diagram])
-    mean = float(sweep.mean_gas_torque(0.2571, 0.0, family)) * np.pi / 4 * 0.14**2 * 0.09 - 32.8
+    mean = float(dispatch.mean_gas_torque(0.2571, 0.0, family)) * np.pi / 4 * 0.14**2 * 0.09 - 32.8
     return {
         "family": family, "crank_ratio": 0.2571, "row": 0.0, "scale": 1.0,
         "crankcase_pressure": 101325.0, "bore": 0.14, "stroke": 0.18, "mass": 6.67,

@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from engine_dyn import friction
-from engine_dyn.friction import FrictionShape
-from engine_dyn.indicator import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
-from engine_dyn.slider_crank import acceleration, velocity
-from engine_dyn.speed import tables
+from engine_dyn.geometry.slider_crank import acceleration, velocity
+from engine_dyn.loads import friction
+from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.pressure.diagram import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.speed.tables import work_tables
 from tests.engine_dyn.test_first_law import case
 
 BAR = 1e5
@@ -175,10 +175,10 @@ def test_the_kernels_have_the_same_parts(fired: Diagram) -> None:
 
     for angle in phi.tolist():
         load, speed = at(angle)
-        parts = tables.friction_parts(load, speed, math.sin(angle))
+        parts = work_tables.friction_parts(load, speed, math.sin(angle))
         expected = friction.friction_parts(load, speed, math.sin(angle))
         np.testing.assert_allclose(parts, expected, rtol=1e-14)
-        slopes = tables.friction_slopes(
+        slopes = work_tables.friction_slopes(
             load, float(fired.derivative(angle)), speed, float(acceleration(angle, 0.28)),
             math.sin(angle), math.cos(angle),
         )  # fmt: skip
@@ -187,8 +187,8 @@ def test_the_kernels_have_the_same_parts(fired: Diagram) -> None:
             for way in (h, -h)
         ]
         np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / (2.0 * h), rtol=2e-5, atol=1.0)
-    assert tables.friction_slopes(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
-    assert tables.friction_slopes(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
+    assert work_tables.friction_slopes(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
+    assert work_tables.friction_slopes(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
 
 
 # Means

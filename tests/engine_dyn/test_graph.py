@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.cylinder_quantities import OF_CYLINDER
-from engine_dyn.quantities import CYCLE_KEYS, DIMENSIONS, NODES, PARAMETERS, QUANTITIES, check_graph
+from engine_dyn.quantities.graph import (
+    CYCLE_KEYS,
+    DIMENSIONS,
+    NODES,
+    PARAMETERS,
+    QUANTITIES,
+    check_graph,
+)
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from tests.support import NOT_OF_AN_ENGINE
 
 pytestmark = pytest.mark.compiled

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn import forces, harmonics, kinematic_series, mechanism, slider_crank
-from engine_dyn.cylinders import Cylinders, cylinders_of, even_cylinders
-from engine_dyn.indicator import Family, family_from_diagrams
-from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.forces import harmonics, mechanism, torque
+from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.pressure.diagram import Family, family_from_diagrams
 from tests.oracle.designs import Design
 from tests.support import design_of, family_of
 
@@ -45,7 +46,7 @@ def engine_of(text: str, **factors: Any) -> dict[int, Cylinders]:
 @pytest.mark.parametrize("ratio", [0.2, 0.5])
 def test_gas_harmonics_are_the_transform(family: Family, ratio: float, offset: float) -> None:
     found = harmonics.gas_harmonics(ORDERS, ratio, offset, 0.0, family, PERIOD)
-    pressure = forces.pressure(PHI, family, 0.0)
+    pressure = torque.pressure(PHI, family, 0.0)
     wanted = transform(pressure * slider_crank.velocity(PHI, ratio, offset))
     assert found == pytest.approx(wanted, abs=ROUNDING * pressure.max())
 
@@ -54,7 +55,7 @@ def test_high_orders_of_the_gas(family: Family) -> None:
     # Pieces are shorter for high orders, so these keep their accuracy.
     orders = np.array([0.5, 60.0, 200.0, 360.0])
     found = harmonics.gas_harmonics(orders, 0.3, 0.0, 0.0, family, PERIOD)
-    curve = forces.pressure(PHI, family, 0.0) * slider_crank.velocity(PHI, 0.3)
+    curve = torque.pressure(PHI, family, 0.0) * slider_crank.velocity(PHI, 0.3)
     whole = 2.0 * np.fft.rfft(curve) / POINTS
     limit = 1e-11 * np.abs(curve).max()  # of the transform
     assert found == pytest.approx(whole[np.rint(2 * orders).astype(int)], abs=limit)
@@ -77,7 +78,7 @@ def test_many_crank_ratios_come_from_the_series(family: Family, highest: float) 
     ratio = np.linspace(0.01, highest, 2 * harmonics.MANY_RATIOS)[:, None]
     found = harmonics.gas_harmonics(ORDERS, ratio, 0.0, 0.0, family, PERIOD)
     assert found.shape == (ratio.size, ORDERS.size)
-    limit = ROUNDING * forces.pressure(PHI, family, 0.0).max()
+    limit = ROUNDING * torque.pressure(PHI, family, 0.0).max()
     for i in (0, 50, -1):
         alone = harmonics.gas_harmonics(ORDERS, ratio[i, 0], 0.0, 0.0, family, PERIOD)
         assert found[i] == pytest.approx(alone, abs=limit)
@@ -90,7 +91,7 @@ def test_rows_blend_as_their_pressures_do() -> None:
     index, weight = two.locate(np.array(43.0))
     place = float(index + weight)
     found = harmonics.gas_harmonics(ORDERS, 0.3, 0.0, place, two, PERIOD)
-    wanted = transform(forces.pressure(PHI, two, place) * slider_crank.velocity(PHI, 0.3))
+    wanted = transform(torque.pressure(PHI, two, place) * slider_crank.velocity(PHI, 0.3))
     assert found == pytest.approx(wanted, abs=2.0 * ROUNDING * high.peak)
 
 
@@ -122,17 +123,17 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
     by_count = engine_of(text)
     (count,) = by_count
     bore, stroke, mass, speed, crankcase = 0.1, 0.12, 1.4, 200.0, 1.1e5
-    curve = forces.gas_torque(
+    curve = torque.gas_torque(
         PHI, 0.3, family, 0.0, 0.9, crankcase, bore, stroke, count, PERIOD, 0.1, by_count
     )
     vectors = harmonics.phase_vectors(ORDERS, count, by_count)
     gas = harmonics.gas_part(0.0, family, PERIOD)
     work = harmonics.of_engine(gas, ORDERS, 0.3, 0.1, count, by_count)
     speeds = harmonics.velocity_harmonics(ORDERS, 0.3, 0.1) * vectors
-    lever = forces.piston_area(bore) * 0.5 * stroke
+    lever = torque.piston_area(bore) * 0.5 * stroke
     found = lever * (0.9 * work - crankcase * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
-    curve = forces.inertia_torque(PHI, 0.3, mass, stroke, speed, count, PERIOD, 0.1, by_count)
+    curve = torque.inertia_torque(PHI, 0.3, mass, stroke, speed, count, PERIOD, 0.1, by_count)
     found = mass * (0.5 * stroke * speed) ** 2 * vectors
     found = found * harmonics.inertia_harmonics(ORDERS, 0.3, 0.1)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * max(np.abs(curve).max(), 1.0))
@@ -144,19 +145,19 @@ def test_unequal_cylinders(family: Family, radii: tuple[float, ...], offset: flo
     by_count = engine_of("in-line 4", pressure_factor=(0.0, 1.0, 0.8, 1.0),
                          mass_factor=(1.0, 1.1, 1.0, 0.9), radius_factor=radii)  # fmt: skip
     arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, offset, by_count)
-    curve = forces.gas_torque(*arguments)
+    curve = torque.gas_torque(*arguments)
     gas = harmonics.gas_part(0.0, family, PERIOD)
     of_all = (ORDERS, 0.3, offset, 4, by_count)
     work = harmonics.of_engine(gas, *of_all)
     speeds = harmonics.of_engine(harmonics.VELOCITY, *of_all)
-    found = forces.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
+    found = torque.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
-    curve = forces.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, offset, by_count)
+    curve = torque.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, offset, by_count)
     found = 1.4 * (0.06 * 200.0) ** 2 * harmonics.of_engine(harmonics.INERTIA, *of_all)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
     # cylinder 1 does not burn: its own harmonics are those of the motored pressure
     first = harmonics.of_first(gas, *of_all)
-    pressure = forces.pressure(PHI, family, 0.0, 1.0, 0.0)
+    pressure = torque.pressure(PHI, family, 0.0, 1.0, 0.0)
     wanted = transform(pressure * slider_crank.velocity(PHI, 0.3, offset))
     assert first == pytest.approx(wanted, abs=ROUNDING * pressure.max())
     # and the throws add up to the engine

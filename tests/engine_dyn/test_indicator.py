@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from engine_dyn.indicator import (
+from engine_dyn.pressure.diagram import (
     FOUR_STROKE,
     ROW_STEP,
     TWO_STROKE,

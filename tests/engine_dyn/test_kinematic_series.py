@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import scipy.special
 
-from engine_dyn import balancing, harmonics, slider_crank
-from engine_dyn import kinematic_series as series
-from engine_dyn.arrangement import phase_sums
-from engine_dyn.cylinders import even_cylinders
+from engine_dyn.forces import balancing, harmonics
+from engine_dyn.geometry import kinematic_series as series
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.arrangement import phase_sums
+from engine_dyn.geometry.cylinders import even_cylinders
 
 POINTS = 4096
 PHI = np.arange(POINTS) * (2.0 * np.pi / POINTS)

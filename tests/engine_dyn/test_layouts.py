@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from engine_dyn.arrangement import Arrangement
-from engine_dyn.firing_orders import (
+from engine_dyn.geometry.arrangement import Arrangement
+from engine_dyn.geometry.firing_orders import (
     BOXER_ORDERS,
     CUSTOMARY_ORDERS,
     IN_LINE_ORDERS,
@@ -18,7 +18,7 @@ from engine_dyn.firing_orders import (
     in_line_order_by_rule,
     two_stroke_in_line_order_by_rule,
 )
-from engine_dyn.layouts import (
+from engine_dyn.geometry.layouts import (
     arrangement_from_text,
     boxer,
     in_line,

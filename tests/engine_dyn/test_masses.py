@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from engine_dyn import masses
+from engine_dyn.geometry import masses
 from tests.oracle import solution
 
 POSITIVE = st.floats(0.01, 100.0)

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn import forces, kinematic_series, masses, mechanism, slider_crank
-from engine_dyn.cylinders import EQUAL, cylinders_of, even_cylinders
-from engine_dyn.layouts import arrangement_from_text
+from engine_dyn.forces import mechanism
+from engine_dyn.forces import torque as forces
+from engine_dyn.geometry import kinematic_series, masses, slider_crank
+from engine_dyn.geometry.cylinders import EQUAL, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
 from tests.oracle.rigid_bodies import Bodies
 
 PHI = np.linspace(-6.0, 6.0, 97)

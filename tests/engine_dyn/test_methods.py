@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from engine_dyn import Diagram, diagram_from_points, periodic_speed
-from engine_dyn.indicator import family_from_diagrams
-from engine_dyn.speed import sweep
-from engine_dyn.speed.extremes import refine
+from engine_dyn.pressure.diagram import family_from_diagrams
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.tables.extremes import refine
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -133,13 +133,13 @@ def test_load_term_is_integrated_to_fourth_order() -> None:
     item = BY_NAME["strong, alpha 3, constant, cycle_time"]
     design = item.design
     family = family_from_diagrams([0.0], [diagram_of(item, 0.25)])
-    gas = float(sweep.mean_gas_torque(design.crank_ratio, 0.0, family))
+    gas = float(dispatch.mean_gas_torque(design.crank_ratio, 0.0, family))
     torque = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke * gas
 
     def mean_speed(finer: int) -> float:
         # A heavy load on a light flywheel, so that the load's work is what limits the result.
         return float(
-            sweep.solve(
+            dispatch.solve(
                 family=family, wanted=("omega_max",), method="newton", finer=finer,
                 tolerance=1e-2, crank_ratio=design.crank_ratio, row=0.0, scale=1.0,
                 crankcase_pressure=1e5, bore=design.bore, stroke=design.stroke, mass=0.0,
@@ -199,11 +199,11 @@ def test_absurd_designs_have_true_outcomes() -> None:
     family = family_from_diagrams([0.0], [diagram_of(item)])
     count = 600
     ratio = 10.0 ** random.uniform(-6, np.log10(0.999), count)
-    gas = sweep.mean_gas_torque(ratio, np.zeros(count), family)
+    gas = dispatch.mean_gas_torque(ratio, np.zeros(count), family)
     cylinders = random.integers(1, 17, count)
     bore, stroke = 0.1, 0.1
     torque = cylinders * 0.25 * np.pi * bore**2 * 0.5 * stroke * gas
-    result = sweep.solve(
+    result = dispatch.solve(
         family=family, wanted=("delta", "omega_max", "omega_min", "omega_mean"),
         inertia_model=random.choice(["constant", "variable"], count), cylinders=cylinders,
         crank_ratio=ratio, row=np.zeros(count), scale=1.0, crankcase_pressure=1e5, bore=bore,

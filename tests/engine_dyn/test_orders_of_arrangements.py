@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine_dyn import forces
-from engine_dyn.arrangement import Arrangement
-from engine_dyn.cylinders import Cylinders, even_cylinders
 from engine_dyn.engine import Engine
-from sweeps.engine_file import load_engine
+from engine_dyn.forces import torque as torques
+from engine_dyn.geometry.arrangement import Arrangement
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from sweeps.reading.engine_files import load_engine
 
 PERIOD = 4.0 * math.pi
 COUNT = 7200
@@ -48,11 +48,11 @@ def torque(name: str, engine: Cylinders, speed: float = 4000.0) -> np.ndarray:
     v, family = engine_of(name).values, engine_of(name).family
     row = 0.0 if len(family.loads) == 1 else float(family.row_count - 1)
     count = {engine.count: engine}
-    gas = forces.gas_torque(
+    gas = torques.gas_torque(
         PHI, v["crank_ratio"], family, row, 1.0, 1e5 * v["crankcase_pressure"], v["bore"],
         v["stroke"], engine.count, PERIOD, by_count=count,
     )  # fmt: skip
-    inertia = forces.inertia_torque(
+    inertia = torques.inertia_torque(
         PHI, v["crank_ratio"], v.get("reciprocating_mass", 0.5), v["stroke"],
         speed * math.pi / 30.0, engine.count, PERIOD, by_count=count,
     )  # fmt: skip

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import engine_dyn
-from engine_dyn import friction, masses
+from engine_dyn.geometry import masses
+from engine_dyn.loads import friction
 
 PHI = np.linspace(-7.0, 7.0, 401)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from engine_dyn.pump import FILE_UNITS, PumpCycle
-from engine_dyn.slider_crank import dead_centres, velocity
+from engine_dyn.geometry.slider_crank import dead_centres, velocity
+from engine_dyn.pressure.pump import FILE_UNITS, PumpCycle
 
 DEGREE = math.pi / 180.0
 BAR = 1e5

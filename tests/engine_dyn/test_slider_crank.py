@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn import acceleration, position, rod_angle, velocity
-from engine_dyn.slider_crank import acceleration_at, jerk_at, position_at, velocity_at
+from engine_dyn.geometry.slider_crank import acceleration_at, jerk_at, position_at, velocity_at
 from tests.oracle import solution
 
 RATIOS = (0.01, 0.2, 0.2571428571428571, 1.0 / 3.0, 0.6, 0.9)

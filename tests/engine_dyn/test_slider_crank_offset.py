@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
 from engine_dyn import acceleration, position, rod_angle, velocity
-from engine_dyn.slider_crank import (
+from engine_dyn.geometry.slider_crank import (
     acceleration_at,
     crank_radius,
     dead_centres,

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import pytest
 
-from engine_dyn.speed import sweep
+from engine_dyn.speed import dispatch
 from engine_dyn.status import MEANINGS, has_numbers
 from tests.oracle import golden
 from tests.support import design_of, family_of, inputs_of, items, solved
@@ -55,7 +55,7 @@ def test_range_of_the_torque(name: str) -> None:
     inputs = inputs_of(design, family_of(design))
     for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
         inputs.pop(other)
-    found = sweep.torque_extremes(wanted=sweep.TORQUE_RESULTS, **inputs)
+    found = dispatch.torque_extremes(wanted=dispatch.TORQUE_RESULTS, **inputs)
     span = known["torque_max"] - known["torque_min"]
     assert float(found["torque_max"]) == pytest.approx(known["torque_max"], abs=1e-7 * span)
     assert float(found["torque_min"]) == pytest.approx(known["torque_min"], abs=1e-7 * span)
@@ -70,7 +70,7 @@ def test_energy_swing_is_that_of_the_flywheel_under_a_constant_load(name: str) -
     inputs = inputs_of(design, family_of(design))
     for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
         inputs.pop(other)
-    found = float(sweep.torque_extremes(wanted=["energy_swing"], **inputs)["energy_swing"])
+    found = float(dispatch.torque_extremes(wanted=["energy_swing"], **inputs)["energy_swing"])
     assert found == pytest.approx(known["energy_swing"], rel=1e-7)
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks import problem
-from engine_dyn.speed import lanes, levels, sweep
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.batch import lanes, levels
 
 U = np.linspace(-lanes.SERIES_RANGE, lanes.SERIES_RANGE, 401)
 
@@ -62,8 +63,8 @@ def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
     )
     inputs = problem.own_inputs(scene, problem.family())
     angles = np.linspace(0.0, 2.0 * math.pi / 3.0, 2401)
-    found = sweep.solve(wanted=("omega_min",), method=method, **inputs)
-    curve = sweep.solve(
+    found = dispatch.solve(wanted=("omega_min",), method=method, **inputs)
+    curve = dispatch.solve(
         wanted=("omega",), method="newton", finer=4, tolerance=1e-9, crank_angle=angles, **inputs
     )["omega"]
     assert found["omega_min"].item() == pytest.approx(curve.min(), rel=1e-8)
@@ -108,8 +109,8 @@ def test_strong_fluctuations_are_as_good_as_they_say(
     )
     inputs = problem.own_inputs(scene, problem.family())
     speeds = ("omega_max", "omega_min", "omega_mean", "delta")
-    found = sweep.solve(wanted=(*speeds, "status"), **inputs)
-    exact = sweep.solve(wanted=(*speeds, "status"), method="newton", finer=4, **inputs)
+    found = dispatch.solve(wanted=(*speeds, "status"), **inputs)
+    exact = dispatch.solve(wanted=(*speeds, "status"), method="newton", finer=4, **inputs)
     good = (found["status"] == 0) & (exact["status"] == 0)
     assert good.sum() > 0.5 * scene.size
     for name in speeds:

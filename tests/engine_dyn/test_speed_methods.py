@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.speed import sweep
-from engine_dyn.speed.euler import march_cycles
-from engine_dyn.speed.load_law import Power
-from engine_dyn.speed.newton import CYCLE_TIME, POWER_MEAN, newton
-from engine_dyn.speed.picard import repeat_cycles
+from engine_dyn.loads.laws import Power
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.general.euler import march_cycles
+from engine_dyn.speed.general.newton import CYCLE_TIME, POWER_MEAN, newton
+from engine_dyn.speed.general.picard import repeat_cycles
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -333,12 +333,12 @@ def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
     inputs.pop("closure")
     extremes = {k: v for k, v in inputs.items() if k not in (
         "inertia", "exponent", "offset", "mean_torque", "inertia_model")}  # fmt: skip
-    span = sweep.torque_extremes(wanted=("torque_max", "torque_min"), **extremes)
+    span = dispatch.torque_extremes(wanted=("torque_max", "torque_min"), **extremes)
     span = float(span["torque_max"] - span["torque_min"])
     for excess, status in ((2e-9, NO_STEADY_STATE), (0.1, NO_STEADY_STATE), (0.5e-9, None)):
         inputs["offset"] = inputs["mean_torque"] + excess * span
         passes = {"passes": 3.0} if method in ("thesis", "picard") else {}
-        found = sweep.solve(wanted=("delta",), method=method, **inputs, **passes)
+        found = dispatch.solve(wanted=("delta",), method=method, **inputs, **passes)
         if status is None:
             assert int(found["status"]) in (CONVERGED, PASSES_DONE)
             assert np.isfinite(found["delta"])
@@ -381,8 +381,8 @@ def test_cycle_repetition_closes_nowhere_but_at_the_solution() -> None:
     for count, model in ((12, "variable"), (12, "constant"), (1, "variable")):
         inputs = inputs_of(replace(design, cylinders=count, inertia_model=model), family)
         inputs["inertia"] = design.inertia * np.geomspace(1e-4, 1.0, 60)
-        found = sweep.solve(wanted=sweep.SPEED_RESULTS, method="picard", **inputs)
-        exact = sweep.solve(wanted=sweep.SPEED_RESULTS, method="newton", **inputs)
+        found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, method="picard", **inputs)
+        exact = dispatch.solve(wanted=dispatch.SPEED_RESULTS, method="newton", **inputs)
         good = found["status"] == CONVERGED
         assert good.any()
         assert (exact["status"][good] == CONVERGED).all()

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.indicator import Family, diagram_from_points, family_from_diagrams
-from engine_dyn.speed import sweep
+from engine_dyn.pressure.diagram import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
 from tests.oracle.designs import table
 from tests.support import BAR, design_of
@@ -32,7 +32,7 @@ def designs(count: int, family: Family, cylinders: int) -> dict[str, Any]:
     ratio = random.uniform(0.02, 0.6, count)
     row = random.uniform(0.0, family.row_count - 1.0, count)
     lever = 0.25 * np.pi * 0.1**2 * 0.05
-    mean = cylinders * lever * sweep.mean_gas_torque(ratio, row, family)
+    mean = cylinders * lever * dispatch.mean_gas_torque(ratio, row, family)
     return {
         "family": family, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
         "scale": random.uniform(0.8, 1.2, count), "stroke": 0.1, "friction_torque": 0.0,
@@ -49,8 +49,8 @@ def test_interpolated_tables_are_as_good_as_own_ones(
     family: Family, cylinders: int, exponent: float, model: str
 ) -> None:
     inputs = designs(200, family, cylinders)
-    many = sweep.solve(wanted=WANTED, exponent=exponent, inertia_model=model, **inputs)
-    known = sweep.solve(
+    many = dispatch.solve(wanted=WANTED, exponent=exponent, inertia_model=model, **inputs)
+    known = dispatch.solve(
         wanted=WANTED, exponent=exponent, inertia_model=model, general=True, finer=2,
         tolerance=1e-8, **inputs,
     )  # fmt: skip
@@ -64,10 +64,10 @@ def test_interpolated_tables_are_as_good_as_own_ones(
 def test_order_of_designs_does_not_matter(family: Family) -> None:
     """The company does not matter either, as long as tables are interpolated."""
     inputs = designs(300, family, 2)
-    whole = sweep.solve(wanted=WANTED, exponent=1.0, **inputs)
+    whole = dispatch.solve(wanted=WANTED, exponent=1.0, **inputs)
     order = np.random.default_rng(1).permutation(300)[:130]
     taken = {k: v[order] if isinstance(v, np.ndarray) else v for k, v in inputs.items()}
-    part = sweep.solve(wanted=WANTED, exponent=1.0, threads=3, **taken)
+    part = dispatch.solve(wanted=WANTED, exponent=1.0, threads=3, **taken)
     for name in WANTED:
         np.testing.assert_array_equal(part[name], whole[name][order])
 
@@ -75,7 +75,9 @@ def test_order_of_designs_does_not_matter(family: Family) -> None:
 def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
     random = np.random.default_rng(2)
     ratio, row = random.uniform(0.1, 0.5, 3000), random.uniform(0.0, 6.0, 3000)
-    many = sweep.mean_gas_torque(ratio, row, family)
+    many = dispatch.mean_gas_torque(ratio, row, family)
     some = slice(0, 3000, 250)
     for one, place, found in zip(ratio[some], row[some], many[some], strict=True):
-        assert found == pytest.approx(float(sweep.mean_gas_torque(one, place, family)), rel=1e-12)
+        assert found == pytest.approx(
+            float(dispatch.mean_gas_torque(one, place, family)), rel=1e-12
+        )

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.indicator import Family, diagram_from_points, family_from_diagrams
-from engine_dyn.slider_crank import velocity
-from engine_dyn.speed import packing, sweep
+from engine_dyn.geometry.slider_crank import velocity
+from engine_dyn.pressure.diagram import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.speed import dispatch, packing
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
 from tests.oracle import golden, solution
 from tests.oracle.designs import table
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.compiled
 CYCLE = 4.0 * np.pi
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
-WANTED = (*sweep.SPEED_RESULTS, *CURVES)
+WANTED = (*dispatch.SPEED_RESULTS, *CURVES)
 ANGLES = np.radians(np.arange(-360.0, 360.0, 30.0))
 
 
@@ -49,7 +49,7 @@ def inputs(design: Design, family: Family) -> dict[str, Any]:
     return inputs_of(design, family)
 
 
-SCALARS = tuple(name for name in sweep.SPEED_RESULTS if name != "iterations")
+SCALARS = tuple(name for name in dispatch.SPEED_RESULTS if name != "iterations")
 ASKED: dict[str, dict[str, Any]] = {
     "curves": {"wanted": WANTED, "crank_angle": ANGLES},
     "numbers only": {"wanted": SCALARS},
@@ -58,7 +58,7 @@ ASKED: dict[str, dict[str, Any]] = {
 
 
 def solve(inputs: dict[str, Any], **changes: Any) -> dict[str, Any]:
-    return sweep.solve(**{**ASKED["curves"], **inputs, **changes})
+    return dispatch.solve(**{**ASKED["curves"], **inputs, **changes})
 
 
 def same(one: dict[str, Any], other: dict[str, Any]) -> None:
@@ -95,7 +95,7 @@ def asked(request: pytest.FixtureRequest) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def whole(inputs: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
-    return sweep.solve(**asked, **{**inputs, **product()}, threads=2)
+    return dispatch.solve(**asked, **{**inputs, **product()}, threads=2)
 
 
 def test_shapes_of_a_product(whole: dict[str, Any], asked: dict[str, Any]) -> None:
@@ -110,7 +110,7 @@ def test_threads_do_not_matter(
     whole: dict[str, Any], inputs: dict[str, Any], asked: dict[str, Any]
 ) -> None:
     for threads in (1, 5):
-        same(sweep.solve(**asked, **{**inputs, **product()}, threads=threads), whole)
+        same(dispatch.solve(**asked, **{**inputs, **product()}, threads=threads), whole)
 
 
 def test_threads_share_what_lanes_leave(
@@ -118,29 +118,29 @@ def test_threads_share_what_lanes_leave(
 ) -> None:
     """Too few designs for a second thread in lanes, but many of them are for the general method."""
     calls: list[tuple[int, int]] = []
-    march = sweep.designs.march
+    march = dispatch.designs.march
 
     def noted(chosen: Any, *arguments: Any) -> None:
         calls.append((threading.get_ident(), chosen.size))
         march(chosen, *arguments)
 
     few = {**inputs, "inertia": np.geomspace(0.02, 3.0, 2000), "exponent": 1.6}
-    alone = sweep.solve(wanted=("omega_min",), **few, threads=1)
-    monkeypatch.setattr(sweep.designs, "march", noted)
-    same(sweep.solve(wanted=("omega_min",), **few, threads=2), alone)
+    alone = dispatch.solve(wanted=("omega_min",), **few, threads=1)
+    monkeypatch.setattr(dispatch.designs, "march", noted)
+    same(dispatch.solve(wanted=("omega_min",), **few, threads=2), alone)
     mine = [size for thread, size in calls if thread == threading.get_ident()]
     assert max(mine, default=0) < 2 * packing.FEWEST
     assert sum(size for _, size in calls) - sum(mine) >= 2 * packing.FEWEST
     # Enough for threads in lanes, each of which solves what it leaves.
-    monkeypatch.setattr(sweep, "FEWEST_IN_LANES", 64)
-    same(sweep.solve(wanted=("omega_min",), **few, threads=5), alone)
+    monkeypatch.setattr(dispatch, "FEWEST_IN_LANES", 64)
+    same(dispatch.solve(wanted=("omega_min",), **few, threads=5), alone)
 
 
 @pytest.mark.parametrize("order", [(5, 4, 3, 2, 1, 0), (2, 0, 1, 5, 3, 4)])
 def test_order_of_axes_does_not_matter(
     whole: dict[str, Any], inputs: dict[str, Any], asked: dict[str, Any], order: tuple[int, ...]
 ) -> None:
-    turned = sweep.solve(**asked, **{**inputs, **product(order)})
+    turned = dispatch.solve(**asked, **{**inputs, **product(order)})
     for name, array in turned.items():
         last = (len(order),) if array.ndim > len(order) else ()
         np.testing.assert_array_equal(np.transpose(array, (*order, *last)), whole[name])
@@ -158,7 +158,7 @@ def test_neighbours_do_not_matter(
         alone = {
             name: arguments[name].reshape(-1)[index[axis]] for name, (axis, _) in PRODUCT.items()
         }
-        found = sweep.solve(**asked, **{**inputs, **alone})
+        found = dispatch.solve(**asked, **{**inputs, **alone})
         for name, array in whole.items():
             np.testing.assert_array_equal(found[name], array[index], err_msg=f"{name} {index}")
     # All of them as unrelated designs of one axis, in a random order, with tables made alike.
@@ -167,7 +167,7 @@ def test_neighbours_do_not_matter(
     column = {
         name: arguments[name].reshape(-1)[places[axis]] for name, (axis, _) in PRODUCT.items()
     }
-    found = sweep.solve(**asked, **{**inputs, **column}, sharing=(1, 300))
+    found = dispatch.solve(**asked, **{**inputs, **column}, sharing=(1, 300))
     for name, array in whole.items():
         np.testing.assert_array_equal(found[name], array[places], err_msg=name)
 
@@ -178,7 +178,7 @@ def test_part_of_an_axis_gives_part_of_the_result(
     arguments = product()
     arguments["inertia"] = arguments["inertia"][2:5]
     arguments["cylinders"] = arguments["cylinders"][..., ::-1, :]
-    found = sweep.solve(**asked, **{**inputs, **arguments})
+    found = dispatch.solve(**asked, **{**inputs, **arguments})
     for name, array in found.items():
         np.testing.assert_array_equal(array, whole[name][2:5, :, :, :, ::-1])
 
@@ -186,9 +186,9 @@ def test_part_of_an_axis_gives_part_of_the_result(
 def test_iterations_do_not_depend_on_neighbours(inputs: dict[str, Any]) -> None:
     inertia = np.geomspace(0.2, 30.0, 64)
     changes = {**inputs, "exponent": 1.6}
-    whole = sweep.solve(wanted=("iterations",), **{**changes, "inertia": inertia})
+    whole = dispatch.solve(wanted=("iterations",), **{**changes, "inertia": inertia})
     for i in range(0, 64, 7):
-        alone = sweep.solve(wanted=("iterations",), **{**changes, "inertia": inertia[i]})
+        alone = dispatch.solve(wanted=("iterations",), **{**changes, "inertia": inertia[i]})
         assert alone["iterations"] == whole["iterations"][i]
 
 
@@ -218,11 +218,11 @@ def test_broadcasting_and_scalars(inputs: dict[str, Any]) -> None:
     two = solve(inputs, inertia=np.array([[0.4, 0.8, 1.2]]), speed=np.array([[100.0], [200.0]]))
     assert two["delta"].shape == (2, 3) and two["status"].dtype == np.int8
     assert solve(inputs, inertia=np.array([0.4]))["delta"].shape == (1,)
-    only = sweep.solve(wanted=("omega_max",), **inputs)
+    only = dispatch.solve(wanted=("omega_max",), **inputs)
     assert set(only) == {"omega_max", "status"}
     assert float(only["omega_max"]) == pytest.approx(float(one["omega_max"]), rel=1e-8)
     # Nothing but the status.
-    assert set(sweep.solve(wanted=(), **inputs)) == {"status"}
+    assert set(dispatch.solve(wanted=(), **inputs)) == {"status"}
 
 
 def test_progress_counts_designs(inputs: dict[str, Any]) -> None:
@@ -245,7 +245,7 @@ def test_energy_balance_of_the_trace(
     inputs = inputs_of(engine, family_of(engine))
     # A fine spectral grid: the speed has no kinks.
     phi = np.arange(2880) * (CYCLE / 2880)
-    found = sweep.solve(
+    found = dispatch.solve(
         **{**inputs, "inertia_model": model}, wanted=("load_factor", *CURVES), crank_angle=phi
     )
     omega = found["omega"]
@@ -295,7 +295,7 @@ def test_counts_that_do_not_divide_the_cycle(count: int, model: str) -> None:
     """Against the oracle, solved here."""
     design = replace(design_of(NAME), cylinders=count, inertia_model=model)
     exact = solution.solve(design)
-    found = sweep.solve(wanted=sweep.SPEED_RESULTS, **inputs_of(design, family_of(design)))
+    found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, **inputs_of(design, family_of(design)))
     for name in ("delta", "omega_max", "omega_min", "omega_mean"):
         assert float(found[name]) == pytest.approx(getattr(exact, name), rel=1e-7)
 
@@ -308,14 +308,14 @@ def test_tight_tolerances_are_met_by_more_nodes(name: str) -> None:
     design = design_of(name)
     known = golden.read()[name]
     inputs = inputs_of(design, family_of(design, 0.25))
-    tight = sweep.solve(wanted=sweep.SPEED_RESULTS, tolerance=1e-9, **inputs)
+    tight = dispatch.solve(wanted=dispatch.SPEED_RESULTS, tolerance=1e-9, **inputs)
     if known["status"] == "stalled":
         assert int(tight["status"]) == STALLED
         return
     assert int(tight["status"]) == CONVERGED
     # The spline through quarter degrees is good to 1e-9.
     assert float(tight["delta"]) == pytest.approx(known["delta"], rel=5e-9)
-    loose = sweep.solve(wanted=sweep.SPEED_RESULTS, tolerance=1e-3, **inputs)
+    loose = dispatch.solve(wanted=dispatch.SPEED_RESULTS, tolerance=1e-3, **inputs)
     assert float(loose["delta"]) == pytest.approx(known["delta"], rel=1e-3)
     assert float(loose["delta_error"]) <= 1e-3
 
@@ -328,9 +328,9 @@ def test_estimated_error_covers_the_true_one(design: Design) -> None:
         inertia = design.inertia / count * np.geomspace(0.003, 3.0, 40)
         for exponent, model in ((0.5, "constant"), (2.0, "variable"), (4.0, "constant")):
             changes = {"inertia": inertia, "exponent": exponent, "inertia_model": model}
-            found = sweep.solve(wanted=sweep.SPEED_RESULTS, **{**inputs, **changes})
-            exact = sweep.solve(
-                wanted=sweep.SPEED_RESULTS, tolerance=1e-9, finer=16, **{**inputs, **changes}
+            found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, **{**inputs, **changes})
+            exact = dispatch.solve(
+                wanted=dispatch.SPEED_RESULTS, tolerance=1e-9, finer=16, **{**inputs, **changes}
             )
             good = (found["status"] == CONVERGED) & np.isin(exact["status"], (0, 5))
             assert good.sum() > 10
@@ -371,9 +371,9 @@ WIDE = st.floats(-9.0, 9.0).map(lambda power: 10.0**power)
     exponent=st.one_of(st.sampled_from([0.0, 1.0, 2.0]), st.floats(0.0, 40.0)),
     share=st.one_of(st.just(1.0), st.floats(-100.0, 2.0)),
     count=st.integers(1, 16),
-    model=st.sampled_from(sweep.INERTIA_MODELS),
-    closure=st.sampled_from(sweep.CLOSURES),
-    method=st.sampled_from(sweep.METHODS),
+    model=st.sampled_from(dispatch.INERTIA_MODELS),
+    closure=st.sampled_from(dispatch.CLOSURES),
+    method=st.sampled_from(dispatch.METHODS),
     passes=st.integers(0, 3),
 )
 def test_any_design_has_an_outcome(
@@ -384,9 +384,9 @@ def test_any_design_has_an_outcome(
     if method in ("thesis", "picard"):
         closure, passes = "power_mean", max(passes, 1)
     family = FAMILY
-    mean_gas = float(sweep.mean_gas_torque(ratio, 0.0, family))
+    mean_gas = float(dispatch.mean_gas_torque(ratio, 0.0, family))
     torque = count * 0.125 * np.pi * bore**2 * stroke * mean_gas
-    found = sweep.solve(
+    found = dispatch.solve(
         family=family, wanted=WANTED, crank_angle=ANGLES, crank_ratio=ratio, row=0.0, scale=1.0,
         crankcase_pressure=1e5, bore=bore, stroke=stroke, mass=mass, speed=speed, inertia=inertia,
         exponent=exponent, offset=share * torque, mean_torque=torque, friction_torque=0.0,

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.cylinders import even_cylinders
-from engine_dyn.speed import sweep, traces
+from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.batch import traces
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
 from tests.oracle import solution
 from tests.oracle.solution import CYCLE
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.compiled
 
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
-SCALARS = tuple(name for name in sweep.SPEED_RESULTS if name != "delta_error")
+SCALARS = tuple(name for name in dispatch.SPEED_RESULTS if name != "delta_error")
 # Angles that are nodes of the finer solutions, beyond one cycle and not in order.
 ANGLES = np.random.default_rng(3).permutation(np.pi / 72.0 * np.arange(-144, 288))
 INERTIA = np.geomspace(0.2, 10.0, 21)
@@ -32,11 +33,11 @@ def inputs(cylinders: int = 1, **changes: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("cylinders", [1, 4, 7])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
+@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
 def test_curves_are_those_of_a_finer_solution(cylinders: int, exponent: float, model: str) -> None:
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model)
-    found = sweep.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
-    exact = sweep.solve(
+    found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
+    exact = dispatch.solve(
         wanted=("delta", *CURVES), crank_angle=ANGLES, method="newton", finer=4, tolerance=1e-9,
         general=True, **arguments,
     )  # fmt: skip
@@ -52,12 +53,12 @@ def test_curves_are_those_of_a_finer_solution(cylinders: int, exponent: float, m
 
 @pytest.mark.parametrize("cylinders", [1, 4])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
+@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
 def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: str) -> None:
     design = replace(
         design_of(NAME), cylinders=cylinders, load_exponent=exponent, inertia_model=model
     )
-    found = sweep.solve(
+    found = dispatch.solve(
         wanted=("omega",), crank_angle=ANGLES, **inputs_of(design, family_of(design, 0.25))
     )
     exact = solution.solve(design)
@@ -75,8 +76,8 @@ def test_curves_of_any_engine(factors: dict[str, Any], offset: float) -> None:
         3, exponent=1.6, inertia_model="variable", inertia=INERTIA[12::4], offset_ratio=offset,
         cylinders_by_count={3: engine},
     )  # fmt: skip
-    found = sweep.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
-    exact = sweep.solve(
+    found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
+    exact = dispatch.solve(
         wanted=("delta", *CURVES), crank_angle=ANGLES, method="newton", finer=4, tolerance=1e-9,
         general=True, **arguments,
     )  # fmt: skip
@@ -90,31 +91,31 @@ def test_curves_of_any_engine(factors: dict[str, Any], offset: float) -> None:
 def test_scalars_do_not_know_of_curves(cylinders: int) -> None:
     arguments = inputs(
         cylinders, exponent=np.array([0.0, 1.0, 1.6, 2.0])[:, None],
-        inertia_model=np.array(sweep.INERTIA_MODELS)[:, None, None],
+        inertia_model=np.array(dispatch.INERTIA_MODELS)[:, None, None],
         inertia=np.geomspace(0.02, 10.0, 50),
     )  # fmt: skip
-    alone = sweep.solve(wanted=SCALARS, **arguments)
+    alone = dispatch.solve(wanted=SCALARS, **arguments)
     for wanted in (CURVES, CURVES[:1], CURVES[1:]):
-        both = sweep.solve(wanted=(*SCALARS, *wanted), crank_angle=ANGLES, **arguments)
+        both = dispatch.solve(wanted=(*SCALARS, *wanted), crank_angle=ANGLES, **arguments)
         for name in (*SCALARS, "status"):
             np.testing.assert_array_equal(both[name], alone[name], err_msg=name)
         assert {*SCALARS, *wanted, "status"} == set(both)
 
 
 def test_one_curve_is_the_same_with_the_other() -> None:
-    both = sweep.solve(wanted=CURVES, crank_angle=ANGLES, **inputs(4))
+    both = dispatch.solve(wanted=CURVES, crank_angle=ANGLES, **inputs(4))
     for name in CURVES:
-        alone = sweep.solve(wanted=(name,), crank_angle=ANGLES, **inputs(4))
+        alone = dispatch.solve(wanted=(name,), crank_angle=ANGLES, **inputs(4))
         np.testing.assert_array_equal(alone[name], both[name])
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
+@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
 @pytest.mark.parametrize("cylinders", [1, 4])
 def test_extremes_of_the_curve(cylinders: int, exponent: float, model: str) -> None:
     phi = np.linspace(0.0, 4.0 * np.pi, 14400, endpoint=False)
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model, inertia=INERTIA[8::4])
-    found = sweep.solve(
+    found = dispatch.solve(
         wanted=("omega_max", "omega_min", "omega_mean", "omega"), crank_angle=phi, **arguments
     )
     omega = found["omega"]
@@ -132,20 +133,20 @@ def test_any_order_of_angles(cylinders: int) -> None:
     """Permuted, repeated, a cycle further: the same numbers at the same angles."""
     phi = np.radians(np.arange(-360.0, 360.0))
     arguments = inputs(cylinders, inertia_model="variable")
-    found = sweep.solve(wanted=CURVES, crank_angle=phi, **arguments)
+    found = dispatch.solve(wanted=CURVES, crank_angle=phi, **arguments)
     random = np.random.default_rng(5)
     picks = random.integers(0, phi.size, 900)
     moved = phi[picks] + 4.0 * np.pi * random.integers(-3, 4, picks.size)
-    other = sweep.solve(wanted=CURVES, crank_angle=moved, **arguments)
+    other = dispatch.solve(wanted=CURVES, crank_angle=moved, **arguments)
     for name, tolerance in zip(CURVES, (1e-12, 1e-8), strict=True):
         scale = np.abs(found[name]).max()
         np.testing.assert_allclose(other[name], found[name][:, picks], atol=tolerance * scale)
-    one = sweep.solve(wanted=CURVES, crank_angle=phi[100:101], **arguments)
+    one = dispatch.solve(wanted=CURVES, crank_angle=phi[100:101], **arguments)
     for name in CURVES:
         np.testing.assert_allclose(one[name], found[name][:, 100:101], rtol=1e-9)
 
 
-@pytest.mark.parametrize("model", sweep.INERTIA_MODELS)
+@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
 @pytest.mark.parametrize("exponent", [1.0, 2.0])
 @pytest.mark.parametrize("cylinders", [1, 4])
 @pytest.mark.parametrize("first", [3, 8])
@@ -155,16 +156,16 @@ def test_curves_do_not_know_their_lane(
     """Bits are the same in any lane: code for known lanes may differ from vector to vector."""
     inertia = np.geomspace(0.9, 10.0, 2000)
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model, inertia=inertia)
-    found = sweep.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
+    found = dispatch.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
     arguments["inertia"] = inertia[first:]
-    moved = sweep.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
+    moved = dispatch.solve(wanted=CURVES, crank_angle=ANGLES, **arguments)
     for name in CURVES:
         np.testing.assert_array_equal(moved[name], found[name][first:], err_msg=name)
 
 
 def test_even_firing_repeats_to_the_bit() -> None:
     phi = np.radians(np.arange(-360.0, 360.0))
-    found = sweep.solve(wanted=CURVES, crank_angle=phi, **inputs(4))
+    found = dispatch.solve(wanted=CURVES, crank_angle=phi, **inputs(4))
     for name in CURVES:
         parts = found[name].reshape(INERTIA.size, 4, 180)
         np.testing.assert_array_equal(parts, np.repeat(parts[:, :1], 4, axis=1))
@@ -178,7 +179,7 @@ def test_designs_without_numbers_have_no_curve() -> None:
         mean_torque=np.array([mean, -mean, mean, mean, -mean, 0.5 * mean]),
         inertia_model="variable",
     )
-    found = sweep.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
+    found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
     good = found["status"] == CONVERGED
     assert good.tolist() == [True, False, False, True, False, True]
     assert set(found["status"][~good].tolist()) <= {NO_STEADY_STATE, STALLED, INVALID_INPUT}
@@ -192,11 +193,11 @@ def test_many_tables(designs: int) -> None:
     """Tables change within what is solved before curves are written, and between."""
     ratios = np.linspace(0.15, 0.35, 70)[:, None]
     arguments = inputs(crank_ratio=ratios, inertia=np.geomspace(0.9, 4.0, designs))
-    found = sweep.solve(wanted=("omega",), crank_angle=ANGLES[:50], threads=2, **arguments)
+    found = dispatch.solve(wanted=("omega",), crank_angle=ANGLES[:50], threads=2, **arguments)
     assert (found["status"] == CONVERGED).all()
     for i in (0, 33, 63, 64, 69):
         alone = {**arguments, "crank_ratio": ratios[i]}
-        part = sweep.solve(wanted=("omega",), crank_angle=ANGLES[:50], **alone)
+        part = dispatch.solve(wanted=("omega",), crank_angle=ANGLES[:50], **alone)
         np.testing.assert_array_equal(part["omega"], found["omega"][i])
 
 

@@ -11,8 +11,8 @@ import pytest
 from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn import diagram_from_points
-from engine_dyn.indicator import family_from_diagrams
-from engine_dyn.speed import sweep
+from engine_dyn.pressure.diagram import family_from_diagrams
+from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from tests.oracle import spline
 from tests.oracle.spline import velocity
@@ -227,7 +227,7 @@ def of_the_moment(columns: dict[str, Any], i: int) -> tuple[float, float, float]
 def test_overwhelming_square_loads_keep_their_digits() -> None:
     """Once 6 % off with status 5, and from kappa = 1e12 on stalled."""
     columns = strong_loads(24, 2.0)
-    for wanted in (draw.WITHOUT_ERROR, sweep.SPEED_RESULTS):
+    for wanted in (draw.WITHOUT_ERROR, dispatch.SPEED_RESULTS):
         part = draw.Chunk(columns, "power_mean", (24,), (SEED, 0), wanted)
         found = part.solve()
         broken = check(columns, "power_mean", draw.shapes().bounds(columns), found)
@@ -394,12 +394,12 @@ def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, de
         "speed": 10.0 ** random.uniform(2.5, 3.7, designs) * np.pi / 30.0,
         "exponent": random.choice([0.0, 1.0, 2.0, 1.6], designs), "offset": 0.0,
         "inertia_model": random.choice(["constant", "variable"], designs),
-        "mean_torque": cylinders * lever * sweep.mean_gas_torque(crank_ratio, 0.0, family),
+        "mean_torque": cylinders * lever * dispatch.mean_gas_torque(crank_ratio, 0.0, family),
         "friction_torque": 0.0,
     }  # fmt: skip
     names = ("delta", "omega_min", "omega_max", "omega_mean")
-    found = sweep.solve(wanted=names, **given)
-    exact = sweep.solve(wanted=names, method="newton", finer=8, iterated=1e-13, **given)
+    found = dispatch.solve(wanted=names, **given)
+    exact = dispatch.solve(wanted=names, method="newton", finer=8, iterated=1e-13, **given)
     met = found["status"] == CONVERGED
     assert met.sum() > 0.5 * designs
     for name in names:
@@ -437,4 +437,4 @@ def test_numbers_of_a_reading() -> None:
     number, covered, median, _, _, worst = calibration.Reading(**values).numbers()
     assert (number, covered, worst) == (4, 0.75, 2e-9)
     assert median == pytest.approx(3.0)
-    assert set(sweep.CLOSURES) == {"power_mean", "cycle_time"}
+    assert set(dispatch.CLOSURES) == {"power_mean", "cycle_time"}

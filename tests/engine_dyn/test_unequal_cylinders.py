@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn import forces
-from engine_dyn.arrangement import Arrangement
-from engine_dyn.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
-from engine_dyn.indicator import Diagram, family_from_diagrams
-from engine_dyn.layouts import arrangement_from_text
-from engine_dyn.motored import motored, peak_with_factor, row_with_factor
-from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
-from engine_dyn.speed import sweep
-from sweeps.engine_file import load_engine
+from engine_dyn.forces import torque as forces
+from engine_dyn.geometry.arrangement import Arrangement
+from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
+from engine_dyn.pressure.diagram import Diagram, family_from_diagrams
+from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
+from engine_dyn.speed import dispatch
+from sweeps.reading.engine_files import load_engine
 from tests.oracle import solution
 from tests.oracle.designs import SmoothPressure, engine
 from tests.oracle.solution import CYCLE, Design
@@ -187,11 +187,11 @@ def test_energy_balance_and_torque(name: str) -> None:
     for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
         inputs.pop(key)
     inputs |= levels_of(design)
-    found = sweep.torque_extremes(
-        wanted=sweep.TORQUE_RESULTS, cylinders_by_count=by_count, **inputs
+    found = dispatch.torque_extremes(
+        wanted=dispatch.TORQUE_RESULTS, cylinders_by_count=by_count, **inputs
     )
     if design.friction_shares is not None:
-        levels = [inputs[name] for name in sweep.FRICTION_NAMES]
+        levels = [inputs[name] for name in dispatch.FRICTION_NAMES]
         shape = forces.StrokeFriction(tuple(levels[:4]), levels[4])
         curve = forces.friction_over_stroke(
             phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
@@ -230,7 +230,7 @@ def levels_of(design: Design) -> dict[str, float]:
     area = 0.25 * np.pi * design.bore**2
     level = design.friction_torque / (design.cylinders * area * design.radius)
     levels = [share * level for share in design.friction_shares]
-    return dict(zip(sweep.FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
+    return dict(zip(dispatch.FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
 
 
 def cylinders(design: Design) -> Cylinders:
@@ -350,7 +350,7 @@ def test_constructed_motored_diagram() -> None:
     exchange = np.radians(np.concatenate([np.arange(-359.0, -51.0), np.arange(241.0, 359.0)]))
     np.testing.assert_allclose(found(exchange), diagram(exchange), rtol=1e-12)
     # What remains of its mean torque is the gas exchange: small, and negative.
-    one = [float(sweep.mean_gas_torque(0.3, 0.0, family_from_diagrams([0.0], [d])))
+    one = [float(dispatch.mean_gas_torque(0.3, 0.0, family_from_diagrams([0.0], [d])))
            for d in (diagram, found, exact)]  # fmt: skip
     assert -0.12 * one[0] < one[1] < 0.0
     assert -0.12 * one[0] < one[2] < 0.0

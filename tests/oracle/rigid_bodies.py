@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import slider_crank
+from engine_dyn.geometry import slider_crank
 
 
 class Bodies:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sweeps.cli import main
+from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.scene import read_scene
+from sweeps.scene.model import read_scene
 
 OUTPUT = '[output]\nquantities = ["delta"]\n'
 AXES = "[axes]\ninertia = [1.0, 2.0]\n"
@@ -523,7 +523,7 @@ def test_output_is_checked_before_anything_is_computed(
     def never(*_: Any, **__: Any) -> None:
         raise AssertionError("must not be called")
 
-    monkeypatch.setattr("sweeps.cli._streamed", never)
+    monkeypatch.setattr("sweeps.cli.main._streamed", never)
     existing = tmp_path / "out.nc"
     existing.write_text("kept")
     one_line(invoke("run", "first", "-o", existing), "out.nc", "exists", "--overwrite")

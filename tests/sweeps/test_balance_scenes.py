@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn import balancing, flywheel
-from engine_dyn.cylinders import cylinders_of, even_cylinders
-from engine_dyn.layouts import arrangement_from_text
-from sweeps.drawing.balance import _without_rounding, shaking
-from sweeps.drawing.views import study_of
-from sweeps.engine_file import load_engine
-from sweeps.figures import draw
+from engine_dyn import flywheel
+from engine_dyn.forces import balancing
+from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
+from engine_dyn.geometry.layouts import arrangement_from_text
+from sweeps.figures.balance import _without_rounding, shaking
+from sweeps.figures.draw import draw
+from sweeps.figures.views import study_of
+from sweeps.reading.engine_files import load_engine
 
 pytestmark = pytest.mark.compiled
 
@@ -129,7 +130,7 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     }
     names = ["shaking_moment_max", "shaking_force", "inertia_required", "best_fraction_peak"]
     whole = run(names, **scene, output={"angle_step": 15.0})
-    monkeypatch.setattr("sweeps.blocks.LIMIT", 4e4)
+    monkeypatch.setattr("sweeps.planning.blocks.LIMIT", 4e4)
     parts = run(names, **scene, output={"angle_step": 15.0})
     for name in names:
         np.testing.assert_array_equal(whole[name].values, parts[name].values)
@@ -174,7 +175,7 @@ def test_bad_input(scene: dict[str, Any], quantity: str, message: str) -> None:
 
 
 def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None:
-    source = Path(sweeps.__file__).parent / "engines" / "b112.toml"
+    source = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
     text = source.read_text(encoding="utf-8")
     both = "counterweight_mass = 2.1\ncounterweight_fraction = 0.5\n"
     for more, message in ((both, "give one of them"), ("wanted_delta = 0.1\n", "to a scene")):

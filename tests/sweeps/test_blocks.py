@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sweeps import blocks
-from sweeps.plan import Plan, make_plan
-from sweeps.runner import compute
-from sweeps.scene import read_scene
+from sweeps.planning import blocks
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.running.in_memory import compute
+from sweeps.scene.model import read_scene
 
 CURVES = ["torque", "load_torque", "torque_after_throw"]
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from sweeps.forecast import DIRECT
+from sweeps.planning.forecast import DIRECT
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -40,9 +40,9 @@ PROGRAM = """
 import json, sys, threading
 from pathlib import Path
 import engine_dyn
-from sweeps.plan import make_plan
-from sweeps.runner import compute
-from sweeps.scene import read_scene
+from sweeps.planning.plan import make_plan
+from sweeps.running.in_memory import compute
+from sweeps.scene.model import read_scene
 
 scene, table, designs = json.loads(sys.argv[1])
 plan = make_plan(read_scene(scene))
@@ -211,10 +211,10 @@ SCENE = {
     [
         "import engine_dyn",
         "import sweeps",
-        "import sweeps.cli",
+        "import sweeps.cli.main",
         f"import sweeps; sweeps.run({SCENE})",
-        "from sweeps.cli import main; main(['list'], standalone_mode=False)",
-        "from sweeps.cli import main; main(['plan', 'first'], standalone_mode=False)",
+        "from sweeps.cli.main import main; main(['list'], standalone_mode=False)",
+        "from sweeps.cli.main import main; main(['plan', 'first'], standalone_mode=False)",
     ],
 )
 def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None:
@@ -234,7 +234,7 @@ def test_nothing_is_imported_that_is_not_used(code: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("command", ["list", "plan first"])
 def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
     code = (
-        "from sweeps.cli import main\n"
+        "from sweeps.cli.main import main\n"
         f"main({command.split()!r}, standalone_mode=False)\n"
         "import sys; print(*sys.modules)"
     )
@@ -242,4 +242,4 @@ def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
     modules = set(done.stdout.splitlines()[-1].split())
-    assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.dataset"}
+    assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.archive.labels"}

@@ -16,15 +16,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from engine_dyn.cylinder_quantities import OF_CYLINDER, PATTERNS
-from engine_dyn.quantities import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS
-from sweeps.cli import main
-from sweeps.cylinder_keys import KEYS
-from sweeps.engine_file import catalogue, load_engine
-from sweeps.load_tables import KEYS as TABLE_KEYS
-from sweeps.reference import text as reference_text
-from sweeps.scene import built_in_scenes, read_scene
+from sweeps.cli.main import main
+from sweeps.exploring.published import text as reference_text
+from sweeps.reading.cylinder_keys import KEYS
+from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.load_tables import KEYS as TABLE_KEYS
+from sweeps.scene.model import built_in_scenes, read_scene
 
 SCENE = """\
 title = "A small map"
@@ -135,7 +135,7 @@ def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
 def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
     code = (
         "import sys\n"
-        "from sweeps.cli import main\n"
+        "from sweeps.cli.main import main\n"
         "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
         "heavy = {'numba', 'xarray', 'matplotlib', 'numpy', 'pydantic'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
@@ -151,7 +151,7 @@ def test_the_python_function_is_there_before_and_after_a_run(tmp_path: Path) -> 
         "scene = {'engine': 'ntua', 'output': {'quantities': ['mean_piston_speed']}}\n"
         "for _ in range(2):\n"
         "    assert sweeps.run(scene)['mean_piston_speed'] == 7.2\n"
-        "import sweeps.cli\n"
+        "import sweeps.cli.main\n"
         "sweeps.run(sweeps.read_scene(scene))\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path)
@@ -192,7 +192,7 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     def broken(*_: Any, **__: Any) -> None:
         raise RuntimeError("something\nwent wrong")
 
-    monkeypatch.setattr("sweeps.cli._streamed", broken)
+    monkeypatch.setattr("sweeps.cli.main._streamed", broken)
     out = tmp_path / "out.nc"
     out.write_text("kept")
     result = invoke("run", "first", "-o", out, "--overwrite")
@@ -207,14 +207,14 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
 
 
 def test_a_disk_that_refuses_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sweeps.streaming
+    import sweeps.running.into_archive
 
     def refuse(*_: Any, **__: Any) -> None:
         raise PermissionError(13, "Permission denied")
 
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
-    monkeypatch.setattr(sweeps.streaming.Partial, "locked", refuse)
+    monkeypatch.setattr(sweeps.running.into_archive.Partial, "locked", refuse)
     result = invoke("run", path, "-o", tmp_path / "out.nc", "-q")
     assert result.exit_code == 2
     assert "out.nc: cannot be written (Permission denied)" in result.stderr

@@ -19,9 +19,10 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import cluster, provenance, streaming, worker
-from sweeps.archive import open_archive
-from sweeps.partial import Partial
+from sweeps.archive import provenance
+from sweeps.archive.netcdf import open_archive
+from sweeps.archive.partial import Partial
+from sweeps.running import cluster, into_archive, worker
 from tests.sweeps.test_joining import TABLE
 from tests.sweeps.test_streaming import (
     ENGINE,
@@ -58,7 +59,7 @@ def scheduler() -> Iterator[str]:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some ten blocks of few designs."""
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e5)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e5)
 
 
 def same_but_machine(path: Path, expected: xr.Dataset) -> None:
@@ -101,7 +102,7 @@ def test_archive_is_that_of_a_local_run(
             '[output]\nquantities = ["delta", "imep"]\n'
         )
     if name != "one block":
-        monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
+        monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
     single = name == "float32"
     done = sweeps.stream(scene, tmp_path / "out.nc", scheduler=scheduler, single=single)
     assert (done.blocks == 1) == (name == "one block")
@@ -185,7 +186,7 @@ def slow_block(folder: str, key: str, number: int) -> Any:
     import time
     from pathlib import Path
 
-    from sweeps import worker
+    from sweeps.running import worker
 
     def write(word: str) -> None:
         with Path(folder).with_name("diary.txt").open("a") as stream:
@@ -250,18 +251,18 @@ def test_a_killed_worker_costs_its_blocks_and_nothing_else(
 
 SLOW_CLIENT = """
 import sys, time
-import sweeps.streaming, sweeps.worker
-sweeps.streaming.LARGEST_BLOCK = 4e5
+import sweeps.running.into_archive, sweeps.running.worker
+sweeps.running.into_archive.LARGEST_BLOCK = 4e5
 def slow(folder, key, number):
     import time
-    from sweeps import worker
+    from sweeps.running import worker
     time.sleep(0.2)
     return worker.block(folder, key, number)
 if __name__ == "__main__":
     import signal
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    sweeps.worker.block = slow
-    from sweeps.cli import main
+    sweeps.running.worker.block = slow
+    from sweeps.cli.main import main
     main()
 """
 
@@ -361,7 +362,7 @@ def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
 ) -> None:
     (tmp_path / name).mkdir()
     (tmp_path / name / "__init__.py").write_text(f'raise ImportError("no {name}")')
-    code = "from sweeps.cli import main; main()"
+    code = "from sweeps.cli.main import main; main()"
     said = []
     for more in ([], ["--scheduler", "local:2", "--overwrite"]):
         done = subprocess.run(
@@ -376,13 +377,13 @@ def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
 
 
 def elsewhere(folder: str, key: str) -> str:
-    from sweeps.worker import look
+    from sweeps.running.worker import look
 
     return look(f"/not shared{folder}", key)
 
 
 def not_ours(folder: str, key: str) -> str:
-    from sweeps.worker import look
+    from sweeps.running.worker import look
 
     return look(folder, "another key")
 
@@ -398,7 +399,7 @@ def test_workers_that_do_not_see_the_folder(
 
 
 def other_kind(dask_worker: Any) -> dict[str, Any]:
-    from sweeps.worker import about
+    from sweeps.running.worker import about
 
     told = about(dask_worker)
     if dask_worker.name == 1:
@@ -463,8 +464,8 @@ def test_workers_that_come_later_are_looked_at_too(
 def full_disk(folder: str, key: str, number: int) -> Any:
     import errno
 
-    from sweeps import worker
-    from sweeps.partial import Partial
+    from sweeps.archive.partial import Partial
+    from sweeps.running import worker
 
     write = Partial.write
 
@@ -564,12 +565,12 @@ def test_resume_on_another_kind_of_machine_is_refused(
     assert header["kind"] == provenance.machine_kind()
     now = {**header["kind"], key: header["kind"][key].replace(header["kind"][key][:4], "other ", 1)}
     with monkeypatch.context() as patch:
-        patch.setattr(streaming, "machine_kind", lambda: now)
+        patch.setattr(into_archive, "machine_kind", lambda: now)
         result = invoke("run", tmp_path / "scene.toml", "-o", output, "--resume")
         assert result.exit_code == 2, result.output
         assert f"cannot be resumed, it is a run of something else: {key} (" in result.stderr
     assert len(Partial.of(output).finished()) == 3
-    assert streaming.run(plan, output, streaming.Options(resume=True)).before == 3
+    assert into_archive.run(plan, output, into_archive.Options(resume=True)).before == 3
 
 
 def test_differences_of_machines_in_words() -> None:

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import compare as comparing
-from sweeps.compare import compare
+from sweeps.exploring import compare as comparing
+from sweeps.exploring.compare import compare
 from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
 from tests.sweeps.test_streaming import invoke
 

@@ -22,12 +22,14 @@ import xarray as xr
 from cf_xarray.units import units
 
 from benchmarks.fuzz import good_archive
-from engine_dyn.quantities import DIMENSIONS, PARAMETERS, QUANTITIES
-from sweeps import archive, merge, streaming
-from sweeps.parts import shard
-from sweeps.plan import make_plan
-from sweeps.scene import built_in_scenes, read_scene
-from sweeps.streaming import Options
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, QUANTITIES
+from sweeps.archive import netcdf
+from sweeps.joining import merge
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.running import into_archive
+from sweeps.running.into_archive import Options
+from sweeps.scene.model import built_in_scenes, read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_blocks import SCENES
 
@@ -94,7 +96,7 @@ def written(folder: Path) -> list[Path]:
 
     def run(name: str, raw: Mapping[str, Any], **options: Any) -> Path:
         path = folder / f"{name.replace(' ', '_')}.nc"
-        streaming.run(make_plan(read_scene(raw)), path, Options(**options))
+        into_archive.run(make_plan(read_scene(raw)), path, Options(**options))
         found.append(path)
         return path
 
@@ -111,7 +113,7 @@ def written(folder: Path) -> list[Path]:
     pieces = []
     for number in (1, 2):
         pieces.append(folder / f"shard_{number}.nc")
-        streaming.run(shard(plan, number, 2), pieces[-1], Options())
+        into_archive.run(shard(plan, number, 2), pieces[-1], Options())
     found += pieces
     merge.merge(pieces, folder / "merged.nc", Options())
     found.append(folder / "merged.nc")
@@ -191,7 +193,7 @@ def test_the_registry_of_cf_xarray_knows_every_unit_by_its_size(unit: str) -> No
 def test_pint_xarray_quantifies_every_archive(archives: list[Path]) -> None:
     pytest.importorskip("pint_xarray", reason="pip install pint-xarray")
     for path in archives:
-        with archive.open_archive(path) as opened:
+        with netcdf.open_archive(path) as opened:
             dataset = opened.load()
         quantified = dataset.pint.quantify(unit_registry=units)
         for name, variable in quantified.data_vars.items():

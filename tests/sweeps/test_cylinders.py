@@ -11,15 +11,15 @@ import pytest
 
 import sweeps
 from engine_dyn import periodic_speed
-from engine_dyn.friction import FrictionShape
-from engine_dyn.layouts import arrangement_from_text
-from engine_dyn.quantities import QUANTITIES
-from engine_dyn.slider_crank import crank_radius, crank_radius_of_ratio
-from sweeps.engine_file import load_engine
+from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
+from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.errors import SceneError
-from sweeps.forecast import text as plan_text
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
+from sweeps.planning.forecast import text as plan_text
+from sweeps.planning.plan import make_plan
+from sweeps.reading.engine_files import load_engine
+from sweeps.scene.model import read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
 

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import archive
+from sweeps.archive import netcdf
 
 SCENE: dict[str, Any] = {
     "title": "outcomes",
@@ -90,8 +90,8 @@ def test_designs_and_axes_multiply(tmp_path: Path) -> None:
     assert result["rotating_mass"].dims == ("design",)
     assert result["case"].values.tolist() == ["short rod", "long rod"]
     path = tmp_path / "out.nc"
-    archive.write(result, path)
-    with archive.open_archive(path) as opened:
+    netcdf.write(result, path)
+    with netcdf.open_archive(path) as opened:
         xr.testing.assert_equal(opened.load(), result)
         assert all("_FillValue" not in opened[c].encoding for c in opened.coords)
 
@@ -115,8 +115,8 @@ def test_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path = tmp_path / "out.nc"
     path.write_text("old")
     with pytest.raises(FileExistsError):
-        archive.write(result, path)
+        netcdf.write(result, path)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_, **__: (_ for _ in ()).throw(OSError()))
     with pytest.raises(OSError):
-        archive.write(result, path, overwrite=True)
+        netcdf.write(result, path, overwrite=True)
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]

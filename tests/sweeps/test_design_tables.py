@@ -18,12 +18,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sweeps
-from sweeps import archive, checks, design_table
-from sweeps.cli import main
-from sweeps.design_table import read_designs
+from sweeps import checks
+from sweeps.archive import netcdf
+from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.scene import read_scene
-from sweeps.table import Table, find_header, parse_rows
+from sweeps.reading import design_tables
+from sweeps.reading.design_tables import read_designs
+from sweeps.reading.tables import Table, find_header, parse_rows
+from sweeps.scene.model import read_scene
 
 COLUMNS = {
     "inertia": [1.5, 2.0, 0.1 + 0.2],
@@ -90,8 +92,8 @@ def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
 def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(design_table, "PIECE", 100)
-    monkeypatch.setattr(design_table, "ROWS", 7)
+    monkeypatch.setattr(design_tables, "PIECE", 100)
+    monkeypatch.setattr(design_tables, "ROWS", 7)
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
     columns, _ = read_designs(path, name)
@@ -110,7 +112,7 @@ def test_an_archive_gives_its_designs_again(tmp_path: Path) -> None:
         "axes": {"speed": [1000, 1200]},
         "output": {"quantities": ["delta", "mean_piston_speed", "imep"]},
     }
-    archive.write(sweeps.run(scene), tmp_path / "first.nc")
+    netcdf.write(sweeps.run(scene), tmp_path / "first.nc")
     again = read_scene({**scene, "designs": {"file": str(tmp_path / "first.nc")}})
     assert again.labels == {"case": ("x", "y")}
     assert {key: values.tolist() for key, values in again.designs.items()} == {
@@ -289,7 +291,7 @@ def test_rows_are_read_without_looking_at_each(
 
     values = np.linspace(1.0, 2.0, 50_000)
     path = write(tmp_path / "table.csv", {"inertia": values, "speed": 1000.0 * values})
-    monkeypatch.setattr(design_table, "parse_rows", never)
+    monkeypatch.setattr(design_tables, "parse_rows", never)
     scene = {
         "engine": "ntua",
         "designs": {"file": str(path)},

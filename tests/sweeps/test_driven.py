@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.driven_machine import torque_over_angle
-from sweeps import forecast
-from sweeps.blocks import bytes_beside
-from sweeps.cli import main
+from engine_dyn.loads.driven_machine import torque_over_angle
+from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
+from sweeps.planning import forecast
+from sweeps.planning.blocks import bytes_beside
+from sweeps.planning.plan import make_plan
+from sweeps.scene.model import read_scene
 
 compiled = pytest.mark.compiled
 
@@ -317,7 +317,9 @@ def test_an_engine_file_carries_its_driver_and_its_load(folder: Path) -> None:
     there.mkdir()
     write("motor.csv", "speed_rpm", [1000.0, 1400.0, 1500.0], [40.0, 30.0, 0.0], there)
     write("belt.csv", "load_angle_deg", DEGREES, 1.0 + np.cos(np.radians(DEGREES)), there)
-    text = (Path(sweeps.__file__).parent / "engines" / "compressor_79x83.toml").read_text("utf-8")
+    text = (
+        Path(sweeps.__file__).parent / "catalogue" / "engines" / "compressor_79x83.toml"
+    ).read_text("utf-8")
     lines = [line for line in text.splitlines() if not line.startswith("motor_")]
     place = lines.index("[values]")
     lines[place:place] = ['driver_table = "motor.csv"', 'load_table = "belt.csv"', ""]
@@ -354,7 +356,7 @@ def test_blocks_and_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "load over angle: repeats 2, 6 times a cycle" in told
     whole = sweeps.run(scene)
     assert bytes_beside(plan) > 0.0
-    monkeypatch.setattr("sweeps.blocks.LIMIT", 4000.0)
+    monkeypatch.setattr("sweeps.planning.blocks.LIMIT", 4000.0)
     pieces = sweeps.run(scene)
     np.testing.assert_array_equal(whole["delta"], pieces["delta"])
     np.testing.assert_array_equal(whole["load_coefficient"], pieces["load_coefficient"])
@@ -427,7 +429,9 @@ def test_bad_tables_are_told_with_their_line(
 
 
 def test_engine_files_with_both_are_refused(folder: Path) -> None:
-    text = (Path(sweeps.__file__).parent / "engines" / "compressor_79x83.toml").read_text("utf-8")
+    text = (
+        Path(sweeps.__file__).parent / "catalogue" / "engines" / "compressor_79x83.toml"
+    ).read_text("utf-8")
     for more, words in (
         ("inertia = 1.0", "has both inertia and flywheel_inertia"),
         ("motor_synchronous_speed = 1600", "has both motor_slip and motor_synchronous_speed"),

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine_dyn.cycle import FILE_UNITS
 from engine_dyn.engine import FOUR_STROKE
-from engine_dyn.indicator import TWO_STROKE
-from engine_dyn.quantities import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
-from sweeps.engine_file import catalogue, load_engine, read_indicator
+from engine_dyn.pressure.diagram import TWO_STROKE
+from engine_dyn.pressure.diesel_cycle import FILE_UNITS
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
 from sweeps.errors import SceneError
-from sweeps.scene import read_scene
+from sweeps.reading.engine_files import catalogue, load_engine, read_indicator
+from sweeps.scene.model import read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 

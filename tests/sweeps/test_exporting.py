@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import exporting
 from sweeps.errors import SceneError
+from sweeps.exploring import export
 from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
 
 pytestmark = pytest.mark.compiled
@@ -47,7 +47,7 @@ def read(path: Path) -> pd.DataFrame:
 def test_a_table_has_the_numbers_of_the_archive(
     kind: str, rows: int, archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exporting, "ROWS", rows)
+    monkeypatch.setattr(export, "ROWS", rows)
     done = sweeps.export(archive, tmp_path / f"t.{kind}")
     table = read(tmp_path / f"t.{kind}")
     assert done.rows == len(table) == 28
@@ -100,8 +100,8 @@ def test_a_failure_leaves_nothing(
 ) -> None:
     path = tmp_path / f"t.{kind}"
     path.write_text("old")
-    monkeypatch.setattr(exporting, "ROWS", 5)
-    ranges, count = exporting.ranges, 0
+    monkeypatch.setattr(export, "ROWS", 5)
+    ranges, count = export.ranges, 0
 
     def failing(*arguments: Any, **options: Any) -> Any:
         nonlocal count
@@ -111,7 +111,7 @@ def test_a_failure_leaves_nothing(
                 raise OSError(28, "No space left on device")
             yield item
 
-    monkeypatch.setattr(exporting, "ranges", failing)
+    monkeypatch.setattr(export, "ranges", failing)
     with pytest.raises(OSError, match="No space"):
         sweeps.export(archive, path, overwrite=True)
     assert path.read_text() == "old"

@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 from matplotlib.text import Text
 
-from sweeps.drawing.mechanism import polar_names
-from sweeps.drawing.sheet import STYLE
-from sweeps.drawing.views import View, study_of
-from sweeps.figures import _plates
+from sweeps.figures.draw import _plates
+from sweeps.figures.mechanism import polar_names
+from sweeps.figures.sheet import STYLE
+from sweeps.figures.views import View, study_of
 
 ANGLES = np.arange(-360.0, 360.0, 10.0)
 PHI = np.radians(ANGLES)

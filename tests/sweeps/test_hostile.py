@@ -29,14 +29,16 @@ from hypothesis import HealthCheck, given, settings
 
 import sweeps
 from benchmarks import fuzz
-from sweeps import archive, files, hdf5, partial, provenance, streaming
-from sweeps import scene as scenes
-from sweeps.cli import main
+from sweeps.archive import netcdf, partial, provenance
+from sweeps.archive.partial import Partial
+from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.partial import Partial
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
-from sweeps.streaming import Options
+from sweeps.planning.plan import make_plan
+from sweeps.reading import guards, hdf5
+from sweeps.running import into_archive
+from sweeps.running.into_archive import Options
+from sweeps.scene import model as scenes
+from sweeps.scene.model import read_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path(sweeps.__file__ or "").parent
@@ -132,8 +134,8 @@ def test_references_stay_in_the_folder_of_the_scene(key: str, way: str, tmp_path
 def test_files_of_an_engine_may_lie_anywhere_in_the_folder_of_the_scene(tmp_path: Path) -> None:
     (tmp_path / "engines").mkdir()
     (tmp_path / "data").mkdir()
-    text = (PACKAGE / "engines" / "diesel_105x137.toml").read_text()
-    pressure = PACKAGE / "engines" / "diesel_105x137_pressure.csv"
+    text = (PACKAGE / "catalogue" / "engines" / "diesel_105x137.toml").read_text()
+    pressure = PACKAGE / "catalogue" / "engines" / "diesel_105x137_pressure.csv"
     (tmp_path / "data" / "p.csv").write_bytes(pressure.read_bytes())
     (tmp_path / "engines" / "my.toml").write_text(text.replace(pressure.name, "../data/p.csv"))
     (tmp_path / "scene.toml").write_text(SCENE.replace('"ntua"', '"engines/my.toml"'))
@@ -252,8 +254,9 @@ def test_a_published_table_does_not_spread_over_all_axes(tmp_path: Path) -> None
 LIMITED = """
 import resource, sys
 import click.testing
-from sweeps.cli import main
-import sweeps.figures, sweeps.merge, sweeps.streaming, netCDF4, pyarrow.parquet
+from sweeps.cli.main import main
+import sweeps.figures.draw, sweeps.joining.merge, sweeps.running.into_archive
+import netCDF4, pyarrow.parquet
 limit = 6 << 30
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -368,7 +371,7 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
 ) -> None:
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
     plan = make_plan(read_scene(fuzz._PLAIN))
     for name in ("run.json.new", "block-000001.bin.new", "archive.nc", "run.json", "lock"):
         output = tmp_path / f"{name}.nc"
@@ -377,12 +380,12 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
         (folder / name).symlink_to(precious)
         if name == "lock":
             with pytest.raises(OSError, match=r"symbolic|link|regular"):
-                streaming.run(plan, output, Options())
+                into_archive.run(plan, output, Options())
             scene = tmp_path / "scene.toml"
             scene.write_text(fuzz.toml_text(fuzz._PLAIN))
             assert "cannot be written" in refused("run", scene, "-o", output)
         else:
-            streaming.run(plan, output, Options())
+            into_archive.run(plan, output, Options())
             assert not output.is_symlink() and output.exists()
         assert precious.read_text() == "precious"
 
@@ -425,8 +428,8 @@ def test_outputs_that_are_no_files(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["scene.toml", "engine.toml", "p.csv", "designs.csv"])
 def test_a_run_does_not_replace_what_it_reads(name: str, tmp_path: Path) -> None:
-    engine = (PACKAGE / "engines" / "diesel_105x137.toml").read_text()
-    pressure = PACKAGE / "engines" / "diesel_105x137_pressure.csv"
+    engine = (PACKAGE / "catalogue" / "engines" / "diesel_105x137.toml").read_text()
+    pressure = PACKAGE / "catalogue" / "engines" / "diesel_105x137_pressure.csv"
     (tmp_path / "p.csv").write_bytes(pressure.read_bytes())
     (tmp_path / "engine.toml").write_text(engine.replace(pressure.name, "p.csv"))
     (tmp_path / "designs.csv").write_text("bore\n0.1\n")
@@ -519,15 +522,15 @@ def test_a_slow_disk_without_locks_or_synced_folders(
         sync(handle)
 
     plan = make_plan(read_scene(fuzz._PLAIN))
-    streaming.run(plan, tmp_path / "quick.nc", Options())
+    into_archive.run(plan, tmp_path / "quick.nc", Options())
     monkeypatch.setattr(fcntl, "flock", no_locks)
     monkeypatch.setattr(os, "fsync", slow)
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
-    done = streaming.run(plan, tmp_path / "slow.nc", Options())
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
+    done = into_archive.run(plan, tmp_path / "slow.nc", Options())
     assert done.blocks > 3
     with (
-        archive.open_archive(tmp_path / "quick.nc") as one,
-        archive.open_archive(tmp_path / "slow.nc") as two,
+        netcdf.open_archive(tmp_path / "quick.nc") as one,
+        netcdf.open_archive(tmp_path / "slow.nc") as two,
     ):
         assert (
             one["mean_piston_speed"].values.tobytes() == two["mean_piston_speed"].values.tobytes()
@@ -584,7 +587,7 @@ def test_rerun_reads_no_file_but_the_archive(
             file.scene = json.dumps({**fuzz._SMALL, **table})
         read: list[str] = []
         with monkeypatch.context() as patch:
-            patch.setattr(files, "opened_file", lambda p, read=read: read.append(str(p)))
+            patch.setattr(guards, "opened_file", lambda p, read=read: read.append(str(p)))
             refused("rerun", path, "-o", tmp_path / "out.nc")
         assert not read
     assert not (tmp_path / "out.nc").exists()
@@ -644,10 +647,10 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
 ) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(fuzz.good_archive())
-    real = files.psutil.virtual_memory()
+    real = guards.psutil.virtual_memory()
     for free, taken in ((1500, True), (100, False)):
         monkeypatch.setattr(
-            files.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
+            guards.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
         )
         with sweeps.open_archive(path) as dataset:
             assert dataset.nbytes > 1500
@@ -687,7 +690,7 @@ def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
 
 def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A right hash does not make it a block: kind, shape and names must be right too."""
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e3)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
     plan, output = make_plan(read_scene(fuzz._PLAIN)), tmp_path / "out.nc"
     folder = Partial.of(output)
     good = fuzz.good_partial()
@@ -697,7 +700,7 @@ def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.M
             (folder.path / name).write_bytes(data)
         assert folder.header() is not None
         folder.write(1, arrays)
-        done = streaming.run(plan, output, Options(resume=True))
+        done = into_archive.run(plan, output, Options(resume=True))
         assert done.before == len(good) - 2
         output.unlink()
     with pytest.raises(partial.Damaged, match="cannot be read"):

@@ -13,13 +13,13 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import streaming
-from sweeps.archive import open_archive, slabs
-from sweeps.held import held
-from sweeps.partial import Partial
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
-from sweeps.streaming import Options
+from sweeps.archive.contents import held
+from sweeps.archive.netcdf import open_archive, slabs
+from sweeps.archive.partial import Partial
+from sweeps.planning.plan import make_plan
+from sweeps.running import into_archive
+from sweeps.running.into_archive import Options
+from sweeps.scene.model import read_scene
 from tests.sweeps.test_streaming import (
     ENGINE,
     LARGE,
@@ -65,7 +65,7 @@ LONG = {
 
 
 def run(scene: Any, path: Path, **options: Any) -> None:
-    streaming.run(make_plan(read_scene(scene)), path, Options(**options))
+    into_archive.run(make_plan(read_scene(scene)), path, Options(**options))
 
 
 def ok(*arguments: str | Path) -> str:
@@ -89,17 +89,17 @@ def refused(*arguments: str | Path) -> str:
 def test_shards_make_up_the_whole(
     name: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sweeps.parts import shard
+    from sweeps.planning.shards import shard
 
     scene: Any = {"table": TABLE, "long": LONG}.get(name)
     if scene is None:
         scene = tmp_path / "scene.toml"
         scene.write_text(SCENE)
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
     whole = make_plan(read_scene(scene))
     paths = [tmp_path / f"{number}.nc" for number in range(1, count + 1)]
     for number, path in enumerate(paths, start=1):
-        streaming.run(shard(whole, number, count), path, Options())
+        into_archive.run(shard(whole, number, count), path, Options())
     ok("merge", *reversed(paths), "-o", tmp_path / "whole.nc")
     assert_same(tmp_path / "whole.nc", sweeps.run(scene))
     with open_archive(tmp_path / "whole.nc") as opened:
@@ -146,7 +146,7 @@ def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
 def test_archives_that_differ_in_one_axis(
     axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.archive.SLAB", 500.0)
+    monkeypatch.setattr("sweeps.archive.netcdf.SLAB", 500.0)
     every = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
     scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
     ranges = ([0, 2], [1, 2, 3])  # 2 is in both
@@ -247,13 +247,13 @@ def test_extend_computes_only_what_is_new(
     run(tmp_path / "scene.toml", path, level=1)
     before = sweeps.run(tmp_path / "scene.toml")
     computed: list[int] = []
-    original = streaming.computed
+    original = into_archive.computed
 
     def watched(plan: Any, *arguments: Any, **more: Any) -> Any:
         computed.append(plan.designs)
         return original(plan, *arguments, **more)
 
-    monkeypatch.setattr(streaming, "computed", watched)
+    monkeypatch.setattr(into_archive, "computed", watched)
     (tmp_path / "scene.toml").unlink()
     assert f"of {axis}" in ok("extend", path, "--axis", f"{axis}={values}")
     new = [float(v) for v in values.split(",")]
@@ -332,7 +332,7 @@ def test_an_interrupted_extension_leaves_the_archive(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.merge._copy", stop)
+        patch.setattr("sweeps.joining.merge._copy", stop)
         result = invoke("extend", path, "--axis", "speed=1300")
     assert result.exit_code == 1
     assert f"engine-dyn: interrupted; {path} is as it was, what is finished is" in result.stderr
@@ -368,13 +368,13 @@ EXTENSION = "speed=" + ",".join(str(1900 + 10 * i) for i in range(40))
 
 def counting_blocks(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     seen: list[Any] = []
-    original = streaming.computed
+    original = into_archive.computed
 
     def watched(plan: Any, lengths: Any, chosen: Any, **more: Any) -> Any:
         seen.extend(chosen := list(chosen))
         return original(plan, lengths, chosen, **more)
 
-    monkeypatch.setattr(streaming, "computed", watched)
+    monkeypatch.setattr(into_archive, "computed", watched)
     return seen
 
 
@@ -391,7 +391,7 @@ def assert_extended(path: Path) -> None:
 def test_the_same_command_goes_on_with_an_extension(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e5)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e5)
     path, said = extended(tmp_path, monkeypatch)
     again = f"engine-dyn extend {path} --axis {EXTENSION}"
     assert said.endswith(
@@ -422,7 +422,7 @@ def test_the_same_command_goes_on_with_an_extension(
 def test_an_extension_is_dropped_when_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e5)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e5)
     path, _ = extended(tmp_path, monkeypatch)
     ok("extend", path, "--axis", "speed=1950", "--overwrite")
     with open_archive(path) as found:
@@ -442,7 +442,7 @@ def test_an_extension_killed_at_its_last_moments(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.merge._copy", stop)
+        patch.setattr("sweeps.joining.merge._copy", stop)
         assert "to go on" in invoke("extend", path, "--axis", EXTENSION).stderr
     remove = Partial.remove
 
@@ -515,8 +515,8 @@ def test_provenance_is_complete(tmp_path: Path) -> None:
         assert name in text
     files = json.loads(attributes["input_files"])["files"]
     assert set(files) == {
-        "sweeps/engines/ntua.toml",
-        "sweeps/scenes/kakaitsas_tables_5_3_and_5_4.csv",
+        "sweeps/catalogue/engines/ntua.toml",
+        "sweeps/catalogue/scenes/kakaitsas_tables_5_3_and_5_4.csv",
     }
     assert len(text.splitlines()) < 400 and max(map(len, text.splitlines())) < 1100
     diagrams = json.loads(attributes["indicator_diagrams"])
@@ -539,7 +539,7 @@ def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
     run("first", tmp_path / "out.nc")
     with netCDF4.Dataset(tmp_path / "out.nc", "a") as file:
         found = json.loads(file.input_files)
-        entry = found["files"]["sweeps/engines/ntua.toml"]
+        entry = found["files"]["sweeps/catalogue/engines/ntua.toml"]
         if damage == "text":
             entry["text"] += " "
         elif damage == "hash":
@@ -558,7 +558,7 @@ def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
 def test_an_interrupted_rerun_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.toml").write_text(SCENE)
     run(tmp_path / "scene.toml", tmp_path / "out.nc")
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 1e4)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e4)
     plan = make_plan(read_scene(tmp_path / "scene.toml"))
     interrupted(plan, tmp_path / "again.nc", monkeypatch, 2)
     ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc", "--resume")

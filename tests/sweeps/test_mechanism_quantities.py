@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn import harmonics, kinematic_series, slider_crank
+from engine_dyn.forces import harmonics
+from engine_dyn.geometry import kinematic_series, slider_crank
 from sweeps.errors import SceneError
-from sweeps.plan import make_plan
-from sweeps.scene import read_scene
+from sweeps.planning.plan import make_plan
+from sweeps.scene.model import read_scene
 
 
 def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:

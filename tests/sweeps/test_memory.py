@@ -30,8 +30,8 @@ PROGRAM = r"""
 import json, re, sys
 from pathlib import Path
 import numpy as np
-import sweeps, sweeps.archive, sweeps.cli
-from engine_dyn.speed import sweep
+import sweeps, sweeps.archive.netcdf, sweeps.cli.main
+from engine_dyn.speed import dispatch as sweep
 
 def solve(*, wanted, family, method, inertia_model, closure, tolerance, cylinders, crank_angle,
           threads, progress, sharing, **inputs):
@@ -47,14 +47,14 @@ def peak():
 
 def run(scene):
     dataset = sweeps.run(scene)
-    sweeps.archive.write(dataset, "out.nc", overwrite=True)
-    sweeps.cli._outcomes(dataset)
+    sweeps.archive.netcdf.write(dataset, "out.nc", overwrite=True)
+    sweeps.cli.main._outcomes(dataset)
     return sum(variable.nbytes for variable in dataset.variables.values())
 
 def stream(scene):
-    from sweeps.plan import make_plan
-    from sweeps.scene import read_scene
-    from sweeps.streaming import Options, run
+    from sweeps.planning.plan import make_plan
+    from sweeps.scene.model import read_scene
+    from sweeps.running.into_archive import Options, run
     run(make_plan(read_scene(scene)), Path("out.nc"), Options(overwrite=True, memory=100e6))
     return Path("out.nc").stat().st_size
 

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn import compressor
-from engine_dyn.compressor import CompressorCycle
-from engine_dyn.family_grid import FamilyGrid
-from engine_dyn.first_law import FourStrokeCycle, TwoStrokeCycle
-from engine_dyn.indicator import Diagram
-from engine_dyn.slider_crank import crank_radius_of_ratio
-from sweeps import forecast
-from sweeps.engine_file import load_engine
+from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
+from engine_dyn.pressure import compressor
+from engine_dyn.pressure.compressor import CompressorCycle
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
 from sweeps.errors import SceneError
-from sweeps.plan import make_plan
-from sweeps.scene import MOST_DIAGRAMS, read_scene
+from sweeps.planning import forecast
+from sweeps.planning.plan import make_plan
+from sweeps.reading.engine_files import load_engine
+from sweeps.scene.model import MOST_DIAGRAMS, read_scene
 
 RPM = math.pi / 30.0
 

@@ -13,14 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sweeps
-from sweeps import reading, streaming
-from sweeps.archive import open_archive
+from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
-from sweeps.parts import shard
-from sweeps.plan import make_plan
-from sweeps.reading import constraint, front_of
-from sweeps.scene import read_scene
-from sweeps.streaming import Options
+from sweeps.exploring import search
+from sweeps.exploring.search import constraint, front_of
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.running import into_archive
+from sweeps.running.into_archive import Options
+from sweeps.scene.model import read_scene
 from tests.sweeps.test_joining import SCENE, TABLE, ok, run
 
 pytestmark = pytest.mark.compiled
@@ -42,7 +43,7 @@ def shards(scene: Any, count: int, folder: Path, **options: Any) -> list[Path]:
     plan = make_plan(read_scene(scene))
     paths = [folder / f"{number}.nc" for number in range(1, count + 1)]
     for number, path in enumerate(paths, start=1):
-        streaming.run(shard(plan, number, count), path, Options(**options))
+        into_archive.run(shard(plan, number, count), path, Options(**options))
     return paths
 
 
@@ -69,13 +70,13 @@ def test_nothing_is_read_before_it_is_used(
     paths = shards(scene, 3, tmp_path)
     monkeypatch.setitem(sys.modules, "dask", None)
     read: list[tuple[int, ...]] = []
-    of_file = reading._slice_of
+    of_file = search._slice_of
 
     def counting(places: Any) -> Any:
         read.append(tuple(places))
         return of_file(places)
 
-    monkeypatch.setattr(reading, "_slice_of", counting)
+    monkeypatch.setattr(search, "_slice_of", counting)
     with sweeps.open(paths) as lazy:
         cut = lazy["delta"].isel(speed=1, inertia=[6, 0, 1])
         assert lazy["delta"].shape == (4, 7)
@@ -181,7 +182,7 @@ def test_nearest_by_words() -> None:
 def test_best_is_what_looking_at_all_finds(
     whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading.ranges, "__defaults__", (24.0,))  # three designs at a time
+    monkeypatch.setattr(search.ranges, "__defaults__", (24.0,))  # three designs at a time
     limit = float(whole["delta"].median())
     found = sweeps.best(whole, least="inertia", within=[f"delta <= {limit!r}", "speed >= 1100"])
     table = whole[["delta"]].to_dataframe().reset_index()
@@ -297,7 +298,7 @@ def test_front_is_what_comparing_all_pairs_finds(pairs: list[tuple[int, int]]) -
 
 
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reading.ranges, "__defaults__", (24.0,))
+    monkeypatch.setattr(search.ranges, "__defaults__", (24.0,))
     front = sweeps.pareto(whole, "delta", "torque_max", most=["torque_max"], within="speed < 1550")
     cut = whole.isel(speed=slice(0, 3))
     delta, torque = (

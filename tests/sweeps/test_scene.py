@@ -12,9 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine_dyn.arrangement import MOST_CYLINDERS
-from engine_dyn.cylinder_quantities import OF_CYLINDER
-from engine_dyn.quantities import (
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
+from engine_dyn.quantities.graph import (
     CYCLE_KEYS,
     MOTOR_KEYS,
     PARAMETERS,
@@ -22,8 +21,9 @@ from engine_dyn.quantities import (
     SOLVER_COLUMNS,
     STROKE_SHARES,
 )
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.errors import SceneError
-from sweeps.scene import FAILURES, METHODS, Scene, built_in_scenes, read_scene
+from sweeps.scene.model import FAILURES, METHODS, Scene, built_in_scenes, read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 

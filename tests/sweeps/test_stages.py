@@ -8,9 +8,9 @@ from unittest.mock import patch
 import pytest
 
 import sweeps
-from sweeps.forecast import text
-from sweeps.plan import Plan, make_plan
-from sweeps.scene import read_scene
+from sweeps.planning.forecast import text
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.scene.model import read_scene
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -65,9 +65,9 @@ def test_nothing_else_is_planned() -> None:
 def test_kernels_are_called_only_when_needed() -> None:
     scene = {"engine": "ntua", "output": {"quantities": ["position", "mean_piston_speed"]}}
     with (
-        patch("engine_dyn.speed.sweep.solve", side_effect=AssertionError),
-        patch("engine_dyn.speed.sweep.mean_gas_torque", side_effect=AssertionError),
-        patch("engine_dyn.forces.pressure", side_effect=AssertionError),
+        patch("engine_dyn.speed.dispatch.solve", side_effect=AssertionError),
+        patch("engine_dyn.speed.dispatch.mean_gas_torque", side_effect=AssertionError),
+        patch("engine_dyn.forces.torque.pressure", side_effect=AssertionError),
     ):
         sweeps.run(scene)
 

@@ -22,12 +22,13 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps import archive, partial, streaming
-from sweeps.cli import main
-from sweeps.partial import Partial
-from sweeps.plan import Plan, make_plan
-from sweeps.scene import read_scene
-from sweeps.streaming import Options
+from sweeps.archive import netcdf, partial
+from sweeps.archive.partial import Partial
+from sweeps.cli.main import main
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.running import into_archive
+from sweeps.running.into_archive import Options
+from sweeps.scene.model import read_scene
 from tests.sweeps.test_blocks import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,9 +58,9 @@ LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
 
 PROGRAM = """
 import sys
-import sweeps.streaming
-sweeps.streaming.LARGEST_BLOCK = 4e5
-from sweeps.cli import main
+import sweeps.running.into_archive
+sweeps.running.into_archive.LARGEST_BLOCK = 4e5
+from sweeps.cli.main import main
 main()
 """
 
@@ -73,7 +74,7 @@ def of_run(attributes: dict[str, Any]) -> dict[str, Any]:
 
 def assert_same(path: Path, expected: xr.Dataset) -> None:
     """The same variables to the byte, the same labels."""
-    with archive.open_archive(path) as opened:
+    with netcdf.open_archive(path) as opened:
         found = opened.load()
     expected = expected.copy()
     found.attrs, expected.attrs = of_run(found.attrs), of_run(expected.attrs)
@@ -97,7 +98,7 @@ def invoke(*arguments: str | Path) -> click.testing.Result:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many blocks of few designs."""
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", SMALL)
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", SMALL)
 
 
 def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseException) -> None:
@@ -118,8 +119,8 @@ def interrupted(plan: Plan, output: Path, monkeypatch: pytest.MonkeyPatch, block
     """Leave an interrupted run."""
     with monkeypatch.context() as patch:
         stop_after(patch, blocks, KeyboardInterrupt())
-        with pytest.raises(streaming.Stopped, match=rf"{blocks} of \d+ blocks are finished"):
-            streaming.run(plan, output, Options())
+        with pytest.raises(into_archive.Stopped, match=rf"{blocks} of \d+ blocks are finished"):
+            into_archive.run(plan, output, Options())
     assert not output.exists()
     assert len(Partial.of(output).finished()) == blocks
 
@@ -133,8 +134,8 @@ def test_streamed_archive_is_that_of_the_dataset(
     name: str, limit: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = {"engine": "ntua", **SCENES[name]}
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", limit)
-    done = streaming.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", limit)
+    done = into_archive.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
     if limit == 1e3 and name != "one design":
         assert done.blocks > 1
     expected = sweeps.run(scene)
@@ -145,10 +146,10 @@ def test_streamed_archive_is_that_of_the_dataset(
 
 
 def test_words_and_published_values_are_written_too(tmp_path: Path, small: None) -> None:
-    streaming.run(make_plan(read_scene("thesis")), tmp_path / "streamed.nc", Options())
+    into_archive.run(make_plan(read_scene("thesis")), tmp_path / "streamed.nc", Options())
     expected = sweeps.run("thesis")
     assert_same(tmp_path / "streamed.nc", expected)
-    archive.write(expected, tmp_path / "written.nc")
+    netcdf.write(expected, tmp_path / "written.nc")
     with (
         netCDF4.Dataset(tmp_path / "streamed.nc") as streamed,
         netCDF4.Dataset(tmp_path / "written.nc") as written,
@@ -175,7 +176,7 @@ def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
         (Options(), Options(level=4), Options(single=True), Options(level=9, single=True))
     ):
         path = tmp_path / f"{number}.nc"
-        streaming.run(plan, path, options)
+        into_archive.run(plan, path, options)
         sizes.append(path.stat().st_size)
         expected = sweeps.run(tmp_path / "scene.toml")
         with netCDF4.Dataset(path) as file:
@@ -195,8 +196,8 @@ def test_units_are_read_by_a_unit_registry(tmp_path: Path, small: None) -> None:
     """That of cf-xarray, which pint-xarray can be given; UDUNITS is asked in test_datasets."""
     from cf_xarray.units import units
 
-    streaming.run(plan_of(tmp_path), tmp_path / "out.nc", Options())
-    with archive.open_archive(tmp_path / "out.nc") as opened:
+    into_archive.run(plan_of(tmp_path), tmp_path / "out.nc", Options())
+    with netcdf.open_archive(tmp_path / "out.nc") as opened:
         for name, variable in opened.variables.items():
             units.Unit(variable.attrs["units"])
             assert variable.attrs["long_name"], name
@@ -218,10 +219,10 @@ def test_units_are_read_by_a_unit_registry(tmp_path: Path, small: None) -> None:
 def test_blocks_are_whole_chunks_and_little_room_is_lost(
     dims: str, shape: tuple[int, ...], lengths: dict[str, int]
 ) -> None:
-    chunks = archive.chunks_of(tuple(dims), shape, lengths)
+    chunks = netcdf.chunks_of(tuple(dims), shape, lengths)
     if chunks != shape:
         assert all(lengths[d] % c == 0 for d, c in zip(dims, chunks, strict=True) if d in lengths)
-        assert 2000 < np.prod(chunks) <= archive.CHUNK
+        assert 2000 < np.prod(chunks) <= netcdf.CHUNK
     room = np.prod([-(-n // c) * c for n, c in zip(shape, chunks, strict=True)])
     assert np.prod(shape) > 0.98 * room
 
@@ -251,18 +252,18 @@ def test_columns_that_do_not_fit_the_memory_are_refused() -> None:
     scene = {"engine": "ntua", "designs": columns, "output": {"quantities": ["delta"]}}
     plan = make_plan(read_scene(scene))
     with pytest.raises(sweeps.SceneError, match=r"--memory 100 MB: 4000000 designs .* 112 MB"):
-        streaming.block_bytes(plan, 100e6)
-    assert streaming.block_bytes(plan, 200e6) == pytest.approx((200e6 - 96e6) / 4, rel=1e-3)
-    assert streaming.block_bytes(plan, None) == streaming.LARGEST_BLOCK
+        into_archive.block_bytes(plan, 100e6)
+    assert into_archive.block_bytes(plan, 200e6) == pytest.approx((200e6 - 96e6) / 4, rel=1e-3)
+    assert into_archive.block_bytes(plan, None) == into_archive.LARGEST_BLOCK
 
 
 def test_an_archive_larger_than_the_disk_is_refused_before_computing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     plan_of(tmp_path)
-    monkeypatch.setattr(streaming, "computed", None)
-    real = streaming.shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=100_000))
+    monkeypatch.setattr(into_archive, "computed", None)
+    real = into_archive.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(into_archive.shutil, "disk_usage", lambda _: real._replace(free=100_000))
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
     assert result.exit_code == 2
     assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result.stderr)
@@ -274,20 +275,20 @@ def test_a_disk_with_room_for_one_archive_is_enough(
 ) -> None:
     """Not for the blocks beside it: they are given up as they are put together."""
     plan = plan_of(tmp_path, LARGE)
-    size = streaming.archive_bytes(plan)
-    real = streaming.shutil.disk_usage(tmp_path)
+    size = into_archive.archive_bytes(plan)
+    real = into_archive.shutil.disk_usage(tmp_path)
     room = 1.2 * size
-    monkeypatch.setattr(streaming.shutil, "disk_usage", lambda _: real._replace(free=room))
+    monkeypatch.setattr(into_archive.shutil, "disk_usage", lambda _: real._replace(free=room))
     seen: list[int] = []
-    put = archive.Writer.put
+    put = netcdf.Writer.put
 
-    def measured(self: archive.Writer, *arguments: Any) -> None:
+    def measured(self: netcdf.Writer, *arguments: Any) -> None:
         put(self, *arguments)
         files = (tmp_path / "out.nc.partial").iterdir()
         seen.append(sum(path.stat().st_size for path in files))
 
-    monkeypatch.setattr(archive.Writer, "put", measured)
-    streaming.run(plan, tmp_path / "out.nc", Options())
+    monkeypatch.setattr(netcdf.Writer, "put", measured)
+    into_archive.run(plan, tmp_path / "out.nc", Options())
     assert 0.9 * size < max(seen) < room
     monkeypatch.undo()
     assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
@@ -298,16 +299,16 @@ def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
     folder = tmp_path / "out.nc.partial"
     folder.write_text("mine")
     with pytest.raises(sweeps.SceneError, match="in the way"):
-        streaming.run(plan, tmp_path / "out.nc", Options(overwrite=True))
+        into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
     folder.unlink()
     (tmp_path / "elsewhere").mkdir()
     folder.symlink_to(tmp_path / "elsewhere")
     with pytest.raises(sweeps.SceneError, match="in the way"):
-        streaming.run(plan, tmp_path / "out.nc", Options(overwrite=True))
+        into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
     folder.unlink()
     folder.mkdir()
     (folder / "notes.txt").write_text("mine")
-    streaming.run(plan, tmp_path / "out.nc", Options())
+    into_archive.run(plan, tmp_path / "out.nc", Options())
     assert (folder / "notes.txt").read_text() == "mine"
     assert invoke("info", folder).exit_code == 2
 
@@ -326,23 +327,23 @@ def test_resume_computes_nothing_but_what_is_missing(
     refused = invoke("run", tmp_path / "scene.toml", "-o", output)
     assert refused.exit_code == 2 and "--resume completes it" in refused.stderr
     seen: list[Any] = []
-    original = streaming.computed
+    original = into_archive.computed
 
     def watched(plan: Plan, lengths: Any, chosen: Any, **more: Any) -> Any:
         seen.extend(chosen := list(chosen))
         return original(plan, lengths, chosen, **more)
 
-    monkeypatch.setattr(streaming, "computed", watched)
+    monkeypatch.setattr(into_archive, "computed", watched)
     header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
     assert header["block_bytes"] == SMALL
     (tmp_path / "out.nc.partial" / "run.json").write_text(
         json.dumps({**header, "block_bytes": 30e6})
     )
     with pytest.raises(sweeps.SceneError, match="as much as the first time"):
-        streaming.run(plan, output, Options(resume=True, memory=100e6))
+        into_archive.run(plan, output, Options(resume=True, memory=100e6))
     # Less memory would cut otherwise: what is there counts.
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 2e4)
-    done = streaming.run(plan, output, Options(resume=True))
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
+    done = into_archive.run(plan, output, Options(resume=True))
     assert (done.before, len(seen)) == (5, done.blocks - 5)
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
@@ -380,7 +381,7 @@ def test_a_damaged_block_is_computed_again(
         blocks[2].write_bytes(blocks[3].read_bytes())
     else:
         blocks[2].unlink()
-    done = streaming.run(plan, output, Options(resume=True))
+    done = into_archive.run(plan, output, Options(resume=True))
     assert done.before == 5
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
 
@@ -398,7 +399,7 @@ def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
             folder.read(0)
 
 
-ENGINE = Path(sweeps.__file__ or "").parent / "engines"
+ENGINE = Path(sweeps.__file__ or "").parent / "catalogue" / "engines"
 
 
 @pytest.mark.parametrize(
@@ -441,14 +442,14 @@ def test_resume_refuses_what_does_not_match_and_says_what(
         header.write_text(json.dumps(found))
     plan = plan_of(tmp_path, text)
     with pytest.raises(sweeps.SceneError, match=said):
-        streaming.run(plan, output, Options(resume=True, single=single))
+        into_archive.run(plan, output, Options(resume=True, single=single))
     assert len(Partial.of(output).finished()) == 3
     # Beginning again is always possible; then the finished archive is compared instead.
-    streaming.run(plan, output, Options(overwrite=True, single=single))
+    into_archive.run(plan, output, Options(overwrite=True, single=single))
     assert_same(output, sweeps.run(tmp_path / "scene.toml")) if not single else None
     other = plan_of(tmp_path, text.replace("1800", "1900"))
     with pytest.raises(sweeps.SceneError, match=r"archive of something else: .*speed stop"):
-        streaming.run(other, output, Options(resume=True, single=single))
+        into_archive.run(other, output, Options(resume=True, single=single))
 
 
 def test_a_second_run_on_one_output_is_refused(tmp_path: Path) -> None:
@@ -456,8 +457,8 @@ def test_a_second_run_on_one_output_is_refused(tmp_path: Path) -> None:
     with Partial.of(output).locked(output):
         for options in (Options(), Options(resume=True), Options(overwrite=True)):
             with pytest.raises(sweeps.SceneError, match=rf"another run .*process {os.getpid()} on"):
-                streaming.run(plan, output, options)
-    streaming.run(plan, output, Options())
+                into_archive.run(plan, output, options)
+    into_archive.run(plan, output, Options())
     assert output.exists()
 
 
@@ -466,7 +467,7 @@ def test_the_old_archive_stays_until_the_new_one_is_whole(
 ) -> None:
     path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
     plan_of(tmp_path)
-    streaming.run(make_plan(read_scene("first")), output, Options())
+    into_archive.run(make_plan(read_scene("first")), output, Options())
     before = output.read_bytes()
     with monkeypatch.context() as patch:
         stop_after(patch, 4, KeyboardInterrupt())
@@ -499,7 +500,7 @@ def test_a_full_disk_loses_nothing(
     assert not output.exists() and len(Partial.of(output).finished()) == 4
     # Full again while the blocks are put together.
     with monkeypatch.context() as patch:
-        patch.setattr(archive.Writer, "put", lambda *_: (_ for _ in ()).throw(
+        patch.setattr(netcdf.Writer, "put", lambda *_: (_ for _ in ()).throw(
             RuntimeError("NetCDF: HDF error")
         ))  # fmt: skip
         result = invoke("run", path, "-o", output, "--resume")
@@ -508,16 +509,16 @@ def test_a_full_disk_loses_nothing(
     assert sorted(p.name[:5] for p in (tmp_path / "out.nc.partial").iterdir()) == sorted(
         ["lock", "run.j", *["block"] * len(finished)]
     )
-    done = streaming.run(plan, output, Options(resume=True))
+    done = into_archive.run(plan, output, Options(resume=True))
     assert done.before == done.blocks == len(finished)
     assert_same(output, sweeps.run(path))
 
 
 LIMITED = """
 import resource, sys
-import sweeps.streaming
-sweeps.streaming.LARGEST_BLOCK = 4e5
-from sweeps.cli import main
+import sweeps.running.into_archive
+sweeps.running.into_archive.LARGEST_BLOCK = 4e5
+from sweeps.cli.main import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
 main()
 """
@@ -536,8 +537,8 @@ def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) 
     assert done.returncode == 1, done.stderr
     assert "cannot be written" in done.stderr and "Traceback" not in done.stderr
     assert not output.exists()
-    monkeypatch.setattr(streaming, "LARGEST_BLOCK", 4e5)
-    finished = streaming.run(make_plan(read_scene(path)), output, Options(resume=True))
+    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e5)
+    finished = into_archive.run(make_plan(read_scene(path)), output, Options(resume=True))
     assert finished.before == (0 if limit < 100_000 else finished.blocks)
     assert_same(output, sweeps.run(path))
 
@@ -558,7 +559,7 @@ def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, LARGE)
     (tmp_path / "disk").mkdir()
     script = SMALL_DISK.format(
-        size=2 * streaming.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
+        size=2 * into_archive.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
     )
     try:
         done = subprocess.run(
@@ -586,7 +587,7 @@ def test_names_of_every_kind(name: str, tmp_path: Path, monkeypatch: Any, small:
     output = tmp_path / "a folder ñ" / name
     output.parent.mkdir()
     interrupted(plan, output, monkeypatch)
-    streaming.run(plan, output, Options(resume=True))
+    into_archive.run(plan, output, Options(resume=True))
     assert [p.name for p in output.parent.iterdir()] == [name]
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
 
@@ -608,7 +609,7 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
 SLOW = """
 import signal
 import time
-from sweeps.partial import Partial
+from sweeps.archive.partial import Partial
 signal.signal(signal.SIGINT, signal.default_int_handler)
 write = Partial.write
 def wait_and_write(*arguments):

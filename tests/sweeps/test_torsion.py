@@ -13,7 +13,7 @@ import pytest
 
 import sweeps
 from sweeps.errors import SceneError
-from sweeps.torsion import QUANTITIES, excitation
+from sweeps.exploring.torsion import QUANTITIES, excitation
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))

@@ -1,0 +1,286 @@
+r"""Forces and torques of the mechanism: on wall, rod, crank pin and frame, and what reduces them.
+
+Directions
+----------
+Everything is seen so that the crank turns clockwise, the cylinder upright; theta is the angle of
+the crank to the cylinder (phi without offset), beta that of the rod, positive while the big end is
+on the side on which the crank pin goes down ("the far side" is the other). Friction is left out.
+
+=========  ========================  ==========================================================
+force      made from P                positive
+=========  ========================  ==========================================================
+P          P_g + P_l                  on the piston, along the cylinder, towards the crank
+N          P tan(beta)                of the piston on the wall of the far side
+S          P / cos(beta)              compression of the rod
+T          P c/(r omega)              of the rod on the crank pin, in the sense of rotation
+R          P cos(theta + beta)/cos(beta)  of the rod on the crank pin, towards the crank's axis
+=========  ========================  ==========================================================
+
+P_g = (p - p_c) A is that of the gas, P_l = -m b that of the reciprocating masses. They hold for
+each of the two as for their sum: the components are linear in P. The torque on the crank is T r;
+the frame bears the opposite moment -T r, the overturning moment, as a couple: N acts at the height
+H above the crank's axis and N H = T r. The force P_l reaches the engine's mounts too, along the
+line of the pin; P_g does not, the cylinder head has its opposite.
+
+Over the area of the piston the forces are "pressures", p_T = T/A and so on; over the displacement
+of the cylinder the torque is mu = T r/V_h, which is p_T/2 without offset. The mean of p_T over the
+cycle is p_i/pi in a two-stroke and p_i/(2 pi) in a four-stroke engine (p_i the indicated mean
+effective pressure).
+
+Sources: Kakaitsas (2015), ch. 2; Rakopoulos notes. tan(beta) = lambda u/W, u = sin(theta) - e/r.
+
+The exact rod
+-------------
+Two masses at the ends have the rod's mass and centre of gravity, with distances a and l - a to big
+and small end, but the moment of inertia m a (l - a) about it, which is usually more than the rod's
+own Theta (the third condition of Kakaitsas, section 2.2, and the Rakopoulos notes). The rod is the
+two masses and a body without mass of the moment of inertia Theta - m a (l - a), which may be
+negative, that turns by beta. Its kinetic energy (Theta - m a (l - a)) beta'^2 omega^2/2 gives, at
+constant speed, the torque that the usual model leaves out,
+
+    M_c = -(Theta - m a (l - a)) omega^2 beta' beta'',
+
+and moments about the crank pin give the couple -(Theta - m a (l - a)) omega^2 beta'', which the
+wall bears with N_c = -(Theta - m a (l - a)) omega^2 beta''/(l cos(beta)); a force of the opposite
+sign acts on the frame at the crank. beta' = lambda cos(theta)/W, beta'' = -lambda sin(theta)/W +
+lambda^3 u cos^2(theta)/W^3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+
+__all__ = [
+    "GRAVITY",
+    "banks_of",
+    "gravity_torque",
+    "inertia_pressure",
+    "of_cylinder",
+    "radial_ratio",
+    "rod_acceleration",
+    "rod_couple",
+    "rod_couple_torque",
+    "rod_ratio",
+    "rod_speed",
+    "rod_thrust",
+    "rod_thrust_error",
+    "rod_torque_error",
+    "thrust_ratio",
+    "two_mass_rod_inertia",
+]
+
+Floats = npt.NDArray[np.float64]
+
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s2] (CGPM 1901)."""
+
+SAMPLES = 720
+"""Of a turn, where a largest value is looked for."""
+
+AT_ONCE = 1024
+"""Designs whose curves exist at the same time."""
+
+
+def _turned(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
+    """Sine and cosine of the crank's angle to the cylinder."""
+    theta = np.asarray(phi, dtype=float) + slider_crank.dead_centres(crank_ratio, offset).top
+    return np.sin(theta), np.cos(theta)
+
+
+def thrust_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """N/P = tan(beta) [1]. Kakaitsas (2015), eqs. 2.2, 2.17. See the module for directions.
+
+    Here and below: `phi` crank angle [rad], `crank_ratio` lambda [1], `offset` that of the pin's
+    line over the crank radius [1]; all broadcast.
+
+    Raises
+    ------
+    ValueError
+        If a crank ratio lies outside (0, 1), or an offset does not let the crank turn.
+    """
+    return np.tan(slider_crank.rod_angle(phi, crank_ratio, offset))
+
+
+def rod_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """S/P = 1/cos(beta) [1]. Kakaitsas (2015), eqs. 2.3, 2.18. Parameters as `thrust_ratio`."""
+    return 1.0 / np.cos(slider_crank.rod_angle(phi, crank_ratio, offset))
+
+
+def radial_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """R/P = cos(theta + beta)/cos(beta) [1]. Kakaitsas (2015), eq. 2.5; as `thrust_ratio`."""
+    sine, cosine = _turned(phi, crank_ratio, offset)
+    return cosine - sine * thrust_ratio(phi, crank_ratio, offset)
+
+
+def of_cylinder(
+    values: Callable[[Member], Any], cylinders: Any, by_count: CylindersByCount, which: int = 0
+) -> Any:
+    """Take a value of one cylinder (from 0) of engines with different numbers of cylinders."""
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        member = by_count[int(count)].members[which]
+        total = np.where(counts == count, values(member), total)
+    return total
+
+
+def gravity_torque(
+    phi: Any,
+    crank_ratio: Any,
+    reciprocating_mass: Any,
+    rotating_mass: Any,
+    crank_radius: Any,
+    cylinders: Any,
+    by_count: CylindersByCount,
+    offset: Any = 0.0,
+) -> Any:
+    """Torque of the weights of all running gear [N m], r (G_l c/(r omega) + G_r sin(theta)) each.
+
+    A cylinder at angle g from upright (see `banks_of`) feels G_l cos(g) along its axis, and its
+    throw stands at theta + g.
+    `rotating_mass` is per cylinder at its own crank radius [kg], less what its counterweight is
+    there; `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two errors).
+    """
+    counts = np.asarray(cylinders)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        engine = by_count[int(count)]
+        whole: Any = 0.0
+        for member, bank in zip(engine.members, banks_of(engine), strict=True):
+            angle, radius = phi + member.phase, member.radius_factor
+            ratio, beside = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
+            sine, cosine = _turned(angle, ratio, beside)
+            lean = sine * np.cos(bank) + cosine * np.sin(bank)
+            along = member.mass_factor * np.cos(bank)
+            velocity = slider_crank.velocity(angle, ratio, beside)
+            one = reciprocating_mass * along * velocity + rotating_mass * lean
+            whole = whole + radius * one
+        total = np.where(counts == count, whole, total)
+    return GRAVITY * crank_radius * total
+
+
+def banks_of(engine: Cylinders) -> tuple[float, ...]:
+    """Direction of each cylinder from upright [rad], in the sense of rotation.
+
+    The engine stands with its outermost banks equally far to both sides: V engines upright, boxers
+    flat. Radial engines, whose banks span more than half a turn, stand with bank angle 0 upright.
+    All 0 where no arrangement is known.
+    """
+    if engine.arrangement is None:
+        return (0.0,) * len(engine.members)
+    banks = engine.arrangement.banks
+    low, high = min(banks), max(banks)
+    upright = 0.5 * (low + high) if high - low <= np.pi else 0.0
+    return tuple(banks[cylinder.bank] - upright for cylinder in engine.arrangement.cylinders)
+
+
+def inertia_pressure(coefficient: Any, specific_mass: Any, mean_piston_speed: Any) -> Any:
+    """Amplitude of a harmonic of P_l over the area of the piston [Pa].
+
+    Q_nu m r omega^2/A = Q_nu pi^2 m c_m^2/(2 V_h), with the specific mass m/V_h [kg/m3] of one
+    cylinder and the mean piston speed [m/s]: c_m = s omega/pi. Rakopoulos notes, p_l,nu; without
+    offset.
+    """
+    return 0.5 * coefficient * np.pi**2 * specific_mass * mean_piston_speed**2
+
+
+def two_mass_rod_inertia(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any) -> Any:
+    """Moment of inertia of the two masses about the centre of gravity, m a (l - a) [kg m2].
+
+    Kakaitsas (2015), section 2.2, third condition; Rakopoulos notes, theta*.
+    """
+    return rod_mass * rod_centre_of_gravity * (rod_length - rod_centre_of_gravity)
+
+
+def rod_speed(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Angular speed of the rod over that of the crank, beta' [1]; as `thrust_ratio`."""
+    _, cosine = _turned(phi, crank_ratio, offset)
+    return crank_ratio * cosine * rod_ratio(phi, crank_ratio, offset)
+
+
+def rod_acceleration(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Angular acceleration of the rod at constant speed over omega^2, beta'' [1]."""
+    sine, _ = _turned(phi, crank_ratio, offset)
+    speed = rod_speed(phi, crank_ratio, offset)
+    lean = thrust_ratio(phi, crank_ratio, offset)
+    # beta'^2 tan(beta) - lambda sin(theta)/W
+    return lean * speed**2 - crank_ratio * sine * rod_ratio(phi, crank_ratio, offset)
+
+
+def rod_couple(phi: Any, crank_ratio: Any, excess: Any, speed: Any, offset: Any = 0.0) -> Any:
+    """Inertia couple of the rod that two masses leave out [N m], in the sense of growing beta.
+
+    `excess` is the rod's moment of inertia less that of the two masses [kg m2], `speed` that of the
+    crank [rad/s]. See the module.
+    """
+    return -excess * speed**2 * rod_acceleration(phi, crank_ratio, offset)
+
+
+def rod_couple_torque(
+    phi: Any, crank_ratio: Any, excess: Any, speed: Any, offset: Any = 0.0
+) -> Any:
+    """Torque on the crank that two masses leave out, one cylinder [N m]; as `rod_couple`."""
+    return rod_couple(phi, crank_ratio, excess, speed, offset) * rod_speed(phi, crank_ratio, offset)
+
+
+def rod_thrust(
+    phi: Any, crank_ratio: Any, excess: Any, speed: Any, rod_length: Any, offset: Any = 0.0
+) -> Any:
+    """Wall thrust that two masses leave out [N], as N; parameters as `rod_couple`."""
+    couple = rod_couple(phi, crank_ratio, excess, speed, offset)
+    return couple * rod_ratio(phi, crank_ratio, offset) / rod_length
+
+
+def rod_torque_error(
+    crank_ratio: Any, excess: Any, mass: Any, crank_radius: Any, offset: Any = 0.0
+) -> Any:
+    """Largest error of the inertia torque with two masses over the largest of the exact rod [1].
+
+    At constant speed, one cylinder; it does not depend on the speed. `mass` is the reciprocating
+    mass [kg]. Largest of 720 angles of a turn: of a smooth curve, to 1e-4 of itself.
+    """
+
+    def curves(phi: Any, ratio: Any, excess: Any, moment: Any, beside: Any) -> tuple[Any, Any]:
+        left_out = rod_couple_torque(phi, ratio, excess, 1.0, beside)
+        v = slider_crank.velocity(phi, ratio, beside)
+        return left_out, left_out - moment * v * slider_crank.acceleration(phi, ratio, beside)
+
+    return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
+
+
+def rod_thrust_error(
+    crank_ratio: Any, excess: Any, mass: Any, crank_radius: Any, offset: Any = 0.0
+) -> Any:
+    """Largest error of the thrust of the masses with two masses over the largest of the exact rod.
+
+    As `rod_torque_error`, for the wall thrust of inertia alone.
+    """
+
+    def curves(phi: Any, ratio: Any, excess: Any, moment: Any, beside: Any) -> tuple[Any, Any]:
+        # both times the crank radius: r/l is the crank ratio
+        left_out = rod_thrust(phi, ratio, excess, 1.0, 1.0 / ratio, beside)
+        thrust = thrust_ratio(phi, ratio, beside) * slider_crank.acceleration(phi, ratio, beside)
+        return left_out, left_out - moment * thrust
+
+    return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
+
+
+def _largest_ratio(curves: Callable[..., tuple[Any, Any]], *inputs: Any) -> Any:
+    """Largest size of one curve over that of another, for each design, some designs at a time."""
+    columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
+    phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    flat = [column.reshape(-1) for column in columns]
+    result = np.empty(flat[0].size)
+    for begin in range(0, result.size, AT_ONCE):
+        here = slice(begin, begin + AT_ONCE)
+        one, other = curves(phi, *(column[here, None] for column in flat))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            result[here] = np.abs(one).max(axis=-1) / np.abs(other).max(axis=-1)
+    return result.reshape(columns[0].shape)

@@ -1,0 +1,1 @@
+"""Geometry and masses of the crank train: kinematics, cylinders and their arrangement."""

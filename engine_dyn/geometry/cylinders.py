@@ -1,0 +1,352 @@
+"""What tells the cylinders of an engine apart, and what repeats: phase, gas pressure and mass.
+
+Torque is a sum over cylinders. Where their arrangement repeats n times in the cycle, it has the
+period Phi/n and is the sum over Z/n of them, the *representatives*, each folded at that period.
+Evenly firing equal cylinders have one representative, cylinder 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.geometry.arrangement import (
+    TURN,
+    Arrangement,
+    customary_order,
+    firing_phases,
+    symmetry,
+)
+from engine_dyn.geometry.layouts import in_line
+
+__all__ = [
+    "EQUAL",
+    "LARGEST_FACTOR",
+    "Cylinders",
+    "CylindersByCount",
+    "Member",
+    "OwnCrank",
+    "cylinders_of",
+    "even_cylinders",
+]
+
+
+class Member(NamedTuple):
+    """One cylinder.
+
+    Attributes
+    ----------
+    phase : float
+        Angle to add to the engine's to get the cylinder's own [rad].
+    pressure_factor : float
+        f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1].
+    mass_factor : float
+        Reciprocating mass over the engine's [1].
+    radius_factor : float
+        Crank radius, and stroke, over the engine's; rods are equally long [1].
+    """
+
+    phase: float
+    pressure_factor: float
+    mass_factor: float
+    radius_factor: float = 1.0
+
+    def own(self, crank_ratio: Any, offset: Any) -> OwnCrank:
+        """Crank ratio and offset over the cylinder's own crank radius, from those of the engine.
+
+        Rods and offset are the engine's. Each cylinder's angle counts from its own dead centre,
+        which the offset shifts by arcsin(e/(l + r)): throws of another radius stand where their
+        dead centres fall at the firing angles.
+        """
+        radius = self.radius_factor
+        return OwnCrank(crank_ratio * radius, offset / radius)
+
+
+class OwnCrank(NamedTuple):
+    """Crank radius over rod length, and offset over crank radius, of one cylinder [1]."""
+
+    crank_ratio: Any
+    offset: Any
+
+
+EQUAL = Member(0.0, 1.0, 1.0)
+"""Cylinder 1 of an engine whose cylinders are equal."""
+
+
+SMALLEST_RADIUS = 0.1
+"""A throw of less is none."""
+
+LARGEST_FACTOR = 2.0
+"""More than twice the pressure rise or the mass of the others is another engine."""
+
+
+@dataclass(frozen=True)
+class Cylinders:
+    """The cylinders of one engine.
+
+    Attributes
+    ----------
+    period : float
+        Angle of the cycle [rad].
+    members : tuple of Member
+        In the order of their numbers; where no order is known, in that of their firing.
+    arrangement : Arrangement, optional
+        Throws and banks, where they are known.
+    """
+
+    period: float
+    members: tuple[Member, ...]
+    arrangement: Arrangement | None = None
+
+    @cached_property
+    def symmetry(self) -> int:
+        """How often torque repeats within the cycle."""
+        phases = [member.phase for member in self.members]
+        return symmetry(phases, self.period, [member[1:] for member in self.members])
+
+    @cached_property
+    def representatives(self) -> tuple[Member, ...]:
+        """Cylinders of which all others are copies, shifted by multiples of the period."""
+        return self.representatives_of(self.symmetry)
+
+    def representatives_of(self, times: int) -> tuple[Member, ...]:
+        """Representatives where less repeats: `times` is a divisor of the symmetry."""
+        free, found = list(self.members), []
+        while free:
+            first = free.pop(0)
+            found.append(first)
+            for k in range(1, times):
+                place = first.phase + k * self.period / times
+                alike = [member for member in free if member[1:] == first[1:]]
+                free.remove(min(alike, key=lambda m: self._apart(m.phase, place)))
+        return tuple(found)
+
+    def _apart(self, one: float, other: float) -> float:
+        return abs(math.remainder(one - other, self.period))
+
+    @property
+    def count(self) -> int:
+        """Number of cylinders."""
+        return len(self.members)
+
+    def without(self, number: int) -> Cylinders:
+        """Return the same cylinders, `number` (from 1) of which does not burn; 0: all do."""
+        if number == 0:
+            return self
+        factors = list(self.pressure_factors)
+        factors[number - 1] = 0.0
+        return self.with_factors(pressure_factor=tuple(factors))
+
+    def firing_at(self, number: int, angle: float) -> Cylinders:
+        """Return the same cylinders, `number` (from 1) of which fires at another angle [rad].
+
+        Its throw turns with it.
+
+        Raises
+        ------
+        ValueError
+            For cylinder 1, angles outside the cycle, a throw that other cylinders are on.
+        """
+        if number == 1:
+            raise ValueError("cylinder 1 fires at 0, where the crank angle begins")
+        members, made = list(self.members), self.arrangement
+        members[number - 1] = members[number - 1]._replace(phase=-angle)
+        if made is not None:
+            mine = made.cylinders[number - 1]
+            others = [i + 1 for i, c in enumerate(made.cylinders) if c.throw == mine.throw]
+            if len(others) > 1:
+                listed = " and ".join(map(str, others))
+                raise ValueError(
+                    f"cylinders {listed} are on one throw: cylinder {number} must have its own"
+                )
+            throws, cylinders = list(made.throws), list(made.cylinders)
+            throw = throws[mine.throw]
+            turned = throw.angle - (angle - mine.firing_angle)
+            throws[mine.throw] = replace(throw, angle=turned % TURN)
+            cylinders[number - 1] = replace(mine, firing_angle=angle)
+            made = replace(made, throws=tuple(throws), cylinders=tuple(cylinders), uneven=True)
+        return Cylinders(self.period, tuple(members), made)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether they fire evenly, one at a time, and are equal."""
+        return self.representatives == (EQUAL,)
+
+    @cached_property
+    def even(self) -> bool:
+        """Whether they fire evenly, whatever else differs."""
+        return self.arrangement is None or self.arrangement.is_even
+
+    @cached_property
+    def pressure_factors(self) -> tuple[float, ...]:
+        """Factor on the pressure of each cylinder."""
+        return tuple(member.pressure_factor for member in self.members)
+
+    @cached_property
+    def mass_factors(self) -> tuple[float, ...]:
+        """Factor on the reciprocating mass of each cylinder."""
+        return tuple(member.mass_factor for member in self.members)
+
+    @cached_property
+    def radius_factors(self) -> tuple[float, ...]:
+        """Factor on the crank radius of each cylinder."""
+        return tuple(member.radius_factor for member in self.members)
+
+    @cached_property
+    def equal_throws(self) -> bool:
+        """Whether all crank radii are the engine's."""
+        return set(self.radius_factors) == {1.0}
+
+    def check_turning(self, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> None:
+        """Refuse throws that do not turn: |e| + r must be below the rod's length on each.
+
+        `crank_ratio` and `offset`, over the crank radius, are the engine's and broadcast.
+
+        Raises
+        ------
+        ValueError
+            One line that begins with `radius_factor`.
+        """
+        largest = max(self.radius_factors)
+        ratio, beside = np.asarray(crank_ratio, dtype=float), np.abs(offset)
+        stuck = ~(ratio * (largest + beside) < 1.0)
+        if stuck.any():
+            ratio, beside = np.broadcast_arrays(ratio, beside)
+            here, apart = ratio[stuck].flat[0], beside[stuck].flat[0]
+            with_offset = f" and an offset of {apart:g} crank radii" if apart else ""
+            raise ValueError(
+                f"radius_factor = {largest:g}: with crank_ratio = {here:g}{with_offset} the crank "
+                f"cannot turn; must be below {1.0 / here - apart:g}"
+            )
+
+    @cached_property
+    def along_shaft(self) -> tuple[tuple[int, ...], ...] | None:
+        """Places of the cylinders (from 0) at each place of the shaft; None where unknown."""
+        if self.arrangement is None:
+            return None
+        throws = self.arrangement.throws
+        positions = [throws[c.throw].position for c in self.arrangement.cylinders]
+        return tuple(
+            tuple(i for i, where in enumerate(positions) if where == position)
+            for position in sorted(set(positions))
+        )
+
+    def with_factors(
+        self,
+        pressure_factor: tuple[float, ...] | None = None,
+        mass_factor: tuple[float, ...] | None = None,
+        radius_factor: tuple[float, ...] | None = None,
+    ) -> Cylinders:
+        """Return the same cylinders with other factors, those of None kept; see `cylinders_of`.
+
+        Cylinders on one throw have one radius, and that of cylinder 1 is the engine's.
+        """
+        count = len(self.members)
+        factors = []
+        for name, values, own in (
+            ("pressure_factor", pressure_factor, self.pressure_factors),
+            ("mass_factor", mass_factor, self.mass_factors),
+            ("radius_factor", radius_factor, self.radius_factors),
+        ):
+            taken = own if values is None else tuple(float(value) for value in values)
+            if len(taken) != count:
+                raise ValueError(
+                    f"{name}: {len(taken)} values for {count} cylinders: must be one for each"
+                )
+            for number, value in enumerate(taken, start=1):
+                if not (math.isfinite(value) and 0.0 <= value <= LARGEST_FACTOR):
+                    raise ValueError(
+                        f"{name}, value {number} = {value:g}: must be a number from 0 to "
+                        f"{LARGEST_FACTOR:g}"
+                    )
+            factors.append(taken)
+        phases = [member.phase for member in self.members]
+        members = tuple(Member(*m) for m in zip(phases, *factors, strict=True))
+        return Cylinders(self.period, members, self._with_radii(factors[2]))
+
+    def _with_radii(self, radii: tuple[float, ...]) -> Arrangement | None:
+        """Arrangement with these crank radii of its cylinders over the engine's."""
+        if min(radii) < SMALLEST_RADIUS:
+            number = radii.index(min(radii)) + 1
+            raise ValueError(
+                f"radius_factor, value {number} = {min(radii):g}: must be a number from "
+                f"{SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}"
+            )
+        if radii[0] != 1.0:
+            raise ValueError(
+                f"radius_factor, value 1 = {radii[0]:g}: must be 1, the engine's stroke is that of "
+                "cylinder 1"
+            )
+        if self.arrangement is None or radii == tuple(self.arrangement.radius_factors):
+            return self.arrangement
+        of_throw: dict[int, float] = {}
+        for number, cylinder in enumerate(self.arrangement.cylinders, start=1):
+            radius = of_throw.setdefault(cylinder.throw, radii[number - 1])
+            if radius != radii[number - 1]:
+                raise ValueError(
+                    f"radius_factor, value {number} = {radii[number - 1]:g}: must be {radius:g} as "
+                    f"of the other cylinders on throw {cylinder.throw + 1}"
+                )
+        throws = tuple(
+            replace(throw, radius_factor=of_throw.get(number, throw.radius_factor))
+            for number, throw in enumerate(self.arrangement.throws)
+        )
+        return replace(self.arrangement, throws=throws)
+
+    @cached_property
+    def equal(self) -> bool:
+        """Whether all factors are 1."""
+        return {member[1:] for member in self.members} == {EQUAL[1:]}
+
+    @property
+    def solved(self) -> str:
+        """The part of the cycle that is solved, and why, in words."""
+        part = "whole cycle" if self.symmetry == 1 else f"Phi/{self.symmetry}"
+        if len(self.members) == 1:
+            return part
+        firing = "even firing" if self.even else "uneven firing"
+        return f"{part}, {firing}{'' if self.equal else ', unequal cylinders'}"
+
+
+CylindersByCount = Mapping[int, Cylinders]
+"""Cylinders of each set: of each number of cylinders where no more differs between designs."""
+
+
+@lru_cache(maxsize=64)
+def even_cylinders(count: int, period: float, order: tuple[int, ...] | None = None) -> Cylinders:
+    """Evenly firing equal cylinders in line; in the customary order, if there is one, unless given.
+
+    Throws are known where the order is.
+    """
+    order = customary_order(count) if order is None else order
+    if order is not None:
+        first = order.index(1)  # the crank angle begins where cylinder 1 fires
+        return cylinders_of(in_line(count, (*order[first:], *order[:first]), period))
+    return Cylinders(
+        period, tuple(Member(float(p), 1.0, 1.0) for p in firing_phases(count, period))
+    )
+
+
+def cylinders_of(
+    arrangement: Arrangement,
+    pressure_factor: tuple[float, ...] | None = None,
+    mass_factor: tuple[float, ...] | None = None,
+) -> Cylinders:
+    """Cylinders of an arrangement, with factors on pressure and mass (1 unless given).
+
+    Raises
+    ------
+    ValueError
+        One line, for a wrong number of factors, or values that are no factor.
+    """
+    radii = arrangement.radius_factors.tolist()
+    phases = arrangement.phases.tolist()
+    members = tuple(Member(p, 1.0, 1.0, r) for p, r in zip(phases, radii, strict=True))
+    engine = Cylinders(arrangement.period, members, arrangement)
+    return engine.with_factors(pressure_factor, mass_factor)

@@ -1,0 +1,546 @@
+"""Customary arrangements by name: in-line, V, W, boxer, radial engines and parallel twins.
+
+Functions take radians; `arrangement_from_text` reads what engine files say, in degrees:
+
+    in-line 6                       in-line 6 1-4-2-6-3-5
+    V8 cross-plane                  V8 flat-plane 1-5-4-8-3-7-2-6
+    V6 60 split-pin                 V6 90 shared-pin alternate 1-6-5-4-3-2
+    V2 45                           boxer 6
+    W12 60,0,-60                    radial 9, radial 14 two-row
+    parallel twin 270
+
+The bank angle of a V engine may lie on either side of the first bank: the order decides, as the
+side that needs the least splitting of pins, or makes the firing most even. Cylinders of a V or W
+engine that face one place of the shaft share its pin, unless pins are split.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import DEGREE, SAME_ANGLE, TURN, Arrangement, Cylinder, Throw
+from engine_dyn.geometry.firing_orders import (
+    BOXER_ORDERS,
+    IN_LINE_ORDERS,
+    TWO_STROKE_IN_LINE_ORDERS,
+    VEE_ORDERS,
+    KnownOrder,
+    in_line_order_by_rule,
+    two_stroke_in_line_order_by_rule,
+)
+
+__all__ = [
+    "arrangement_from_text",
+    "boxer",
+    "in_line",
+    "parallel_twin",
+    "radial",
+    "vee",
+    "w_engine",
+]
+
+FOUR_STROKE = 2.0 * TURN
+NUMBERINGS = ("banks", "alternate")
+PINS = ("shared", "split")
+CRANKS = ("cross-plane", "flat-plane")
+PIN_WORDS = ("shared-pin", "split-pin")
+
+
+def in_line(
+    cylinders: int, order: Sequence[int] | None = None, period: float = FOUR_STROKE
+) -> Arrangement:
+    """In-line engine with evenly spaced firings.
+
+    Parameters
+    ----------
+    cylinders : int
+        1 to 12 without an order, any number with one.
+    order : sequence of int, optional
+        Firing order; the customary one if not given.
+    period : float
+        4 pi (four-stroke) or 2 pi.
+    """
+    _check_count("in-line", cylinders, 1, 12 if order is None else 99)
+    if order is None:
+        known = IN_LINE_ORDERS if period == FOUR_STROKE else TWO_STROKE_IN_LINE_ORDERS
+        order = known[cylinders][0].order
+    firing = _even(order, cylinders, period)
+    return _built(f"in-line {cylinders}", period, firing, [0] * cylinders, range(cylinders), (0.0,))
+
+
+def parallel_twin(crank: float) -> Arrangement:
+    """Four-stroke in-line twin whose second piston fires `crank` [rad] after the first.
+
+    2 pi: both pistons in step, even firing. pi: pistons opposed, intervals of 180 and 540 degrees.
+    3/2 pi: intervals of 270 and 450 degrees, as a V twin of 90 degrees.
+    """
+    if not 0.0 < crank <= TURN:
+        raise ValueError(
+            f"parallel twin: crank = {crank / DEGREE:g} degree: must be above 0 and at most 360"
+        )
+    name = f"parallel twin {crank / DEGREE:g}"
+    return _built(name, FOUR_STROKE, [0.0, crank], [0, 0], range(2), (0.0,))
+
+
+def vee(
+    cylinders: int,
+    bank_angle: float,
+    pins: str = "shared",
+    order: Sequence[int] | None = None,
+    numbering: str | None = None,
+    crank: str | None = None,
+    period: float = FOUR_STROKE,
+) -> Arrangement:
+    """V engine of two banks.
+
+    Parameters
+    ----------
+    cylinders : int
+        An even number, 2 to 16 without an order.
+    bank_angle : float
+        Angle between the banks [rad], above 0 and at most pi.
+    pins : str
+        "shared": two rods on a pin; the firing is uneven if the bank angle makes it so. "split":
+        each rod has its pin, placed so that the firing is even.
+    order : sequence of int, optional
+        Firing order. Without it: that of `crank`, or two in-line engines of the customary order,
+        the second bank behind the first by the angle that makes the firing most even.
+    numbering : str, optional
+        What `order` counts: "banks" or "alternate" (see `firing_orders.KnownOrder`). As the order
+        is known with, "banks" for others.
+    crank : str, optional
+        "cross-plane" or "flat-plane", of a four-stroke V8 without an order.
+    period : float
+        4 pi (four-stroke) or 2 pi.
+    """
+    name = f"V{cylinders}"
+    _check_count("V", cylinders, 2, 16 if order is None else 99)
+    if cylinders % 2:
+        raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number")
+    if not 0.0 < bank_angle <= math.pi:
+        raise ValueError(
+            f"{name}: bank angle = {bank_angle / DEGREE:g} degree: must be above 0 and at most 180"
+        )
+    _check_word(name, "pins", pins, PINS)
+    name = f"{name} {bank_angle / DEGREE:g} {pins}-pin"
+    known = VEE_ORDERS.get(cylinders, ()) if period == FOUR_STROKE else ()
+    if crank is not None:
+        _check_word(name, "crank", crank, CRANKS)
+        name = f"{name} {crank}"
+        if order is None:
+            with_crank = [entry for entry in known if entry.crank == crank]
+            if not with_crank:
+                raise ValueError(
+                    f"{name}: crank = '{crank}': only four-stroke V8 engines have the choice"
+                )
+            order, numbering = with_crank[0].order, with_crank[0].numbering
+    if order is None:
+        return _by_rule(name, cylinders // 2, (0.0, bank_angle), pins, period)
+    numbering = numbering or _known_numbering(order, known)
+    _check_word(name, "numbering", numbering, NUMBERINGS)
+    banks, places = _numbered(cylinders, 2, numbering)
+    found = [
+        _of_order(name, order, banks, places, (0.0, side * bank_angle), pins, period)
+        for side in (1.0, -1.0)
+    ]
+    # On the wrong side of the first bank, shared pins fire in another order.
+    right = [one for one in found if _fires(one, order)]
+    if not right:
+        raise ValueError(
+            f"{name}: order {_shown(order)}: shared pins and this bank angle fire "
+            f"{_shown(found[0].firing_order)}"
+        )
+    made = min(right, key=lambda one: _oddness(one, pins))
+    if crank is not None and _crank_of(made) != crank:
+        raise ValueError(f"{name}: order {_shown(order)} makes a {_crank_of(made)} crank")
+    return made
+
+
+def w_engine(
+    cylinders: int,
+    bank_angles: Sequence[float],
+    pins: str = "shared",
+    order: Sequence[int] | None = None,
+    numbering: str = "banks",
+    period: float = FOUR_STROKE,
+) -> Arrangement:
+    """Engine of any number of banks on one crankshaft; bank angles [rad] in the sense of rotation.
+
+    Parameters as `vee`, but bank angles have their sign. `cylinders` is a multiple of the number
+    of banks. Orders of practice are not known here: without one, each bank is an in-line engine
+    of the customary order, behind the first by the angle that makes the firing most even.
+    """
+    name = f"W{cylinders}"
+    banks = len(bank_angles)
+    if banks < 2 or cylinders < banks or cylinders % banks:
+        raise ValueError(
+            f"{name}: {banks} bank angles: must be two or more, which divide the cylinders"
+        )
+    _check_word(name, "pins", pins, PINS)
+    _check_word(name, "numbering", numbering, NUMBERINGS)
+    if order is None:
+        return _by_rule(name, cylinders // banks, tuple(bank_angles), pins, period)
+    bank_of, places = _numbered(cylinders, banks, numbering)
+    made = _of_order(name, order, bank_of, places, tuple(bank_angles), pins, period)
+    if not _fires(made, order):
+        raise ValueError(
+            f"{name}: order {_shown(order)}: shared pins and these banks fire "
+            f"{_shown(made.firing_order)}"
+        )
+    return made
+
+
+def boxer(
+    cylinders: int,
+    order: Sequence[int] | None = None,
+    numbering: str | None = None,
+    period: float = FOUR_STROKE,
+) -> Arrangement:
+    """Boxer engine: two banks 180 degrees apart, the pistons of a pair move against each other.
+
+    The pins of a pair stand 180 degrees apart (a V engine of 180 degrees shares one). Four-stroke
+    pairs fire a turn apart, two-stroke pairs together.
+
+    Parameters
+    ----------
+    cylinders : int
+        An even number, 2 to 12 without an order.
+    order : sequence of int, optional
+        Firing order; without it the customary one, for 8 and more by rule: pairs in a two-stroke
+        in-line order, banks in turns.
+    numbering : str, optional
+        As in `vee`.
+    period : float
+        4 pi (four-stroke) or 2 pi.
+    """
+    name = f"boxer {cylinders}"
+    _check_count("boxer", cylinders, 2, 12 if order is None else 99)
+    if cylinders % 2:
+        raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number")
+    pairs = cylinders // 2
+    known = BOXER_ORDERS.get(cylinders, ()) if period == FOUR_STROKE else ()
+    if order is None and known:
+        order, numbering = known[0].order, known[0].numbering
+    numbering = numbering or _known_numbering(order or (), known)
+    _check_word(name, "numbering", numbering, NUMBERINGS)
+    banks, places = _numbered(cylinders, 2, numbering)
+    if order is not None:
+        firing = _even(order, cylinders, period)
+    else:
+        turns = {}
+        for step, place in enumerate(two_stroke_in_line_order_by_rule(pairs)):
+            for bank in (0, 1):
+                second = period > TURN and bank != step % 2
+                turns[place - 1, bank] = TURN * (step / pairs + second)
+        firing = [turns[place, bank] for place, bank in zip(places, banks, strict=True)]
+    for place in range(pairs):
+        one, other = (k for k in range(cylinders) if places[k] == place)
+        if abs(math.remainder(firing[one] - firing[other], TURN)) > SAME_ANGLE:
+            raise ValueError(
+                f"{name}: order {_shown(order or ())}: the pistons of cylinders {one + 1} and "
+                f"{other + 1} do not move against each other"
+            )
+    return _built(name, period, firing, banks, places, (0.0, math.pi))
+
+
+def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrangement:
+    """Radial engine, numbered around in the sense of rotation, each row on one pin.
+
+    Four-stroke rows have an odd number of cylinders: every second one fires, 1-3-5-2-4. Two rows
+    (cylinders staggered, pins 180 degrees apart) fire in turns: of 14 cylinders, 9 on or 5 back
+    (FAA-H-8083-32). All rods are taken as working on the pin itself: master and articulated rods
+    are not covered.
+    """
+    name = f"radial {cylinders}" + (" two-row" if rows == 2 else "")
+    if rows not in (1, 2) or (rows == 2 and period == TURN):
+        raise ValueError(f"{name}: rows = {rows}: must be 1, or 2 in a four-stroke engine")
+    in_row = cylinders // rows
+    if in_row * rows != cylinders or in_row < 3 or (period > TURN and in_row % 2 == 0):
+        odd = "an odd number, 3 or more," if period > TURN else "3 or more"
+        raise ValueError(f"{name}: cylinders = {cylinders}: must be {odd} in each row")
+    spacing = TURN / cylinders
+    firing = []
+    for k in range(cylinders):
+        row = k % rows
+        # The row begins with the cylinder whose dead centre comes at the row's first firing.
+        first = row * period / cylinders
+        behind = (k * spacing - row * math.pi - first) % TURN
+        step = round(behind / (TURN / in_row))
+        second = period > TURN and step % 2
+        firing.append((first + TURN * ((step % in_row) / in_row + bool(second))) % period)
+    return _built(
+        name,
+        period,
+        firing,
+        list(range(cylinders)),
+        [k % rows for k in range(cylinders)],
+        tuple(k * spacing for k in range(cylinders)),
+    )
+
+
+def arrangement_from_text(text: str, period: float = FOUR_STROKE) -> Arrangement:
+    """Read an arrangement as engine files give it; angles in degrees. The module shows the forms.
+
+    Raises
+    ------
+    ValueError
+        One line that begins with `arrangement = '...'`.
+    """
+    try:
+        return _read(text, period)
+    except ValueError as error:
+        raise ValueError(f"arrangement = '{text}': {error}") from None
+
+
+_FORMS = (
+    "must be one of 'in-line N', 'V<N> ANGLE', 'boxer N', 'W<N> ANGLE,ANGLE,...', 'radial N', "
+    "'parallel twin ANGLE'"
+)
+
+
+def _read(text: str, period: float) -> Arrangement:
+    words = text.strip().lower().split()
+    match words:
+        case ["in-line", count, *rest]:
+            order = _taken_order(rest)
+            _no_more(rest, ("an order such as 1-3-4-2",))
+            return in_line(_count(count), order, period)
+        case ["parallel", "twin", angle]:
+            if period != FOUR_STROKE:
+                raise ValueError("a two-stroke twin is 'in-line 2'")
+            return parallel_twin(_angle(angle))
+        case ["boxer", count, *rest]:
+            order, numbering = _taken_order(rest), _taken_word(rest, ("alternate",))
+            _no_more(rest, ("an order such as 1-4-3-2", "alternate"))
+            return boxer(_count(count), order, numbering, period)
+        case ["radial", count, *rest]:
+            rows = 2 if _taken_word(rest, ("two-row",)) else 1
+            _no_more(rest, ("two-row",))
+            return radial(_count(count), rows, period)
+        case [first, *rest] if re.fullmatch(r"[vw]\d+", first):
+            order, numbering = _taken_order(rest), _taken_word(rest, ("alternate",))
+            pin = _taken_word(rest, PIN_WORDS) or "shared-pin"
+            pins = pin.removesuffix("-pin")
+            crank = _taken_word(rest, CRANKS)
+            angles = rest.pop(0) if rest else None
+            allowed = ("one angle", *PIN_WORDS, *CRANKS, "alternate", "an order such as 1-3-4-2")
+            _no_more(rest, allowed)
+            cylinders = _count(first[1:])
+            if first[0] == "w":
+                banks = [_angle(word) for word in (angles or "").split(",") if word]
+                return w_engine(cylinders, banks, pins, order, numbering or "banks", period)
+            if angles is None and crank is None:
+                raise ValueError(f"the bank angle is missing, such as 'V{cylinders} 60'")
+            if cylinders == 8 and period == FOUR_STROKE and order is None and crank is None:
+                raise ValueError("must say cross-plane or flat-plane, or give the order")
+            bank_angle = 0.5 * math.pi if angles is None else _angle(angles)
+            return vee(cylinders, bank_angle, pins, order, numbering, crank, period)
+    raise ValueError(_FORMS)
+
+
+def _taken_order(words: list[str]) -> tuple[int, ...] | None:
+    """Take a firing order such as 1-3-4-2 out of the words."""
+    for word in words:
+        if re.fullmatch(r"\d+(-\d+)+", word):
+            words.remove(word)
+            return tuple(int(number) for number in word.split("-"))
+    return None
+
+
+def _taken_word(words: list[str], known: tuple[str, ...]) -> str | None:
+    for word in words:
+        if word in known:
+            words.remove(word)
+            return word
+    return None
+
+
+def _no_more(words: list[str], allowed: tuple[str, ...]) -> None:
+    if words:
+        raise ValueError(f"'{words[0]}' is not understood; may follow: {', '.join(allowed)}")
+
+
+def _count(word: str) -> int:
+    if not re.fullmatch(r"\d{1,3}", word):
+        raise ValueError(f"'{word}' must be a number of cylinders")
+    return int(word)
+
+
+def _angle(word: str) -> float:
+    try:
+        degrees = float(word)
+    except ValueError:
+        degrees = math.nan
+    if not math.isfinite(degrees):
+        raise ValueError(f"'{word}' must be an angle in degrees")
+    return degrees * DEGREE
+
+
+def _check_count(what: str, cylinders: int, least: int, most: int) -> None:
+    if not least <= cylinders <= most:
+        raise ValueError(
+            f"{what}: cylinders = {cylinders}: must be a whole number from {least} to {most}"
+        )
+
+
+def _check_word(name: str, what: str, word: str, known: tuple[str, ...]) -> None:
+    if word not in known:
+        raise ValueError(f"{name}: {what} = '{word}': must be {' or '.join(map(repr, known))}")
+
+
+def _shown(order: Sequence[int]) -> str:
+    return "-".join(map(str, order))
+
+
+def _even(order: Sequence[int], cylinders: int, period: float) -> list[float]:
+    """Firing angles of cylinders 1, 2, ... that fire evenly in an order."""
+    if sorted(order) != list(range(1, cylinders + 1)) or order[0] != 1:
+        raise ValueError(
+            f"order {_shown(order)}: must name each of the cylinders 1 to {cylinders} once, "
+            "beginning with 1"
+        )
+    firing = [0.0] * cylinders
+    for step, cylinder in enumerate(order):
+        firing[cylinder - 1] = step * (period / cylinders)
+    return firing
+
+
+def _known_numbering(order: Sequence[int], known: Sequence[KnownOrder]) -> str:
+    same = [entry.numbering for entry in known if entry.order == tuple(order)]
+    return same[0] if same else "banks"
+
+
+def _numbered(cylinders: int, banks: int, numbering: str) -> tuple[list[int], list[int]]:
+    """Bank and place along the shaft of cylinders 1, 2, ..."""
+    in_bank = cylinders // banks
+    if numbering == "alternate":
+        return [k % banks for k in range(cylinders)], [k // banks for k in range(cylinders)]
+    return [k // in_bank for k in range(cylinders)], [k % in_bank for k in range(cylinders)]
+
+
+def _of_order(
+    name: str,
+    order: Sequence[int],
+    banks: Sequence[int],
+    places: Sequence[int],
+    bank_angles: tuple[float, ...],
+    pins: str,
+    period: float,
+) -> Arrangement:
+    """Banks on one shaft that fire in a given order, as evenly as the pins let them.
+
+    Even firing fixes the pins, by the cylinder of the lowest bank where they are shared; the other
+    cylinders of a shared pin fire at their dead centre nearest to even firing.
+    """
+    firing = _even(order, len(banks), period)
+    if pins == "shared":
+        lowest: dict[int, int] = {}
+        for k in sorted(range(len(banks)), key=lambda k: banks[k]):
+            leader = lowest.setdefault(places[k], k)
+            top = firing[leader] + bank_angles[banks[k]] - bank_angles[banks[leader]]
+            firing[k] = (firing[k] - math.remainder(firing[k] - top, TURN)) % period
+    return _built(name, period, firing, banks, places, bank_angles)
+
+
+def _by_rule(
+    name: str, in_bank: int, bank_angles: tuple[float, ...], pins: str, period: float
+) -> Arrangement:
+    """Equal in-line engines side by side, each behind the first by the best possible angle."""
+    banks = len(bank_angles)
+    cylinders = banks * in_bank
+    known = IN_LINE_ORDERS if period == FOUR_STROKE else TWO_STROKE_IN_LINE_ORDERS
+    if in_bank in known:
+        order = known[in_bank][0].order
+    elif period == FOUR_STROKE:
+        order = in_line_order_by_rule(in_bank)
+    else:
+        order = two_stroke_in_line_order_by_rule(in_bank)
+    first = np.array(_even(order, in_bank, period))
+    apart = [angle - bank_angles[0] for angle in bank_angles]
+    best: tuple[float, list[float]] | None = None
+    if pins == "shared":
+        # Each bank fires in this turn or in the next.
+        turns = (0.0, TURN) if period > TURN else (0.0,)
+        for choice in itertools.product(turns, repeat=banks - 1):
+            delays = [0.0, *(a + t for a, t in zip(apart[1:], choice, strict=True))]
+            moments = np.sort(np.add.outer(delays, first).ravel() % period)
+            smallest = float(np.diff(moments, append=period + moments[0]).min())
+            if best is None or smallest > best[0] + SAME_ANGLE:
+                best = (smallest, delays)
+    else:
+        # Even firing leaves each bank one of the gaps between the first bank's firings.
+        gaps = np.arange(in_bank) * (period / in_bank)
+        for slots in itertools.permutations(range(1, banks)):
+            delays, split = [0.0], 0.0
+            for bank, slot in enumerate(slots, start=1):
+                options = gaps + slot * (period / cylinders)
+                splits = [abs(math.remainder(apart[bank] - o, TURN)) for o in options]
+                delays.append(float(options[int(np.argmin(splits))]))
+                split = max(split, min(splits))
+            if best is None or -split > best[0] + SAME_ANGLE:
+                best = (-split, delays)
+    assert best is not None
+    firing = (np.add.outer(best[1], first).ravel() % period).tolist()
+    bank_of, places = _numbered(cylinders, banks, "banks")
+    return _built(name, period, firing, bank_of, places, bank_angles)
+
+
+def _fires(made: Arrangement, order: Sequence[int]) -> bool:
+    """Whether the cylinders fire in this order, one after the other."""
+    apart = bool((made.firing_intervals > SAME_ANGLE).all())
+    return apart and made.firing_order == tuple(order)
+
+
+def _oddness(made: Arrangement, pins: str) -> float:
+    """How far pins are split, or firings from even: what the side of a bank is chosen by."""
+    if pins == "shared":
+        return round(float(np.ptp(made.firing_intervals)), 9)
+    pairs = itertools.groupby(
+        sorted(made.throws, key=lambda throw: throw.position), key=lambda throw: throw.position
+    )
+    splits = [0.0]
+    for _, group in pairs:
+        angles = [throw.angle for throw in group]
+        splits.append(abs(math.remainder(angles[-1] - angles[0], TURN)))
+    return round(max(splits), 9)
+
+
+def _crank_of(made: Arrangement) -> str:
+    """Whether all throws lie in one plane."""
+    first = made.throws[0].angle
+    flat = all(
+        abs(math.remainder(throw.angle - first, 0.5 * TURN)) < SAME_ANGLE for throw in made.throws
+    )
+    return "flat-plane" if flat else "cross-plane"
+
+
+def _built(
+    name: str,
+    period: float,
+    firing: Sequence[float],
+    banks: Sequence[int],
+    places: Sequence[int],
+    bank_angles: tuple[float, ...],
+) -> Arrangement:
+    """Arrangement whose pins follow from the firing angles; equal pins of a place are one."""
+    throws: list[Throw] = []
+    cylinders = []
+    reference = bank_angles[banks[0]]
+    for fires, bank, place in zip(firing, banks, places, strict=True):
+        angle = float(bank_angles[bank] - reference - fires) % TURN
+        shared = [
+            number
+            for number, throw in enumerate(throws)
+            if throw.position == place
+            and abs(math.remainder(throw.angle - angle, TURN)) < SAME_ANGLE
+        ]
+        if not shared:
+            throws.append(Throw(angle, float(place)))
+        cylinders.append(Cylinder((shared or [len(throws) - 1])[0], bank, float(fires)))
+    # The class refuses uneven firing that is not meant: here it follows from the engine's kind.
+    return Arrangement(period, tuple(throws), bank_angles, tuple(cylinders), True, name)

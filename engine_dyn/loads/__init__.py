@@ -1,0 +1,1 @@
+"""What acts on the crankshaft beside gas and masses: loads, drivers, friction."""

@@ -1,0 +1,455 @@
+"""What an engine drives, and what drives a machine: torque over an angle and torque over speed.
+
+A load may depend on the crank angle or on its own, theta = i phi + theta_0, where the gear ratio i
+is its speed over the crank's; at the crank its torque is i times that at its own shaft, because the
+power is the same. So it is with a load over the speed of its own shaft. A load or a driver over
+speed has a shape, and the balance of the cycle finds the
+factor on it (`load_coefficient`, `driver_factor`), as it finds k of a + k omega^alpha: a machine
+whose mean torque is negative has a steady state where a driver's torque makes up for it.
+
+Sources
+-------
+Load torque over angle and over speed: Kakaitsas (2015), section 3.1. Torque of an induction motor
+over slip: Kloss's formula, as textbooks of electrical machines give it (his paper of 1908 was not
+compared). Slopes of the monotone interpolant: Brodlie's formula, as in Fritsch and Butland, SIAM J.
+Sci. Stat. Comput. 5 (1984), 300 (by the documentation of NAG's e01be, which says so; the paper
+itself was not compared), and SciPy's PchipInterpolator.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.pressure.diagram import periodic_spline_slopes
+
+__all__ = [
+    "NOTHING_DRIVEN",
+    "DrivenMachine",
+    "TorqueOverAngle",
+    "TorqueOverSpeed",
+    "constant_load",
+    "load_over_angle",
+    "motor_torque",
+    "repeats_of",
+    "synchronous_speed",
+    "torque_over_angle",
+    "torque_over_speed",
+    "whole_ratio",
+]
+
+Floats = npt.NDArray[np.float64]
+
+REVOLUTION = 2.0 * math.pi
+FEWEST_POINTS = 8
+ENDS_TOLERANCE = 0.02
+"""Largest difference of both ends of a period, over the range of the torque."""
+
+SLACK = 1e-6
+"""Share of an interval by which speeds may lie beside a table, which is rounding."""
+
+ALIKE = 1e-9
+"""Share of its range within which a torque repeats."""
+
+WHOLE = 1e-5
+"""Relative difference up to which a number of repetitions is whole: ratios are written in decimals.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueOverAngle:
+    """A load torque over an angle: a periodic cubic spline.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (K,)
+        Ascending knots within one period [rad].
+    torque, slope : ndarray, shape (K,)
+        Torque [N m], positive against the rotation, and its derivative at the knots [N m/rad].
+    period : float
+        One or two revolutions [rad].
+    own_angle : bool
+        Whether the angle is that of the load's shaft, and so its torque; else the crank's.
+    """
+
+    angle: Floats
+    torque: Floats
+    slope: Floats
+    period: float
+    own_angle: bool = False
+
+    def __str__(self) -> str:
+        whose = "its own angle" if self.own_angle else "the crank angle"
+        return (
+            f"torque over {whose}, {math.degrees(self.period):g} degrees, {len(self.angle)} points,"
+            f" mean {self.mean:.4g} N m"
+        )
+
+    def __call__(self, theta: npt.ArrayLike) -> Floats:
+        """Torque [N m] at any angles [rad]."""
+        t, step, before, after = self._pieces(theta)
+        y0, y1 = self.torque[before], self.torque[after]
+        m0, m1 = step * self.slope[before], step * self.slope[after]
+        return np.asarray(
+            y0 + t * (m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1)))
+        )
+
+    def work(self, theta: npt.ArrayLike) -> Floats:
+        """Integral of the torque less its mean [J], at angles within one period."""
+        t, step, before, _ = self._pieces(theta)
+        _, torque, slope, work = self.table
+        y0, y1 = torque[before], torque[before + 1]
+        m0, m1 = step * slope[before], step * slope[before + 1]
+        c, d = 3.0 * (y1 - y0) - 2.0 * m0 - m1, 2.0 * (y0 - y1) + m0 + m1
+        done = step * t * (y0 + t * (m0 / 2.0 + t * (c / 3.0 + t * d / 4.0)))
+        return np.asarray(work[before] + done)
+
+    def _pieces(self, theta: npt.ArrayLike) -> tuple[Any, ...]:
+        knots = np.append(self.angle, self.angle[0] + self.period)
+        place = self.angle[0] + np.mod(np.asarray(theta, float) - self.angle[0], self.period)
+        before = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(self.angle) - 1)
+        step = knots[before + 1] - knots[before]
+        after = (before + 1) % len(self.angle)
+        return (place - knots[before]) / step, step, before, after
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean over the angle [N m]: exact for the spline."""
+        step = np.diff(self.angle, append=self.angle[0] + self.period)
+        torque, slope = self.torque, self.slope
+        whole = step * 0.5 * (torque + np.roll(torque, -1))
+        return float((whole + step**2 / 12.0 * (slope - np.roll(slope, -1))).sum() / self.period)
+
+    @cached_property
+    def repeats(self) -> int:
+        """How often the torque repeats within its period: found, not declared."""
+        torque = self.torque - self.torque.mean()
+        within = ALIKE * max(float(np.ptp(torque)), 1e-300)
+        for times in range(len(self.angle), 1, -1):
+            shift = self.period / times
+            if all(
+                np.abs(self(self.angle + sign * shift) - self.torque).max() <= within
+                for sign in (1.0, -1.0)
+            ):
+                return times
+        return 1
+
+    @cached_property
+    def table(self) -> Floats:
+        """Knots to the end of the period, torque without its mean, slope, and its work there."""
+        angle = np.append(self.angle, self.angle[0] + self.period)
+        torque = np.append(self.torque, self.torque[0]) - self.mean
+        slope = np.append(self.slope, self.slope[0])
+        step = np.diff(angle)
+        whole = step * 0.5 * (torque[:-1] + torque[1:]) + step**2 / 12.0 * (slope[:-1] - slope[1:])
+        return np.stack([angle, torque, slope, np.concatenate([[0.0], np.cumsum(whole)])])
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueOverSpeed:
+    """Torque over a speed, between the knots a cubic that is monotone where these are.
+
+    Attributes
+    ----------
+    speed : ndarray, shape (K,)
+        Ascending [rad/s].
+    torque, slope : ndarray, shape (K,)
+        Torque [N m] and its derivative there [N m s/rad].
+    own_speed : bool
+        Whether the speed is that of the load's shaft, and so its torque; else the crank's.
+    """
+
+    speed: Floats
+    torque: Floats
+    slope: Floats
+    own_speed: bool = False
+
+    def __str__(self) -> str:
+        low, high = (speed * 30.0 / math.pi for speed in (self.low, self.high))
+        whose = "its own speed" if self.own_speed else "the crank speed"
+        return f"torque over {whose} from {low:.6g} to {high:.6g} rpm, {len(self.speed)} points"
+
+    @property
+    def low(self) -> float:
+        """Lowest speed [rad/s]."""
+        return float(self.speed[0])
+
+    @property
+    def high(self) -> float:
+        """Highest speed [rad/s]."""
+        return float(self.speed[-1])
+
+    def __call__(self, omega: npt.ArrayLike) -> Floats:
+        """Torque [N m] at any speeds [rad/s]; NaN outside the table."""
+        given = np.asarray(omega, dtype=float)
+        before = np.clip(np.searchsorted(self.speed, given, side="right") - 1, 0,
+                         len(self.speed) - 2)  # fmt: skip
+        step = self.speed[before + 1] - self.speed[before]
+        t = (given - self.speed[before]) / step
+        y0, y1 = self.torque[before], self.torque[before + 1]
+        m0, m1 = step * self.slope[before], step * self.slope[before + 1]
+        value = y0 + t * (
+            m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1))
+        )
+        return np.asarray(np.where((t >= -SLACK) & (t <= 1.0 + SLACK), value, np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenMachine:
+    """What beside a + k omega^alpha acts on the crankshaft; nothing unless given.
+
+    Attributes
+    ----------
+    over_angle : TorqueOverAngle, optional
+        Load that depends on an angle.
+    load_over_speed : TorqueOverSpeed, optional
+        Shape of the load over speed, in place of omega^alpha.
+    driver_over_speed : TorqueOverSpeed, optional
+        Shape of the driver's torque.
+    motor : bool
+        Whether the driver is an induction motor, see `motor_torque`; its numbers belong to designs.
+    """
+
+    over_angle: TorqueOverAngle | None = None
+    load_over_speed: TorqueOverSpeed | None = None
+    driver_over_speed: TorqueOverSpeed | None = None
+    motor: bool = False
+
+    @property
+    def over_speed(self) -> TorqueOverSpeed | None:
+        """The table over speed, whosever it is."""
+        return self.load_over_speed or self.driver_over_speed
+
+    @property
+    def geared(self) -> bool:
+        """Whether a load is over the angle or the speed of its own shaft."""
+        of_angle, of_speed = self.over_angle, self.load_over_speed
+        return (of_angle is not None and of_angle.own_angle) or (
+            of_speed is not None and of_speed.own_speed
+        )
+
+    @property
+    def has_driver(self) -> bool:
+        """Whether something drives."""
+        return self.motor or self.driver_over_speed is not None
+
+    @property
+    def power_law(self) -> bool:
+        """Whether the load over speed is a + k omega^alpha."""
+        return not self.motor and self.over_speed is None
+
+    @property
+    def plain(self) -> bool:
+        """Whether there is nothing but a + k omega^alpha."""
+        return self.power_law and self.over_angle is None
+
+
+NOTHING_DRIVEN = DrivenMachine()
+
+
+def torque_over_angle(
+    angle: npt.ArrayLike, torque: npt.ArrayLike, own_angle: bool = False
+) -> TorqueOverAngle:
+    """Load torque through points over one revolution or two.
+
+    Parameters
+    ----------
+    angle : array_like, shape (K,)
+        Ascending [rad]; both ends of the period are the same angle: one may be missing, both are
+        averaged. The period is one revolution or two, whichever the points cover; no gap is wider
+        than an eighth of it.
+    torque : array_like, shape (K,)
+        [N m], positive against the rotation; at the shaft whose angle is given.
+    own_angle : bool
+        Whether the angle is that of the load's shaft; else the crank's, from firing dead centre.
+
+    Raises
+    ------
+    ValueError
+        Naming the point, for what is no such torque.
+    """
+    theta, values = np.array(angle, dtype=float), np.array(torque, dtype=float)
+    _check_points(theta, values, "angle", math.degrees(1.0), "degree", FEWEST_POINTS)
+    span, gap = float(theta[-1] - theta[0]), float(np.diff(theta).max())
+    period = next(
+        (n * REVOLUTION for n in (2, 1) if 0.0 <= n * REVOLUTION - span + 1e-9 <= 1.5 * gap), None
+    )
+    if period is None:
+        raise ValueError(
+            f"angle covers {math.degrees(span):.6g} degrees: must cover one revolution, 360, or "
+            "two, 720, without a gap at the ends"
+        )
+    widest = int(np.argmax(np.diff(theta)))
+    if gap > period / FEWEST_POINTS * (1.0 + 1e-9):
+        raise ValueError(
+            f"point {widest + 2}: angle = {math.degrees(theta[widest + 1]):.6g} degree after "
+            f"{math.degrees(theta[widest]):.6g}: a gap of {math.degrees(gap):.6g}, allowed are "
+            f"{math.degrees(period / FEWEST_POINTS):.6g}"
+        )
+    if abs(period - span) <= 1e-9 * period:
+        if abs(values[-1] - values[0]) > ENDS_TOLERANCE * np.ptp(values):
+            raise ValueError(
+                f"torque is {values[0]:.6g} at the begin of the period and {values[-1]:.6g} at its "
+                f"end, the same angle: must agree within {100.0 * ENDS_TOLERANCE:g} % of its range"
+            )
+        values[0] = 0.5 * (values[0] + values[-1])
+        theta, values = theta[:-1], values[:-1]
+    slope = periodic_spline_slopes(theta, values, period)
+    return TorqueOverAngle(theta, values, slope, period, own_angle)
+
+
+def torque_over_speed(
+    speed: npt.ArrayLike, torque: npt.ArrayLike, driver: bool = False, own_speed: bool = False
+) -> TorqueOverSpeed:
+    """Torque through points over a speed.
+
+    Parameters
+    ----------
+    speed : array_like, shape (K,)
+        Ascending [rad/s].
+    torque : array_like, shape (K,)
+        [N m]: a load's against the rotation, a driver's with it; a driver may brake at some speeds.
+    driver : bool
+        Whose torque it is.
+    own_speed : bool
+        Whether speed and torque are those of the load's shaft; else of the crank.
+
+    Raises
+    ------
+    ValueError
+        Naming the point, for what is no such torque.
+    """
+    omega, values = np.array(speed, dtype=float), np.array(torque, dtype=float)
+    _check_points(omega, values, "speed", 30.0 / math.pi, "rpm", 2)
+    if omega[0] < 0.0:
+        raise ValueError(f"point 1: speed = {omega[0] * 30.0 / math.pi:.6g} rpm: must be 0 or more")
+    if not driver and (values < 0.0).any():
+        first = int(np.argmax(values < 0.0))
+        raise ValueError(
+            f"point {first + 1}: torque = {values[first]:.6g} N m: must be 0 or more, a load is "
+            "positive against the rotation"
+        )
+    return TorqueOverSpeed(omega, values, _monotone_slopes(omega, values), own_speed)
+
+
+def _check_points(
+    place: Floats, torque: Floats, name: str, size: float, unit: str, fewest: int
+) -> None:
+    if place.ndim != 1 or place.shape != torque.shape:
+        raise ValueError(f"{name} and torque must be equally long lists")
+    for what, values in ((name, place), ("torque", torque)):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise ValueError(f"point {bad[0] + 1}: {what} must be a finite number")
+    if len(place) < fewest:
+        raise ValueError(f"{len(place)} points: must be at least {fewest}")
+    back = np.flatnonzero(np.diff(place) <= 0.0)
+    if back.size:
+        i = int(back[0]) + 1
+        raise ValueError(
+            f"point {i + 1}: {name} = {place[i] * size:.6g} {unit} after {place[i - 1] * size:.6g}:"
+            " must ascend"
+        )
+
+
+def _monotone_slopes(x: Floats, y: Floats) -> Floats:
+    """Slopes of the piecewise cubic that rises and falls only where the points do."""
+    step = np.diff(x)
+    rise = np.diff(y) / step
+    if len(x) == 2:
+        return np.repeat(rise, 2)
+    slope = np.zeros_like(y)
+    before, after = step[:-1], step[1:]
+    left, right = rise[:-1], rise[1:]
+    same = left * right > 0.0
+    w1, w2 = 2.0 * after + before, after + 2.0 * before
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope[1:-1] = np.where(same, (w1 + w2) / (w1 / left + w2 / right), 0.0)
+    for end, (h0, h1, d0, d1) in (
+        (0, (step[0], step[1], rise[0], rise[1])),
+        (-1, (step[-1], step[-2], rise[-1], rise[-2])),
+    ):
+        # Three points, one-sided, kept from turning the curve (Moler, Numerical Computing, ch. 3).
+        value = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
+        if value * d0 <= 0.0:
+            value = 0.0
+        elif d0 * d1 <= 0.0 and abs(value) > 3.0 * abs(d0):
+            value = 3.0 * d0
+        slope[end] = value
+    return slope
+
+
+def constant_load(
+    load_offset: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_scale: Any
+) -> Any:
+    """Load torque at the crank that the speed does not change, its mean over the cycle [N m].
+
+    `gear_ratio` is 1 for a load over the crank angle.
+    """
+    return load_offset + load_scale * gear_ratio * over_angle.mean
+
+
+def load_over_angle(
+    crank_angle: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_phase: Any,
+    load_scale: Any,
+) -> Any:  # fmt: skip
+    """Load torque at the crank at crank angles [N m]; see `constant_load`."""
+    return load_scale * gear_ratio * over_angle(gear_ratio * crank_angle + load_phase)
+
+
+def motor_torque(
+    omega: Any, synchronous_speed: Any, breakdown_slip: Any, breakdown_torque: Any = 1.0
+) -> Any:
+    """Torque of an induction motor [N m], Kloss: M/M_b = 2/(s/s_b + s_b/s), s = 1 - omega/omega_s.
+
+    Speeds are of the crank [rad/s]; above the synchronous speed the machine brakes.
+    """
+    slip = 1.0 - omega / synchronous_speed
+    return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
+
+
+def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:
+    """Synchronous speed of a motor [rad/s], at its own shaft, whose slip at nominal speed is given.
+
+    `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is the crank's.
+    """
+    return motor_gear_ratio * (speed / (1.0 - motor_slip))
+
+
+def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
+    """Gear ratios with which the load repeats exactly with the cycle: 0.333333 means a third."""
+    if not over_angle.own_angle:
+        return np.asarray(gear_ratio, dtype=float)
+    repeats = repeats_of(over_angle, gear_ratio, cycle)
+    return repeats * (over_angle.period / (cycle * over_angle.repeats))
+
+
+def repeats_of(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
+    """How often a load repeats within the cycle [rad], for gear ratios of the load's own angle.
+
+    Raises
+    ------
+    ValueError
+        For a ratio with which the load does not repeat with the cycle.
+    """
+    ratio = np.asarray(gear_ratio, dtype=float) if over_angle.own_angle else np.ones(())
+    turns = ratio * cycle / over_angle.period * over_angle.repeats
+    whole = np.round(turns)
+    bad = (np.abs(turns - whole) > WHOLE * np.maximum(turns, 1.0)) | (whole < 1.0)
+    if bad.any():
+        if not over_angle.own_angle:
+            raise ValueError(
+                f"load_table covers {math.degrees(over_angle.period):g} degrees of crank angle: "
+                f"must repeat with the cycle of {math.degrees(cycle):g} degrees"
+            )
+        step = over_angle.period / cycle / over_angle.repeats
+        raise ValueError(
+            f"gear_ratio = {float(ratio[bad].flat[0]):g}: must be a multiple of {step:g}, so that "
+            "the load repeats with the cycle"
+        )
+    return whole.astype(np.int64)

@@ -1,0 +1,1 @@
+"""Pressure in the cylinder over the crank angle: given diagrams and modelled cycles."""

@@ -1,0 +1,395 @@
+"""A modelled reciprocating compressor: the diagram of a cycle a turn, driven from outside.
+
+Compression and re-expansion of the clearance are polytropes; between them the pressure relaxes to
+that of the suction or delivery line and the loss in its valve. Valves begin to open where the
+ideal cycle reaches the pressure of their line, take an angle to do it, so that the pressure
+overshoots as it does with real plates, and have closed at dead centre. Every transition is smooth,
+so that a cubic spline through points at 0.5 degree follows the curve.
+
+Sources
+-------
+Ideal cycle with clearance, its work and volumetric efficiency: Eastop and McConkey, Applied
+Thermodynamics for Engineering Technologists, Longman, chapter on positive displacement machines.
+Valves as in `cycle`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine_dyn import status
+from engine_dyn.compilation import inlined, kernel, on_stack
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.slider_crank import position_at, velocity_at
+from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
+from engine_dyn.pressure.first_law import table_angles
+from engine_dyn.pressure.first_law_kernel import smooth_step, turned, weighted
+
+__all__ = ["FILE_UNITS", "CompressorCycle", "CompressorDiagrams", "tabulate"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+DEGREE = math.pi / 180.0
+BAR = 1e5
+
+LARGEST_STEP = 0.5 * DEGREE
+STEPS_OF_LAG = 6.0
+STEPS_OF_RAMP = 12.0
+MOST_PASSES = 60
+REPEATS = 1e-12
+
+# Unit, its size in SI, lowest and highest value in that unit, whether both belong.
+_FIELDS: dict[str, tuple[str, float, float, float, bool]] = {
+    "clearance_ratio": ("1", 1.0, 0.0, 0.5, False),
+    "crank_ratio": ("1", 1.0, 0.0, 1.0, False),
+    "suction_pressure": ("bar", BAR, 0.0, 200.0, False),
+    "delivery_pressure": ("bar", BAR, 0.0, 400.0, False),
+    "suction_loss": ("bar", BAR, 0.0, 50.0, True),
+    "delivery_loss": ("bar", BAR, 0.0, 50.0, True),
+    "compression_exponent": ("1", 1.0, 1.0, 5.0 / 3.0, True),
+    "expansion_exponent": ("1", 1.0, 1.0, 5.0 / 3.0, True),
+    "valve_ramp": ("degree", DEGREE, 1.0, 45.0, False),
+    "valve_lag": ("degree", DEGREE, 0.25, 20.0, False),
+}
+
+FILE_UNITS: dict[str, tuple[str, float]] = {n: item[:2] for n, item in _FIELDS.items()}
+"""Unit in which a file of a driven machine gives each field, and its size in SI."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompressorCycle:
+    """Parameters of the compressor's cycle, in SI units and radians; 0 is top dead centre.
+
+    The pressure p(phi) solves
+
+        p' = c (-n p V'/V) - (1 - c) (p - p_m) / valve_lag,
+
+    where c is 1 while both valves are closed and 0 while one is open, with a smooth ramp between;
+    n is `compression_exponent` from the closing of the suction valve on and `expansion_exponent`
+    from that of the delivery valve on; p_m is suction_pressure - suction_loss v^2 or
+    delivery_pressure + delivery_loss v^2, v being the piston's velocity over the crank pin's.
+
+    Attributes
+    ----------
+    clearance_ratio : float
+        Clearance volume over swept volume [1].
+    crank_ratio : float
+        Crank radius over rod length [1].
+    suction_pressure, delivery_pressure : float
+        Pressure of the lines at the valves, absolute [Pa].
+    suction_loss, delivery_loss : float
+        Difference of pressure across the open valve while the piston is as fast as the crank
+        pin [Pa].
+    compression_exponent, expansion_exponent : float
+        Polytropic exponents [1].
+    valve_ramp : float
+        Angle over which a valve opens or closes [rad].
+    valve_lag : float
+        Angle in which the difference to the line's pressure falls to 1/e with an open valve [rad].
+    """
+
+    clearance_ratio: float
+    crank_ratio: float
+    suction_pressure: float
+    delivery_pressure: float
+    suction_loss: float
+    delivery_loss: float
+    compression_exponent: float
+    expansion_exponent: float
+    valve_ramp: float
+    valve_lag: float
+
+    def __post_init__(self) -> None:
+        """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
+        columns = {item.name: np.asarray(getattr(self, item.name), float) for item in fields(self)}
+        for bad, message in _refusals(columns):
+            if bad.any():
+                raise ValueError(message)
+
+    def volume(self, phi: ArrayLike) -> Floats:
+        """Cylinder volume over the swept volume [1] at crank angles [rad]."""
+        travel = slider_crank.position(phi, self.crank_ratio)
+        return np.asarray(self.clearance_ratio + 0.5 * travel, dtype=np.float64)
+
+    @property
+    def volumetric_efficiency(self) -> float:
+        """Gas taken in by the ideal cycle over the swept volume [1]."""
+        ratio = self.delivery_pressure / self.suction_pressure
+        return 1.0 - self.clearance_ratio * (ratio ** (1.0 / self.expansion_exponent) - 1.0)
+
+    def points(self, step_degrees: float = 0.5) -> tuple[Floats, Floats]:
+        """Tabulate the cycle.
+
+        Parameters
+        ----------
+        step_degrees : float
+            Step of the table [degree]; 360 must be a multiple of it. 0.5 by default.
+
+        Returns
+        -------
+        angle, pressure : ndarray
+            Crank angle [rad] from -pi, end excluded, and absolute pressure [Pa].
+
+        Raises
+        ------
+        ValueError
+            If the step does not divide the cycle or is over 10 degrees.
+        """
+        found = tabulate(
+            {item.name: getattr(self, item.name) for item in fields(self)}, step_degrees
+        )
+        return found.angle, found.pressure
+
+    def diagram(self, step_degrees: float = 0.5) -> Diagram:
+        """Indicator diagram with the exact slopes at its points.
+
+        Its peak lies before dead centre, where `diagram_from_points` would take it for a mistake.
+        """
+        found = tabulate(
+            {item.name: getattr(self, item.name) for item in fields(self)}, step_degrees
+        )
+        return Diagram(found.angle, found.pressure, found.slope, TWO_STROKE)
+
+
+class CompressorDiagrams(NamedTuple):
+    """Tables of a batch of compressors, their shape that of the parameters.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (K,)
+        Crank angle [rad] from -pi, end excluded.
+    pressure, slope : ndarray, shape (..., K)
+        Absolute pressure [Pa] and its exact derivative over angle [Pa/rad].
+    status : ndarray of int64
+        Outcome (`engine_dyn.status`): converged; invalid_input for values that are no cycle, whose
+        numbers are NaN.
+    """
+
+    angle: Floats
+    pressure: Floats
+    slope: Floats
+    status: Integers
+
+
+def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> CompressorDiagrams:
+    """Tabulate a batch of compressors.
+
+    Parameters
+    ----------
+    values : mapping
+        Fields of CompressorCycle in SI units, scalars or arrays that broadcast together.
+    step_degrees : float
+        Step of the table [degree]; 360 must be a multiple of it.
+
+    Raises
+    ------
+    ValueError
+        For unknown or missing fields, arrays that do not broadcast or a step that does not divide
+        the cycle.
+    """
+    angle = table_angles(TWO_STROKE, step_degrees)
+    for name in {*values, *_FIELDS}:
+        if name not in _FIELDS:
+            raise ValueError(f"{name}: no field of CompressorCycle")
+        if name not in values:
+            raise ValueError(f"{name}: missing; CompressorCycle needs it")
+    wide = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in _FIELDS))
+    shape = wide[0].shape
+    columns = {name: array.reshape(-1) for name, array in zip(_FIELDS, wide, strict=True)}
+    bad = np.zeros(columns["valve_lag"].size, dtype=np.bool_)
+    for wrong, _ in _refusals(columns):
+        bad |= wrong
+    size, count = bad.size, len(angle)
+    outcome = np.where(bad, status.INVALID_INPUT, status.CONVERGED).astype(np.int64)
+    pressure, slope = np.full((size, count), np.nan), np.full((size, count), np.nan)
+    good = np.flatnonzero(~bad)
+    if good.size:
+        suction, delivery = _openings(columns)
+        cases = np.stack([*columns.values(), suction, delivery], axis=-1)
+        _integrate(cases, good, angle, pressure, slope, outcome)
+    return CompressorDiagrams(
+        angle,
+        pressure.reshape(*shape, count),
+        slope.reshape(*shape, count),
+        outcome.reshape(shape),
+    )
+
+
+def _openings(columns: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Angles at which the valves begin to open, 0 to pi and pi to 2 pi; NaN where they never do."""
+    clearance = columns["clearance_ratio"]
+    ratio = columns["delivery_pressure"] / columns["suction_pressure"]
+    expanded = clearance * ratio ** (1.0 / columns["expansion_exponent"])
+    compressed = (1.0 + clearance) * ratio ** (-1.0 / columns["compression_exponent"])
+    suction = _angle_of(2.0 * (expanded - clearance), columns["crank_ratio"])
+    delivery = 2.0 * math.pi - _angle_of(2.0 * (compressed - clearance), columns["crank_ratio"])
+    return suction, delivery
+
+
+def _angle_of(travel: Floats, ratio: Floats) -> Floats:
+    """Crank angle [rad, 0..pi] of a travel x/r, by the law of cosines in crank, rod and axis."""
+    distance = 1.0 + 1.0 / ratio - travel
+    cosine = (1.0 + distance**2 - ratio**-2.0) / (2.0 * distance)
+    return np.asarray(np.arccos(np.where((travel >= 0.0) & (travel <= 2.0), cosine, np.nan)))
+
+
+def _refusals(columns: Mapping[str, Floats]) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Find what is no cycle: where, and the line that says it of the first."""
+
+    def said(name: str, bad: NDArray[np.bool_], allowed: str) -> str:
+        unit, size = FILE_UNITS[name]
+        if not bad.any():
+            return ""
+        value = float(columns[name][bad].flat[0])
+        if not math.isfinite(value):
+            return f"{name} = {value}: must be a finite number"
+        words = "" if unit == "1" else f" {unit}"
+        return f"{name} = {value / size:.6g}{words}: must be {allowed}"
+
+    for name, (unit, size, low, high, ends) in _FIELDS.items():
+        value = columns[name]
+        within = (value >= low * size) & (value <= high * size)
+        if not ends:
+            within &= (value != low * size) & (value != high * size)
+        words = "" if unit == "1" else f" {unit}"
+        yield ~within, said(name, ~within, f"between {low:.6g} and {high:.6g}{words}")
+    bad = ~(columns["delivery_pressure"] > columns["suction_pressure"])
+    yield bad, said("delivery_pressure", bad, "above suction_pressure")
+    bad = columns["suction_loss"] > 0.5 * columns["suction_pressure"]
+    yield bad, said("suction_loss", bad, "at most half of suction_pressure")
+    with np.errstate(all="ignore"):
+        suction, delivery = _openings(columns)
+        both = 2.0 * columns["valve_ramp"]
+        bad = ~(suction + both <= math.pi)
+        yield bad, said("delivery_pressure", bad, "lower: the clearance's gas leaves no suction")
+        bad = ~(delivery + both <= 2.0 * math.pi)
+        yield bad, said("delivery_pressure", bad, "lower: it is reached too late for a delivery")
+
+
+class Case(NamedTuple):
+    """One compressor as the kernel sees it: the fields in their order, and the openings."""
+
+    clearance: float
+    crank_ratio: float
+    suction_pressure: float
+    delivery_pressure: float
+    suction_loss: float
+    delivery_loss: float
+    compression_exponent: float
+    expansion_exponent: float
+    ramp: float
+    lag: float
+    suction: float
+    delivery: float
+
+
+@inlined
+def coefficients(phi: float, sine: float, cosine: float, case: Case) -> tuple[float, float]:
+    """Coefficients of p' = source - decay p at an angle from 0 to 2 pi."""
+    volume = case.clearance + 0.5 * position_at(sine, cosine, case.crank_ratio)
+    speed = velocity_at(sine, cosine, case.crank_ratio)
+    # Exponents change while a valve is wide open, where they have no effect.
+    if phi < math.pi:
+        opened = smooth_step((phi - case.suction) / case.ramp)
+        opened *= smooth_step((math.pi - phi) / case.ramp)
+        line = case.suction_pressure - case.suction_loss * speed * speed
+        first = phi < 0.5 * (case.suction + math.pi)
+    else:
+        opened = smooth_step((phi - case.delivery) / case.ramp)
+        opened *= smooth_step((2.0 * math.pi - phi) / case.ramp)
+        line = case.delivery_pressure + case.delivery_loss * speed * speed
+        first = phi > 0.5 * (case.delivery + 2.0 * math.pi)
+    power = case.expansion_exponent if first else case.compression_exponent
+    decay = (1.0 - opened) * power * 0.5 * speed / volume + opened / case.lag
+    return opened * line / case.lag, decay
+
+
+@inlined
+def advance(phi: float, h: float, p: float, case: Case) -> float:
+    """Pressure after one step of Butcher's method (`first_law_kernel`)."""
+    s0, c0 = math.sin(phi), math.cos(phi)
+    s6, c6 = math.sin(h / 6.0), math.cos(h / 6.0)
+    s3, c3 = turned(s6, c6, s6, c6)
+    a0, b0 = coefficients(phi, s0, c0, case)
+    s, c = turned(s0, c0, s3, c3)
+    a1, b1 = coefficients(phi + h / 3.0, s, c, case)
+    s, c = turned(s, c, s6, c6)
+    a2, b2 = coefficients(phi + 0.5 * h, s, c, case)
+    s, c = turned(s, c, s6, c6)
+    a3, b3 = coefficients(phi + h / 1.5, s, c, case)
+    s, c = turned(s, c, s3, c3)
+    a4, b4 = coefficients(phi + h, s, c, case)
+    k1 = a0 - b0 * p
+    k2 = a1 - b1 * (p + h / 3.0 * k1)
+    k3 = a3 - b3 * (p + h / 1.5 * k2)
+    k4 = a1 - b1 * (p + h / 12.0 * (k1 + 4.0 * k2 - k3))
+    k5 = a2 - b2 * (p + h / 16.0 * (18.0 * k2 - k1 - 3.0 * k3 - 6.0 * k4))
+    k6 = a2 - b2 * (p + h / 8.0 * (9.0 * k2 - 3.0 * k3 - 6.0 * k4 + 4.0 * k5))
+    k7 = a4 - b4 * (p + h / 44.0 * (9.0 * k1 - 36.0 * k2 + 63.0 * k3 + 72.0 * k4 - 64.0 * k6))
+    return p + weighted(h, k1, k3, k4, k5, k6, k7)
+
+
+@inlined
+def follow(case: Case, angle: Floats, pressure: Floats, slope: Floats, breaks: Floats) -> int:
+    """Follow a cycle from top dead centre until it repeats; its outcome."""
+    count = angle.size
+    step = 2.0 * math.pi / count
+    width = min(min(LARGEST_STEP, case.lag / STEPS_OF_LAG), case.ramp / STEPS_OF_RAMP)
+    breaks[0], breaks[1], breaks[2] = case.suction, case.suction + case.ramp, math.pi - case.ramp
+    breaks[3], breaks[4], breaks[5] = math.pi, case.delivery, case.delivery + case.ramp
+    breaks[6], breaks[7] = 2.0 * math.pi - case.ramp, 2.0 * math.pi
+    p = case.delivery_pressure
+    for _ in range(MOST_PASSES):
+        begin, phi = p, 0.0
+        following = int(math.ceil(-angle[0] / step - 1e-9))
+        edge = 0
+        while edge < breaks.size:
+            mark = angle[0] + following * step
+            if mark <= phi + 1e-12:
+                source, decay = coefficients(phi, math.sin(phi), math.cos(phi), case)
+                pressure[following % count] = p
+                slope[following % count] = source - decay * p
+                following += 1
+                continue
+            if breaks[edge] <= phi + 1e-12:
+                edge += 1
+                continue
+            target = min(breaks[edge], mark)
+            steps = int(math.ceil((target - phi) / width - 1e-9))
+            h = (target - phi) / steps
+            for i in range(steps):
+                p = advance(phi + i * h, h, p, case)
+            phi = target
+        if abs(p - begin) <= REPEATS * begin:
+            return status.CONVERGED
+    return status.NOT_CONVERGED
+
+
+@kernel
+def _integrate(
+    cases: Floats,
+    rows: Integers,
+    angle: Floats,
+    pressure: Floats,
+    slope: Floats,
+    outcome: Integers,
+) -> None:
+    """Fill in the rows `rows` of the tables."""
+    breaks = on_stack(8)
+    for i in range(8):
+        breaks[i] = 0.0
+    for index in range(rows.size):
+        row = rows[index]
+        r = cases[row]
+        case = Case(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
+        outcome[row] = follow(case, angle, pressure[row], slope[row], breaks)
+        if outcome[row] != status.CONVERGED:
+            pressure[row, :] = math.nan
+            slope[row, :] = math.nan

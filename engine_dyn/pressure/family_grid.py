@@ -1,0 +1,404 @@
+"""Families of indicator diagrams over load and speed, measured or modelled, on a full grid.
+
+Between neighbours it does in both directions what `indicator.Family` does over load: the angle is
+warped until the peaks meet, the logarithms of the pressures are blended, and the result is a table
+of rows between which the diagram is linear in load and in speed.
+
+Angles are in radians, pressures in pascal, speeds in rad/s. Messages speak in rpm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine_dyn.pressure.diagram import (
+    DEGREE,
+    LARGEST_SHIFT,
+    Diagram,
+    Family,
+    blend,
+    morph,
+    on_common_knots,
+)
+
+__all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_diagrams"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+RPM = math.pi / 30.0
+
+SPEED_STEP = 0.02
+"""Largest step between rows over speed, as a share of the lower of two given speeds."""
+
+
+class Place(NamedTuple):
+    """Where points of load and speed lie in the table; arrays of one shape.
+
+    The diagram is the sum of four rows: `row` and `row + across` at the lower load, of the second
+    with the share `over_speed`; `row + along` and `row + along + across` at the higher load, with
+    the share `over_load`. A share of exactly 0 needs no other row, which then need not exist.
+    """
+
+    row: IntArray
+    over_load: FloatArray
+    over_speed: FloatArray
+    along: int
+    across: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyGrid:
+    """Indicator diagrams over load and speed, and every point between the outermost.
+
+    Make it with `grid_from_diagrams`, which checks that no diagram is missing.
+
+    Attributes
+    ----------
+    columns : tuple of Family
+        The diagrams over load at each given speed: the same loads and knots in all.
+    speeds : ndarray, shape (S,)
+        Given speeds [rad/s], strictly ascending.
+    """
+
+    columns: tuple[Family, ...]
+    speeds: FloatArray
+    _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def loads(self) -> FloatArray:
+        """Given loads [percent], strictly ascending."""
+        return self.columns[0].loads
+
+    @property
+    def low(self) -> float:
+        """Lowest load [percent]."""
+        return self.columns[0].low
+
+    @property
+    def high(self) -> float:
+        """Highest load [percent]."""
+        return self.columns[0].high
+
+    @property
+    def diagrams(self) -> tuple[Diagram, ...]:
+        """All given diagrams, those of one speed beside each other."""
+        return tuple(diagram for column in self.columns for diagram in column.diagrams)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyGrid:
+        """Grid of the diagrams that `change` makes of the given ones."""
+        return grid_from_diagrams(
+            [
+                (load, speed, change(diagram))
+                for speed, column in zip(self.speeds.tolist(), self.columns, strict=True)
+                for load, diagram in zip(column.loads.tolist(), column.diagrams, strict=True)
+            ]
+        )
+
+    def at_speeds(self, speeds: ArrayLike) -> FamilyAtSpeeds:
+        """Diagrams over load at some speeds [rad/s] within the grid, in any order."""
+        wanted = np.unique(np.asarray(speeds, dtype=np.float64))
+        self.locate(self.low, wanted)
+        return FamilyAtSpeeds(self.loads, self.diagrams, self, wanted)
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table: its loads times its speeds."""
+        return self.columns[0].row_count * self.speed_count
+
+    @property
+    def speed_count(self) -> int:
+        """Number of speeds of the table; rows of one load lie beside each other."""
+        return int(self._first[-1]) + 1
+
+    def locate(self, load: ArrayLike, speed: ArrayLike) -> Place:
+        """Where points lie in the table.
+
+        Parameters
+        ----------
+        load, speed : array_like
+            Loads [percent] and speeds [rad/s]; they broadcast together.
+
+        Raises
+        ------
+        ValueError
+            For a load or a speed outside the grid.
+        """
+        wanted, turning = np.broadcast_arrays(
+            np.asarray(load, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+        )
+        load_row, over_load = self.columns[0].locate(wanted)
+        low, high = float(self.speeds[0]), float(self.speeds[-1])
+        slack = 1e-12 * high
+        bad = ~((turning >= low - slack) & (turning <= high + slack))
+        if bad.any():
+            value = float(turning[bad].flat[0]) / RPM
+            if len(self.speeds) == 1:
+                allowed = f"the engine has diagrams for {low / RPM:g} rpm alone"
+            else:
+                allowed = f"the engine's diagrams cover {low / RPM:g}..{high / RPM:g} rpm"
+            raise ValueError(f"speed {value:g} rpm is not allowed: {allowed}")
+        inside = np.clip(turning, low, high)
+        segment = np.searchsorted(self.speeds, inside, side="right") - 1
+        width = np.diff(self.speeds, append=high + 1.0)
+        steps = np.append(self._steps, 1)
+        place = (inside - self.speeds[segment]) / width[segment] * steps[segment]
+        # A speed meant to be a row is taken as the row.
+        nearest = np.rint(place)
+        place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
+        whole = np.floor(place)
+        speed_row = (self._first[segment] + whole).astype(np.int64)
+        along = self.speed_count
+        return Place(load_row * along + speed_row, over_load, np.asarray(place - whole), along)
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table, made when first asked for.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        known = self._rows.get(index)
+        if known is None:
+            load_row, speed_row = divmod(index, self.speed_count)
+            segment = int(np.searchsorted(self._first, speed_row, side="right")) - 1
+            inside = speed_row - int(self._first[segment])
+            known = self.columns[segment].row(load_row)
+            if inside > 0:
+                share = inside / int(self._steps[segment])
+                known = morph(known, self.columns[segment + 1].row(load_row), share)
+            self._rows[index] = known
+        return known
+
+    def at(self, load: float, speed: float) -> Diagram:
+        """Diagram at one load [percent] and speed [rad/s]: the blend of its four rows.
+
+        Raises
+        ------
+        ValueError
+            For a load or a speed outside the grid.
+        """
+        place = self.locate(load, speed)
+        row, u, v = int(place.row), float(place.over_load), float(place.over_speed)
+        shares = {
+            row: (1.0 - u) * (1.0 - v),
+            row + place.across: (1.0 - u) * v,
+            row + place.along: u * (1.0 - v),
+            row + place.along + place.across: u * v,
+        }
+        parts = [(self.row(i), share) for i, share in shares.items() if share > 0.0]
+        first = parts[0][0]
+        if len(parts) == 1:
+            return first
+        # The spline is linear in its values, so the blend of slopes is the slope of the blend.
+        return Diagram(
+            first.angle,
+            np.sum([share * part.pressure for part, share in parts], axis=0),
+            np.sum([share * part.slope for part, share in parts], axis=0),
+            first.period,
+        )
+
+    def peak(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+        """Return p_max [Pa] of the diagram at each load [percent] and speed [rad/s].
+
+        Raises
+        ------
+        ValueError
+            For a load or a speed outside the grid.
+        """
+        wanted, turning = np.broadcast_arrays(
+            np.asarray(load, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+        )
+        points = np.stack([wanted.reshape(-1), turning.reshape(-1)], axis=-1)
+        values, places = np.unique(points, axis=0, return_inverse=True)
+        self.locate(values[:, 0], values[:, 1])
+        peaks = np.array([self.at(float(a), float(b)).peak for a, b in values])
+        return peaks[places.reshape(-1)].reshape(wanted.shape)
+
+    @cached_property
+    def _steps(self) -> IntArray:
+        """Count the table steps between each two given speeds."""
+        relative = np.diff(self.speeds) / (SPEED_STEP * self.speeds[:-1])
+        steps: IntArray = np.ceil(relative - 1e-9).astype(np.int64)
+        return steps
+
+    @cached_property
+    def _first(self) -> IntArray:
+        """Find the row, over speed, of each given speed."""
+        rows: IntArray = np.concatenate(([0], np.cumsum(self._steps))).astype(np.int64)
+        return rows
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyAtSpeeds(Family):
+    """Families over load at some speeds of a grid, their rows behind each other in one table.
+
+    What blends two neighbouring rows then sees a family over load, at each of the speeds. Make it
+    with `FamilyGrid.at_speeds`. `diagrams` are those given, at all speeds of the grid.
+    """
+
+    grid: FamilyGrid
+    speeds: FloatArray
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        return self._rows_of_speed * len(self.speeds)
+
+    @property
+    def _rows_of_speed(self) -> int:
+        return self.grid.columns[0].row_count
+
+    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+        """Return the places in the table of loads [percent] at speeds [rad/s] out of `speeds`."""
+        row, weight = self.locate(load)
+        wanted = np.asarray(speed, dtype=np.float64)
+        above = np.searchsorted(self.speeds, wanted).clip(0, len(self.speeds) - 1)
+        below = np.maximum(above - 1, 0)
+        nearer = np.abs(self.speeds[below] - wanted) < np.abs(self.speeds[above] - wanted)
+        return np.asarray(row + weight + np.where(nearer, below, above) * self._rows_of_speed)
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table, made when first asked for.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        known = self._rows.get(index)
+        if known is None:
+            number, load_row = divmod(index, self._rows_of_speed)
+            place = self.grid.locate(self.low, self.speeds[number])
+            here = load_row * place.along + int(place.row)
+            known, share = self.grid.row(here), float(place.over_speed)
+            if share > 0.0:
+                known = blend(known, self.grid.row(here + place.across), share)
+            self._rows[index] = known
+        return known
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyAtSpeeds:
+        """Family of the diagrams that `change` makes of the given ones."""
+        return self.grid.each(change).at_speeds(self.speeds)
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyStack(Family):
+    """Families of one engine whose modelled cycles differ, their rows behind each other.
+
+    All have the same loads and as many rows. Make it with `FamilyStack.of`.
+    """
+
+    members: tuple[Family, ...]
+
+    @classmethod
+    def of(cls, members: Sequence[Family]) -> FamilyStack:
+        """Stack families of the same loads and speeds."""
+        diagrams = tuple(diagram for member in members for diagram in member.diagrams)
+        return cls(members[0].loads, diagrams, tuple(members))
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        return self.members[0].row_count * len(self.members)
+
+    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+        """Places of loads and speeds in the table of one member, where they have speeds."""
+        first = self.members[0]
+        assert isinstance(first, FamilyAtSpeeds)
+        return first.place(load, speed)
+
+    def row_of(self, number: ArrayLike, place: ArrayLike) -> FloatArray:
+        """Places in the table of the members `number`, by the places in their own tables."""
+        before = np.asarray(number, dtype=np.float64) * self.members[0].row_count
+        return np.asarray(before + np.asarray(place))
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        number, row = divmod(index, self.members[0].row_count)
+        return self.members[number].row(row)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> FamilyStack:
+        """Stack of the families of the diagrams that `change` makes."""
+        return FamilyStack.of([member.each(change) for member in self.members])
+
+
+def grid_from_diagrams(entries: Sequence[tuple[float, float, Diagram]]) -> FamilyGrid:
+    """Check diagrams over load and speed and make a grid of them.
+
+    Parameters
+    ----------
+    entries : sequence of (load, speed, diagram)
+        Load [percent], speed [rad/s] and diagram, in any order: every load at every speed once.
+
+    Raises
+    ------
+    ValueError
+        With one line that names the first of: no diagrams, loads that are negative or not finite,
+        speeds that are not positive, a point given twice, a point that is missing, different
+        periods, peaks of neighbours more than 60 degrees apart.
+    """
+    if not entries:
+        raise ValueError("a grid needs at least one diagram")
+    for load, speed, _ in entries:
+        if not (math.isfinite(load) and load >= 0.0):
+            raise ValueError(f"load {load:g} percent is not allowed: it must be 0 or more")
+        if not (math.isfinite(speed) and speed > 0.0):
+            raise ValueError(f"speed {speed / RPM:g} rpm is not allowed: it must be positive")
+    loads = sorted({load for load, _, _ in entries})
+    speeds = sorted({speed for _, speed, _ in entries})
+    found: dict[tuple[float, float], Diagram] = {}
+    for load, speed, diagram in entries:
+        if (load, speed) in found:
+            raise ValueError(f"two diagrams for {_point(load, speed)}: one is allowed")
+        found[load, speed] = diagram
+    for load in loads:
+        for speed in speeds:
+            if (load, speed) not in found:
+                raise ValueError(
+                    f"no diagram for {_point(load, speed)}: each of the {len(loads)} loads needs "
+                    f"one at each of the {len(speeds)} speeds"
+                )
+    period = entries[0][2].period
+    if any(diagram.period != period for _, _, diagram in entries):
+        raise ValueError("diagrams of one grid must be all four-stroke or all two-stroke")
+    common = on_common_knots([found[load, speed] for speed in speeds for load in loads])
+    columns = [common[i * len(loads) : (i + 1) * len(loads)] for i in range(len(speeds))]
+    places = np.array([[diagram.peak_angle for diagram in column] for column in columns])
+    for i, j in np.ndindex(places.shape):
+        for k, m in ((i + 1, j), (i, j + 1)):
+            if k == len(speeds) or m == len(loads):
+                continue
+            shift = abs(float(places[i, j] - places[k, m]))
+            if shift > LARGEST_SHIFT:
+                raise ValueError(
+                    f"peaks of the diagrams for {_point(loads[j], speeds[i])} and "
+                    f"{_point(loads[m], speeds[k])} are {shift / DEGREE:.6g} degrees apart, "
+                    f"allowed are {LARGEST_SHIFT / DEGREE:g}"
+                )
+    values = np.array(loads, dtype=np.float64)
+    return FamilyGrid(tuple(Family(values, column) for column in columns), np.array(speeds))
+
+
+def _point(load: float, speed: float) -> str:
+    return f"{load:g} percent at {speed / RPM:g} rpm"

@@ -1,0 +1,635 @@
+"""Modelled cycles by the first law: one zone, gas that depends on temperature, loss to the walls.
+
+Beside `cycle`, whose effective exponents hold everything, this one says where the heat goes. While
+the cylinder is closed its gas is one zone of ideal gas of fixed mass; heat comes from one or two
+Wiebe functions and goes to the walls by Woschni's formula, by a polytrope, or not at all. While it
+is open, the pressure relaxes to the manifolds, through valves (four-stroke) or ports (two-stroke).
+Residual gas, blow-by, dissociation and the chemistry of burnt gas are left out.
+
+Everything is per swept volume, so that bore, stroke and speed enter through Woschni alone. Angles
+are in radians from firing top dead centre, pressures absolute, all SI. A batch of cycles is one
+call of one kernel: `tabulate`.
+
+Sources
+-------
+Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: first law of one zone, ch. 9;
+Wiebe function, eq. 9.30; Woschni's formula with its constants, section 12.4. Gatowski, Balles,
+Chun, Nelson, Ekchian and Heywood, SAE paper 841359, 1984: ratio of specific heats linear in
+temperature (constants as they are usually quoted; the paper itself was not compared). Woschni, SAE
+paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary Differential Equations, Wiley 1987:
+Runge-Kutta method of order six in seven stages.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine_dyn import status
+from engine_dyn.geometry import slider_crank
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.first_law_kernel import (
+    BURNT_OUT,
+    HOTTEST,
+    POLYTROPIC,
+    WOSCHNI,
+    WOSCHNI_FACTOR,
+    WOSCHNI_PISTON,
+    Case,
+    integrate,
+)
+
+__all__ = [
+    "FIELDS_OF_WALL",
+    "FOUR_STROKE_UNITS",
+    "TWO_STROKE_UNITS",
+    "WALLS",
+    "Diagrams",
+    "FourStrokeCycle",
+    "TwoStrokeCycle",
+    "table_angles",
+    "tabulate",
+]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+DEGREE = math.pi / 180.0
+BAR = 1e5
+
+WALLS = ("adiabatic", "polytropic", "woschni")
+"""Models of the heat that goes to the walls."""
+
+GAMMA_300, GAMMA_SLOPE = 1.38, 8e-5
+"""gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted."""
+REFERENCE = 300.0
+
+WIEBE = math.log(1000.0)
+"""Wiebe's factor for a duration that ends when 99.9 % have burnt."""
+
+
+class _Field(NamedTuple):
+    """Unit of a field in files and its range there; `ends` says whether the range's ends belong."""
+
+    unit: str
+    low: float
+    high: float
+    ends: bool = False
+
+
+_SIZE = {
+    "1": 1.0,
+    "bar": BAR,
+    "degree": DEGREE,
+    "K": 1.0,
+    "K-1": 1.0,
+    "m": 1.0,
+    "rpm": math.pi / 30.0,
+}
+
+_GAS = {
+    "compression_ratio": _Field("1", 1.5, 40.0),
+    "crank_ratio": _Field("1", 0.0, 1.0),
+    "intake_pressure": _Field("bar", 0.0, 20.0),
+    "exhaust_pressure": _Field("bar", 0.0, 20.0),
+    "charge_temperature": _Field("K", 200.0, 700.0),
+    "heat": _Field("bar", 0.0, 200.0, ends=True),
+    "combustion_start": _Field("degree", -90.0, 90.0),
+    "combustion_duration": _Field("degree", 2.0, 270.0),
+    # Below 1 the rate of heat release has a corner that no spline follows.
+    "combustion_form": _Field("1", 1.0, 10.0, ends=True),
+    "valve_ramp": _Field("degree", 2.0, 90.0),
+    "valve_lag": _Field("degree", 0.5, 45.0),
+}
+_FURTHER = {
+    "offset_ratio": _Field("1", -10.0, 10.0),
+    "premixed_share": _Field("1", 0.0, 1.0, ends=True),
+    "premixed_start": _Field("degree", -90.0, 90.0),
+    "premixed_duration": _Field("degree", 2.0, 180.0),
+    "premixed_form": _Field("1", 1.0, 10.0, ends=True),
+    "wiebe_factor": _Field("1", 1.0, 20.0),
+    "gamma_300": _Field("1", 1.0, 5.0 / 3.0, ends=True),
+    "gamma_slope": _Field("K-1", 0.0, 3e-4, ends=True),
+}
+_OF_WALL = {
+    POLYTROPIC: {
+        "compression_exponent": _Field("1", 1.0, 5.0 / 3.0),
+        "expansion_exponent": _Field("1", 1.0, 5.0 / 3.0),
+    },
+    WOSCHNI: {
+        "wall_temperature": _Field("K", 200.0, 1200.0),
+        "wall_factor": _Field("1", 0.0, 10.0, ends=True),
+        "bore": _Field("m", 0.0, 3.0),
+        "stroke": _Field("m", 0.0, 6.0),
+        "speed": _Field("rpm", 0.0, 30000.0),
+    },
+}
+_VALVES = {
+    "intake_loss": _Field("bar", 0.0, 10.0, ends=True),
+    "exhaust_loss": _Field("bar", 0.0, 10.0, ends=True),
+    "intake_closing": _Field("degree", -180.0, -45.0),
+    "exhaust_opening": _Field("degree", 45.0, 180.0),
+}
+_PORTS = {
+    "exhaust_opening": _Field("degree", 45.0, 180.0),
+    "scavenge_opening": _Field("degree", 45.0, 180.0),
+    "exhaust_closing": _Field("degree", -180.0, -45.0),
+}
+FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
+    word: tuple(_OF_WALL.get(code, ())) for code, word in enumerate(WALLS)
+}
+"""Fields that one model of the walls needs, and no other takes."""
+
+_WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
+
+
+def _units(*parts: Mapping[str, _Field]) -> dict[str, tuple[str, float]]:
+    return {n: (item.unit, _SIZE[item.unit]) for part in parts for n, item in part.items()}
+
+
+FOUR_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _VALVES)
+"""Unit in which an engine file gives each number of a FourStrokeCycle, and its size in SI."""
+TWO_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _PORTS)
+"""The same of a TwoStrokeCycle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _ClosedCycle:
+    """What four-stroke and two-stroke cycles share."""
+
+    compression_ratio: float
+    crank_ratio: float
+    intake_pressure: float
+    exhaust_pressure: float
+    charge_temperature: float
+    heat: float
+    combustion_start: float
+    combustion_duration: float
+    combustion_form: float
+    valve_ramp: float
+    valve_lag: float
+    offset_ratio: float = 0.0
+    premixed_share: float = 0.0
+    premixed_start: float = 0.0
+    premixed_duration: float = 10.0 * DEGREE
+    premixed_form: float = 2.0
+    wiebe_factor: float = WIEBE
+    gamma_300: float = GAMMA_300
+    gamma_slope: float = GAMMA_SLOPE
+    wall: str = "adiabatic"
+    compression_exponent: float = math.nan
+    expansion_exponent: float = math.nan
+    wall_temperature: float = math.nan
+    wall_factor: float = 1.0
+    bore: float = math.nan
+    stroke: float = math.nan
+    speed: float = math.nan
+
+    period: ClassVar[float]
+    units: ClassVar[dict[str, tuple[str, float]]]
+
+    def __post_init__(self) -> None:
+        """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        columns = {n: np.asarray(v, dtype=np.float64) for n, v in values.items() if n != "wall"}
+        for bad, message in _refusals(type(self), columns, _wall_code(self.wall)):
+            if bad.any():
+                raise ValueError(message(0))
+
+    def volume(self, phi: ArrayLike) -> Floats:
+        """Cylinder volume over the swept volume [1] at crank angles [rad]."""
+        travel = slider_crank.position(phi, self.crank_ratio, self.offset_ratio)
+        if self.offset_ratio != 0.0:
+            travel = travel / slider_crank.dead_centres(self.crank_ratio, self.offset_ratio).stroke
+        return np.asarray(1.0 / (self.compression_ratio - 1.0) + 0.5 * travel, dtype=np.float64)
+
+    def burnt_fraction(self, phi: ArrayLike) -> Floats:
+        """Part of the heat released by each crank angle [rad], 0..1 (Heywood eq. 9.30)."""
+        total: Floats = np.zeros(np.shape(phi))
+        for share, start, duration, form in (
+            (
+                1.0 - self.premixed_share,
+                self.combustion_start,
+                self.combustion_duration,
+                self.combustion_form,
+            ),
+            (
+                self.premixed_share,
+                self.premixed_start,
+                self.premixed_duration,
+                self.premixed_form,
+            ),
+        ):
+            time = np.clip((np.asarray(phi) - start) / duration, 0.0, BURNT_OUT)
+            total = total - share * np.expm1(-self.wiebe_factor * time ** (form + 1.0))
+        return total
+
+    def gamma(self, temperature: ArrayLike) -> Floats:
+        """Ratio of specific heats [1] at temperatures [K] (after Gatowski et al. 1984)."""
+        warmer = np.asarray(temperature, dtype=np.float64) - REFERENCE
+        return np.asarray(self.gamma_300 - self.gamma_slope * warmer)
+
+    def points(self, step_degrees: float = 0.5) -> tuple[Floats, Floats]:
+        """Tabulate the cycle for a Diagram.
+
+        Parameters
+        ----------
+        step_degrees : float
+            Step of the table [degree]; the cycle must be a multiple of it. 0.5 by default.
+
+        Returns
+        -------
+        angle, pressure : ndarray
+            Crank angle [rad] from -period/2, end excluded, and absolute pressure [Pa].
+
+        Raises
+        ------
+        ValueError
+            If the step does not divide the cycle or is over 10 degrees; if the pressure does not
+            repeat because the cylinder is open too briefly; if the gas becomes too hot.
+        """
+        found = self._table(step_degrees)
+        return found.angle, found.pressure
+
+    def diagram(self, step_degrees: float = 0.5) -> Diagram:
+        """Indicator diagram with the exact slopes at its points; parameters and errors as `points`.
+
+        Where a combustion starts between two points it follows the curve closer than the spline
+        through the points would.
+        """
+        found = self._table(step_degrees)
+        return Diagram(found.angle, found.pressure, found.slope, self.period)
+
+    def _table(self, step_degrees: float) -> Diagrams:
+        values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
+        found = tabulate(type(self), values, step_degrees)
+        if found.status == status.NOT_CONVERGED:
+            raise ValueError(
+                f"valve_lag = {self.valve_lag / DEGREE:.6g} degree: must be shorter, the cylinder "
+                "is not emptied while it is open"
+            )
+        if found.status == status.INVALID_INPUT:
+            raise ValueError(
+                f"heat = {self.heat / BAR:.6g} bar: must be less, the gas becomes hotter than "
+                f"{HOTTEST:g} K"
+            )
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class FourStrokeCycle(_ClosedCycle):
+    """Parameters of a modelled four-stroke cycle, in SI units and radians.
+
+    While the cylinder is closed, with u the internal energy per mass, v the volume and all heats
+    over the swept volume,
+
+        d(m u)/dphi = Q x'(phi) - p v' - Q_w',      u' = R T'/(gamma(T) - 1),
+        gamma(T) = gamma_300 - gamma_slope (T - 300 K),       p v = m R T,
+
+    where x is the burnt fraction, a sum of two Wiebe functions. Its mass follows from
+    `charge_temperature` at the end of the closing. The loss to the walls is none ("adiabatic");
+    such that an unfired charge follows p v^n ("polytropic", n from the compression's value to the
+    expansion's within 30 degrees of dead centre); or h A (T - T_w)/omega with Woschni's h and
+    the walls of a disc-shaped chamber, A = pi B^2/2 + 4 V/B ("woschni"). The pressure p_m of the
+    motored engine that his formula wants is integrated beside p.
+
+    While a valve is open the pressure relaxes to the manifold's exactly as in `cycle.DieselCycle`;
+    on the ramps between, exponent and loss stay as at the end of the closed part.
+
+    Attributes
+    ----------
+    compression_ratio : float
+        Largest over smallest cylinder volume [1].
+    crank_ratio : float
+        Crank radius over rod length [1].
+    intake_pressure, exhaust_pressure : float
+        Pressure of the manifolds at the valves, absolute [Pa]; a throttle lowers the first.
+    charge_temperature : float
+        Temperature of the charge when the cylinder has closed [K].
+    heat : float
+        Heat released per cycle over the swept volume [Pa = J/m3]; 0 is a motored engine.
+    combustion_start, combustion_duration, combustion_form : float
+        Wiebe function: start [rad], duration [rad] and form exponent m [1].
+    valve_ramp : float
+        Angle over which a valve closes or opens, and half of that of the change from exhaust to
+        intake manifold around gas exchange dead centre [rad].
+    valve_lag : float
+        Angle in which the difference to the manifold pressure falls to 1/e with an open
+        valve [rad].
+    offset_ratio : float
+        Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
+        stroke is the radius that speeds of the piston are taken over.
+    premixed_share, premixed_start, premixed_duration, premixed_form : float
+        Share and Wiebe function of a second, premixed combustion (diesel); no share by default.
+    wiebe_factor : float
+        Factor a in 1 - exp(-a t^(m+1)) [1]; ln 1000 by default, 5 in Heywood.
+    gamma_300, gamma_slope : float
+        Ratio of specific heats at 300 K [1] and its fall per kelvin [1/K].
+    wall : str
+        "adiabatic", "polytropic" or "woschni".
+    compression_exponent, expansion_exponent : float
+        Polytropic exponents [1], needed by "polytropic" alone.
+    wall_temperature, wall_factor, bore, stroke, speed : float
+        Mean temperature of the walls [K], factor on Woschni's h [1], bore and stroke [m], crank
+        speed [rad/s], needed by "woschni" alone.
+    intake_loss, exhaust_loss : float
+        Difference of pressure across the open valve while the piston is as fast as the crank
+        pin [Pa].
+    intake_closing, exhaust_opening : float
+        Intake fully closed [rad, in the compression stroke], exhaust begins to open [rad, in the
+        expansion stroke].
+    """
+
+    intake_loss: float
+    exhaust_loss: float
+    intake_closing: float
+    exhaust_opening: float
+
+    period: ClassVar[float] = 4.0 * math.pi
+    units: ClassVar[dict[str, tuple[str, float]]] = FOUR_STROKE_UNITS
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwoStrokeCycle(_ClosedCycle):
+    """Parameters of a modelled two-stroke cycle, in SI units and radians.
+
+    The closed part is that of `FourStrokeCycle`. The exhaust opens first, and the pressure relaxes
+    to the exhaust's; from the opening of the scavenge ports on, over `valve_ramp`, to that of the
+    scavenge air (`intake_pressure`). Ports open and close symmetrically about bottom dead centre;
+    an exhaust valve (uniflow scavenging) may close at another angle. Where the exhaust closes
+    last, the pressure goes back to the exhaust's before.
+
+    Attributes
+    ----------
+    exhaust_opening, scavenge_opening : float
+        Exhaust and scavenge begin to open [rad, in the expansion stroke].
+    exhaust_closing : float
+        Exhaust fully closed [rad, in the compression stroke]; NaN, the default: -exhaust_opening.
+    """
+
+    exhaust_opening: float
+    scavenge_opening: float
+    exhaust_closing: float = math.nan
+
+    period: ClassVar[float] = 2.0 * math.pi
+    units: ClassVar[dict[str, tuple[str, float]]] = TWO_STROKE_UNITS
+
+
+class Diagrams(NamedTuple):
+    """Tables of a batch of cycles, their shape that of the parameters.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (K,)
+        Crank angle [rad] from -period/2, end excluded.
+    pressure, slope : ndarray, shape (..., K)
+        Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]: with both, a Diagram
+        needs no spline.
+    status : ndarray of int64
+        Outcome (`engine_dyn.status`): converged; invalid_input, for values that are no cycle or
+        gas hotter than 4000 K; not_converged, where the pressure does not repeat. All numbers of
+        the last two are NaN.
+    trapped_pressure : ndarray
+        Pressure when the cylinder has closed [Pa].
+    hottest : ndarray
+        Highest temperature of the gas in the closed cylinder [K].
+    heat, work, wall_loss : ndarray
+        Heat released, work of the gas and heat lost while the cylinder is closed, over the swept
+        volume [Pa].
+    """
+
+    angle: Floats
+    pressure: Floats
+    slope: Floats
+    status: Integers
+    trapped_pressure: Floats
+    hottest: Floats
+    heat: Floats
+    work: Floats
+    wall_loss: Floats
+
+
+def table_angles(period: float, step_degrees: float) -> Floats:
+    """Crank angles [rad] of a table from -period/2, end excluded.
+
+    Raises
+    ------
+    ValueError
+        If the step does not divide the cycle or is over 10 degrees.
+    """
+    whole = round(period / DEGREE)
+    count = round(whole / step_degrees) if step_degrees > 0.0 else 0
+    if count * 10 < whole or not math.isclose(count * step_degrees, whole, rel_tol=1e-12):
+        raise ValueError(
+            f"step = {step_degrees:g} degree: {whole} must be a multiple of it, at most 10"
+        )
+    angle: Floats = np.arange(count, dtype=np.float64) * (period / count) - 0.5 * period
+    return angle
+
+
+def tabulate(
+    kind: type[_ClosedCycle],
+    values: Mapping[str, Any],
+    step_degrees: float = 0.5,
+) -> Diagrams:
+    """Tabulate a batch of cycles.
+
+    Parameters
+    ----------
+    kind : type
+        FourStrokeCycle or TwoStrokeCycle.
+    values : mapping
+        Its fields in SI units, scalars or arrays that broadcast together; `wall` is one word for
+        all. Fields with a default may be missing.
+    step_degrees : float
+        Step of the table [degree]; the cycle must be a multiple of it.
+
+    Returns
+    -------
+    Diagrams
+        Values that are no cycle make that diagram NaN and its status invalid_input; nothing is
+        raised for them. Building `kind` with those values says what is wrong.
+
+    Raises
+    ------
+    ValueError
+        For unknown or missing fields, arrays that do not broadcast, a wall that is not one of
+        WALLS, or a step that does not divide the cycle.
+    """
+    angle = table_angles(kind.period, step_degrees)
+    given = dict(values)
+    wall = _wall_code(given.pop("wall", "adiabatic"))
+    known = {item.name: item.default for item in fields(kind) if item.name != "wall"}
+    for name in given:
+        if name not in known:
+            raise ValueError(f"{name}: no field of {kind.__name__}")
+    for name, default in known.items():
+        if name not in given:
+            if not isinstance(default, float):
+                raise ValueError(f"{name}: missing; {kind.__name__} needs it")
+            given[name] = default
+    wide = np.broadcast_arrays(*(np.asarray(given[name], dtype=np.float64) for name in known))
+    shape = wide[0].shape
+    columns = {name: array.reshape(-1) for name, array in zip(known, wide, strict=True)}
+    bad = np.zeros(columns["heat"].size, dtype=np.bool_)
+    with np.errstate(invalid="ignore"):
+        for wrong, _ in _refusals(kind, columns, wall):
+            bad |= wrong
+
+    count, size = len(angle), bad.size
+    outcome = np.where(bad, status.INVALID_INPUT, status.CONVERGED).astype(np.int64)
+    pressure, slope = np.full((size, count), np.nan), np.full((size, count), np.nan)
+    summary = np.full((size, len(_SUMMARY)), np.nan)
+    good = np.flatnonzero(~bad)
+    if good.size:
+        cases = _cases(kind, columns, wall)
+        integrate(cases, good, kind.period, angle, pressure, slope, summary, outcome)
+    rest = {name: summary[:, i].reshape(shape) for i, name in enumerate(_SUMMARY)}
+    return Diagrams(
+        angle,
+        pressure.reshape(*shape, count),
+        slope.reshape(*shape, count),
+        outcome.reshape(shape),
+        **rest,
+    )
+
+
+_SUMMARY = ("trapped_pressure", "hottest", "heat", "work", "wall_loss")
+
+
+def _wall_code(wall: str) -> int:
+    if wall not in WALLS:
+        allowed = ", ".join(f"'{word}'" for word in WALLS)
+        raise ValueError(f"wall = {wall!r}: must be one of {allowed}")
+    return WALLS.index(wall)
+
+
+def _refusals(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Iterator[Any]:
+    """Find what is no cycle: where (an array), and a function of the place that says it."""
+    four = kind is FourStrokeCycle
+    ranges = {**_GAS, **_FURTHER, **(_VALVES if four else _PORTS), **_OF_WALL.get(wall, {})}
+
+    def said(name: str, allowed: str) -> Any:
+        unit, size = kind.units[name]
+        words = "" if unit == "1" else f" {unit}"
+
+        def message(place: int) -> str:
+            value = float(columns[name].reshape(-1)[place])
+            if not math.isfinite(value):
+                return f"{name} = {value}: must be a finite number"
+            return f"{name} = {value / size:.6g}{words}: must be {allowed}"
+
+        return message
+
+    for name, (unit, low, high, ends) in ranges.items():
+        size, words = _SIZE[unit], "" if unit == "1" else f" {unit}"
+        value = columns[name]
+        within = (value >= low * size) & (value <= high * size)
+        if not ends:
+            within &= (value != low * size) & (value != high * size)
+        if name == "exhaust_closing":
+            within |= np.isnan(value)
+        yield ~within, said(name, f"between {low:.6g} and {high:.6g}{words}")
+
+    offset, ratio = columns["offset_ratio"], columns["crank_ratio"]
+    yield (
+        ~(ratio * (1.0 + np.abs(offset)) < 1.0),
+        said("offset_ratio", "such that the crank turns: with the crank radius below the rod"),
+    )
+    closing, opening = _closing(kind, columns), columns["exhaust_opening"]
+    starts = [columns["combustion_start"]]
+    starts.append(np.where(columns["premixed_share"] > 0.0, columns["premixed_start"], starts[0]))
+    last = "intake_closing" if four else "scavenge_opening"
+    if not four:
+        yield (
+            columns["scavenge_opening"] <= opening,
+            said("scavenge_opening", "after exhaust_opening"),
+        )
+        last = "exhaust_opening"
+    else:
+        for name, source in (
+            ("intake_loss", "intake_pressure"),
+            ("exhaust_loss", "exhaust_pressure"),
+        ):
+            yield columns[name] > 0.5 * columns[source], said(name, f"at most half of {source}")
+    for name, start in zip(("combustion_start", "premixed_start"), starts, strict=True):
+        yield start <= closing, said(name, f"after the cylinder has closed ({last})")
+        yield start >= opening, said(name, "before exhaust_opening")
+    ramp = columns["valve_ramp"]
+    room = kind.period + closing - opening
+    yield (
+        2.0 * ramp > room,
+        said("valve_ramp", "at most half the time for which the cylinder is open"),
+    )
+
+
+def _closing(kind: type[_ClosedCycle], columns: Mapping[str, Floats]) -> Floats:
+    """Angle [rad] at which the cylinder has closed."""
+    if kind is FourStrokeCycle:
+        return columns["intake_closing"]
+    exhaust = columns["exhaust_closing"]
+    exhaust = np.where(np.isnan(exhaust), -columns["exhaust_opening"], exhaust)
+    return np.asarray(np.maximum(exhaust, -columns["scavenge_opening"]))
+
+
+def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
+    """Half the stroke over the crank radius; 1 where there is no offset, or no cycle."""
+    ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
+    turns = ratio * (1.0 + np.abs(offset)) < 1.0
+    some = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
+    return np.asarray(slider_crank.dead_centres(*some).stroke)
+
+
+def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Floats:
+    """Rows of `Case`."""
+    four = kind is FourStrokeCycle
+    size = columns["heat"].size
+    zero, one = np.zeros(size), np.ones(size)
+    warmer = columns["charge_temperature"] - REFERENCE
+    bore, stroke, speed = (columns[n] for n in ("bore", "stroke", "speed"))
+    closing = _closing(kind, columns)
+    scavenge = zero if four else columns["scavenge_opening"]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        case: dict[str, Floats] = dict(
+            two_stroke=zero if four else one,
+            wall=wall * one,
+            clearance=1.0 / (columns["compression_ratio"] - 1.0),
+            crank_ratio=columns["crank_ratio"],
+            offset_ratio=columns["offset_ratio"],
+            half_stroke=_half_strokes(columns),
+            intake_pressure=columns["intake_pressure"],
+            exhaust_pressure=columns["exhaust_pressure"],
+            intake_loss=columns["intake_loss"] if four else zero,
+            exhaust_loss=columns["exhaust_loss"] if four else zero,
+            charge_temperature=columns["charge_temperature"],
+            charge_gamma=columns["gamma_300"] - columns["gamma_slope"] * warmer,
+            gamma_slope=columns["gamma_slope"],
+            heat=columns["heat"],
+            wiebe_factor=columns["wiebe_factor"],
+            share=1.0 - columns["premixed_share"],
+            start=columns["combustion_start"],
+            duration=columns["combustion_duration"],
+            form=columns["combustion_form"],
+            second_start=columns["premixed_start"],
+            second_duration=columns["premixed_duration"],
+            second_form=columns["premixed_form"],
+            compression_exponent=columns["compression_exponent"],
+            expansion_exponent=columns["expansion_exponent"],
+            wall_temperature=columns["wall_temperature"],
+            wall_scale=columns["wall_factor"] * WOSCHNI_FACTOR * bore**-0.2 / speed,
+            wall_ends=2.0 / stroke,
+            wall_liner=4.0 / bore,
+            piston_wind=WOSCHNI_PISTON * stroke * speed / math.pi,
+            closing=closing,
+            opening=columns["exhaust_opening"],
+            ramp=columns["valve_ramp"],
+            lag=columns["valve_lag"],
+            scavenge=scavenge,
+            returns=(closing > -scavenge).astype(np.float64),
+        )
+    return np.stack([case[name] for name in Case._fields], axis=-1)

@@ -1,0 +1,136 @@
+"""A modelled reciprocating pump: the diagram of a liquid that is not compressed, two levels a turn.
+
+The cylinder has the pressure of the suction line from top to bottom dead centre and that of the
+delivery line back to the top, less and more what is lost in the open valve. From a dead centre on,
+over an angle in which the valves change and the liquid gives way, the pressure goes from one level
+to the other, with two continuous derivatives, so that a cubic spline through points at 0.5 degree
+follows it.
+
+Sources
+-------
+Derived here: without losses and with valves that change at once, the work of a turn is the
+difference of the levels times the swept volume.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine_dyn.geometry import slider_crank
+from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
+from engine_dyn.pressure.first_law import table_angles
+
+__all__ = ["FILE_UNITS", "PumpCycle"]
+
+Floats = NDArray[np.float64]
+
+DEGREE = math.pi / 180.0
+BAR = 1e5
+
+# Unit, its size in SI, lowest and highest value in that unit, whether both belong.
+_FIELDS: dict[str, tuple[str, float, float, float, bool]] = {
+    "crank_ratio": ("1", 1.0, 0.0, 1.0, False),
+    "suction_pressure": ("bar", BAR, 0.0, 200.0, False),
+    "delivery_pressure": ("bar", BAR, 0.0, 4000.0, False),
+    "suction_loss": ("bar", BAR, 0.0, 50.0, True),
+    "delivery_loss": ("bar", BAR, 0.0, 50.0, True),
+    "valve_ramp": ("degree", DEGREE, 3.0, 90.0, False),
+    "offset_ratio": ("1", 1.0, -10.0, 10.0, False),
+}
+
+FILE_UNITS: dict[str, tuple[str, float]] = {name: item[:2] for name, item in _FIELDS.items()}
+"""Unit in which a file of a driven machine gives each field, and its size in SI."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PumpCycle:
+    """Parameters of the pump's cycle, in SI units and radians; 0 is top dead centre.
+
+    With w going from 1 to 0 in `valve_ramp` after top dead centre and back after the bottom one,
+
+        p = w (p_d + c_d v^2) + (1 - w) (p_s - c_s v^2),
+
+    v being the piston's velocity over the crank pin's.
+
+    Attributes
+    ----------
+    crank_ratio : float
+        Crank radius over rod length [1].
+    suction_pressure, delivery_pressure : float
+        Pressure of the lines at the valves, absolute [Pa].
+    valve_ramp : float
+        Angle over which the pressure changes after a dead centre [rad].
+    suction_loss, delivery_loss : float
+        Difference of pressure across the open valve while the piston is as fast as the crank
+        pin [Pa]; none by default.
+    offset_ratio : float
+        Offset of the piston pin's line over the crank radius [1]; 0 by default.
+    """
+
+    crank_ratio: float
+    suction_pressure: float
+    delivery_pressure: float
+    valve_ramp: float
+    suction_loss: float = 0.0
+    delivery_loss: float = 0.0
+    offset_ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
+        for item in fields(self):
+            unit, size, low, high, ends = _FIELDS[item.name]
+            value = getattr(self, item.name) / size
+            words = "" if unit == "1" else f" {unit}"
+            if not math.isfinite(value):
+                raise ValueError(f"{item.name} = {value}: must be a finite number")
+            if not (low <= value <= high if ends else low < value < high):
+                raise ValueError(
+                    f"{item.name} = {value:.6g}{words}: must be between {low:g} and {high:g}{words}"
+                )
+        if self.delivery_pressure <= self.suction_pressure:
+            raise ValueError(
+                f"delivery_pressure = {self.delivery_pressure / BAR:.6g} bar: must be above "
+                f"suction_pressure, {self.suction_pressure / BAR:.6g} bar"
+            )
+        if self.suction_loss > 0.5 * self.suction_pressure:
+            raise ValueError(
+                f"suction_loss = {self.suction_loss / BAR:.6g} bar: must be at most half of "
+                "suction_pressure"
+            )
+        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # refuses what is stuck
+
+    def pressure_and_slope(self, phi: ArrayLike) -> tuple[Floats, Floats]:
+        """Absolute pressure [Pa] and its derivative [Pa/rad] at crank angles [rad]."""
+        angle = np.mod(np.asarray(phi, dtype=np.float64), TWO_STROKE)
+        geometry = self.crank_ratio, self.offset_ratio
+        bottom = float(slider_crank.dead_centres(*geometry).bottom)
+        v = slider_crank.velocity(angle, *geometry)
+        b = slider_crank.acceleration(angle, *geometry)
+        delivering = angle >= bottom
+        time = np.clip(np.where(delivering, angle - bottom, angle) / self.valve_ramp, 0.0, 1.0)
+        step = time**3 * (10.0 + time * (6.0 * time - 15.0))
+        rate = 30.0 * (time * (1.0 - time)) ** 2 / self.valve_ramp
+        share = np.where(delivering, step, 1.0 - step)
+        above = self.delivery_pressure + self.delivery_loss * v**2
+        below = self.suction_pressure - self.suction_loss * v**2
+        losses = share * self.delivery_loss - (1.0 - share) * self.suction_loss
+        slope = np.where(delivering, rate, -rate) * (above - below) + 2.0 * losses * v * b
+        return np.asarray(share * above + (1.0 - share) * below), np.asarray(slope)
+
+    def diagram(self, step_degrees: float = 0.5) -> Diagram:
+        """Indicator diagram with the exact slopes at its points.
+
+        Its largest pressure lies before dead centre, where `diagram_from_points` would take it for
+        a mistake.
+
+        Raises
+        ------
+        ValueError
+            If the step does not divide the turn or is over 10 degrees.
+        """
+        angle = table_angles(TWO_STROKE, step_degrees)
+        return Diagram(angle, *self.pressure_and_slope(angle), TWO_STROKE)

@@ -1,0 +1,345 @@
+"""Nodes of the balance of engines: see `engine_dyn.forces.balancing`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import balancing
+from engine_dyn.geometry import masses
+from engine_dyn.quantities.node import DEGREE, Node
+
+__all__ = ["DIRECTIONS", "NEUTRAL", "NODES", "PARAMETERS"]
+
+DIRECTIONS = (0.0, 90.0)
+"""Points of `direction` [degree]."""
+
+
+def _parameter(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
+    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
+
+
+PARAMETERS = (
+    _parameter(
+        "cylinder_spacing", "a", "m", "distance of neighbouring throws along the shaft",
+        "Power units, lecture 18", low=0.0,
+    ),
+    _parameter(
+        "bank_offset", "a_b", "m",
+        "how far each bank stands behind the one before along the shaft", "this project",
+    ),
+    _parameter(
+        "counterweight_fraction", "c", "1",
+        "share of the reciprocating mass that counterweights balance, beside all that rotates",
+        "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True,
+    ),
+    _parameter(
+        "counterweight_mass", "B", "kg",
+        "counterweight of each cylinder, opposite to its throw, in proportion to its crank radius",
+        "Asgari eq. 12", low=0.0, low_included=True,
+    ),
+    _parameter(
+        "counterweight_radius", "b", "m",
+        "distance of the counterweights' centre of gravity from the shaft's axis",
+        "Asgari eq. 12", low=0.0, needs=("throw",), make=lambda throw: 0.5 * throw,
+    ),
+    _parameter(
+        "balance_shaft_mass", "m_{s1}", "kg",
+        "balance shaft that turns backwards with the crank's speed", "Asgari eq. 13", low=0.0,
+        low_included=True,
+    ),
+    _parameter(
+        "balance_shaft_radius", "R_{s1}", "m",
+        "distance of the balance shaft's centre of gravity from its axis", "Asgari eq. 13", low=0.0,
+    ),
+    _parameter(
+        "second_shaft_mass", "m_{s2}", "kg",
+        "each of the two balance shafts at twice the crank's speed",
+        "Lanchester's balancer; derived here", low=0.0, low_included=True,
+    ),
+    _parameter(
+        "second_shaft_radius", "R_{s2}", "m",
+        "distance of the second shafts' centre of gravity from their axes, at twice the speed",
+        "Lanchester's balancer; derived here", low=0.0,
+    ),
+    _parameter(
+        "balance_couple", "(mRd)_{s1}", "kg m2",
+        "opposed weights on a shaft that turns backwards with the crank's speed: unbalance times "
+        "distance", "this project", low=0.0, low_included=True,
+    ),
+)  # fmt: skip
+
+NEUTRAL = (
+    "bank_offset", "counterweight_fraction", "balance_shaft_mass", "second_shaft_mass",
+    "balance_couple",
+)  # fmt: skip
+"""Parameters that are 0 unless given."""
+
+_ENGINE = (
+    "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinder_set",
+    "cylinders_by_count",
+)  # fmt: skip
+_MASSES = tuple(name for name in _ENGINE if name != "speed")
+"""What does not depend on the speed: sizes of weights, where forces are compared."""
+
+_FORCE = (*_ENGINE, "turning_mass", "shaft_unbalance", "pair_unbalance")
+_SPACES = ("cylinder_spacing", "bank_offset")
+_MOMENT = (*_ENGINE, "turning_mass", *_SPACES, "balance_couple")
+
+_NAMES = {
+    "shaft_unbalance": "shaft", "pair_unbalance": "pair", "cylinder_spacing": "spacing",
+    "balance_couple": "couple", "cylinder_set": "cylinders",
+    "cylinders_by_count": "by_count", "offset_ratio": "offset",
+}  # fmt: skip
+"""Nodes whose attribute of `balancing.RunningGear` has another name."""
+
+
+def _gear(needs: dict[str, Any]) -> balancing.RunningGear:
+    given = {_NAMES.get(name, name): value for name, value in needs.items()}
+    given["crank_radius"] = 0.5 * given.pop("throw")
+    return balancing.RunningGear(**{"speed": 1.0, **given})
+
+
+def _components(vector: Any) -> Any:
+    """Both directions of a vector over the crank angle, (..., direction, crank angle)."""
+    return np.stack([vector.real, vector.imag], axis=-2)
+
+
+def _curve(of: Callable[[balancing.RunningGear, Any], Any]) -> Callable[..., Any]:
+    def make(*, crank_angle: Any, **needs: Any) -> Any:
+        return _components(of(_gear(needs), crank_angle))
+
+    return make
+
+
+def _number(of: Callable[[balancing.RunningGear], Any]) -> Callable[..., Any]:
+    def make(**needs: Any) -> Any:
+        return of(_gear(needs))
+
+    return make
+
+
+def _over_orders(of: Callable[[balancing.RunningGear, Any], Any]) -> Callable[..., Any]:
+    def make(*, order: Any, **needs: Any) -> Any:
+        return of(_gear(needs), order)
+
+    return make
+
+
+def _vector(
+    name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
+    of: Callable[[balancing.RunningGear, Any], Any],
+) -> Node:  # fmt: skip
+    return Node(
+        name, symbol, unit, long_name, source, kind="curve", adds=("direction",),
+        needs=("crank_angle", *needs), make=_curve(of), throws=True,
+    )  # fmt: skip
+
+
+def _scalar(
+    name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
+    of: Callable[[balancing.RunningGear], Any],
+) -> Node:  # fmt: skip
+    return Node(name, symbol, unit, long_name, source, needs=needs, make=_number(of), throws=True)
+
+
+def _ellipses(
+    what: str, letter: str, unit: str, needs: tuple[str, ...],
+    of: Callable[[balancing.RunningGear, Any], balancing.Ellipse],
+) -> tuple[Node, ...]:  # fmt: skip
+    ends = (
+        ("major", rf"{letter}_{{\nu,a}}", unit, 1.0, "long semi-axis of the ellipse of each order"),
+        ("minor", rf"{letter}_{{\nu,b}}", unit, 1.0,
+         "short semi-axis of the ellipse of each order"),
+        ("inclination", rf"\vartheta_{{{letter},\nu}}", "degree", DEGREE,
+         "angle of the ellipse's long axis from cylinder 1"),
+    )  # fmt: skip
+
+    def one(field: str) -> Callable[..., Any]:
+        return _over_orders(lambda gear, order: getattr(of(gear, order), field))
+
+    return tuple(
+        Node(
+            f"shaking_{what}_{field}", symbol, its, f"shaking {what}: {meaning}",
+            "after Biezeno and Grammel, Technische Dynamik; derived here", si=si,
+            needs=("order", *needs), make=one(field), throws=True,
+        )
+        for field, symbol, its, si, meaning in ends
+    )  # fmt: skip
+
+
+NODES = (
+    Node(
+        "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
+        public=False, when="weights_by_fraction",
+        needs=("counterweight_fraction", "reciprocating_mass"),
+        make=lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
+        * reciprocating_mass,
+    ),
+    Node(
+        "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
+        public=False, when="weights_given",
+        needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "throw"),
+        make=lambda rotating_mass, counterweight_mass, counterweight_radius, throw: rotating_mass
+        - counterweight_mass * counterweight_radius / (0.5 * throw),
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="counterweights", needs=("turning_mass",),
+        make=lambda turning_mass: turning_mass,
+    ),
+    Node(
+        "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
+        public=False, when="no_counterweights", needs=("rotating_mass",),
+        make=lambda rotating_mass: rotating_mass,
+    ),
+    Node(
+        "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
+        when="no_shaft", make=lambda: 0.0,
+    ),
+    Node(
+        "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
+        when="shaft", needs=("balance_shaft_mass", "balance_shaft_radius"),
+        make=lambda balance_shaft_mass, balance_shaft_radius: balance_shaft_mass
+        * balance_shaft_radius,
+    ),
+    Node(
+        "pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
+        public=False, when="no_pair", make=lambda: 0.0,
+    ),
+    Node(
+        "pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
+        public=False, when="pair", needs=("second_shaft_mass", "second_shaft_radius"),
+        make=lambda second_shaft_mass, second_shaft_radius: second_shaft_mass
+        * second_shaft_radius,
+    ),
+    Node(
+        "rod_mass_at_crank", "M'_c", "kg", "rod's mass at the crank pin", "Asgari eq. 4",
+        needs=("rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_crank(
+            rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    Node(
+        "rod_mass_at_piston", "M'_p", "kg", "rod's mass at the piston pin", "Asgari eq. 5",
+        needs=("rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_piston(
+            rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    Node(
+        "unbalanced_mass", "M", "kg", "mass at the crank pin that a counterweight balances",
+        "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass"),
+        make=lambda counterweight_fraction, reciprocating_mass, rotating_mass:
+        balancing.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass),
+    ),
+    Node(
+        "counterweight_required", "B", "kg",
+        "counterweight of each cylinder for the fraction c, at its radius", "Asgari eq. 12",
+        needs=("unbalanced_mass", "counterweight_radius", "throw"),
+        make=lambda unbalanced_mass, counterweight_radius, throw: balancing.counterweight_mass(
+            unbalanced_mass, 0.5 * throw, counterweight_radius
+        ),
+    ),
+    Node(
+        "balance_shaft_asgari", "M_{Lan}", "kg",
+        "shaft that cancels the first order along the cylinder of one cylinder, at its radius",
+        "Asgari eq. 13",
+        needs=("counterweight_fraction", "reciprocating_mass", "throw", "balance_shaft_radius"),
+        make=lambda counterweight_fraction, reciprocating_mass, throw, balance_shaft_radius:
+        balancing.balance_shaft_mass(
+            counterweight_fraction, reciprocating_mass, 0.5 * throw, balance_shaft_radius
+        ),
+    ),
+    Node(
+        "balance_shaft_required", "m_{s1}", "kg",
+        "shaft that cancels all first order turning backwards, at its radius",
+        "Asgari eq. 13 at c = 0.5", needs=(*_MASSES, "balance_shaft_radius"), throws=True,
+        make=lambda balance_shaft_radius, **needs: _gear(needs).shaft_required()
+        / balance_shaft_radius,
+    ),
+    Node(
+        "second_shaft_required", "m_{s2}", "kg",
+        "each shaft of the pair that leaves least of the second order, at its radius",
+        "Lanchester's balancer; derived here", needs=(*_MASSES, "second_shaft_radius"), throws=True,
+        make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
+        / second_shaft_radius,
+    ),
+    Node(
+        "balance_couple_required", "(mRd)_{s1}", "kg m2",
+        "unbalance times distance, that cancels all first-order moment turning backwards",
+        "this project", needs=(*_MASSES, *_SPACES), throws=True,
+        make=_number(lambda gear: gear.couple_required()),
+    ),
+    Node(
+        "inertia_force_unit", r"m r \omega^2", "N",
+        "first-order inertia force of one cylinder's reciprocating mass",
+        "Power units, lecture 18", needs=("reciprocating_mass", "throw", "speed"),
+        make=lambda reciprocating_mass, throw, speed: reciprocating_mass * 0.5 * throw * speed**2,
+    ),
+    _vector(
+        "reciprocating_force", "P_J", "N", "inertia force of all reciprocating masses, exact",
+        "Asgari eqs. 1, 7, 8", _ENGINE, lambda gear, phi: gear.force(phi),
+    ),
+    _vector(
+        "reciprocating_moment", "M_J", "N m",
+        "moment of the reciprocating masses about the middle of the crank, exact",
+        "Power units, lecture 18", (*_ENGINE, *_SPACES), lambda gear, phi: gear.moment(phi),
+    ),
+    _vector(
+        "shaking_force", "F", "N",
+        "inertia force on the frame, exact, with counterweights and balance shafts",
+        "Asgari section 2", _FORCE, lambda gear, phi: gear.force(phi),
+    ),
+    _vector(
+        "shaking_moment", "M_F", "N m",
+        "moment of the inertia forces about the middle of the crank, exact",
+        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment(phi),
+    ),
+    _vector(
+        "shaking_force_first", "F_1", "N", "first order of the shaking force", "Asgari eq. 7",
+        _FORCE, lambda gear, phi: gear.force_of_order(1, phi),
+    ),
+    _vector(
+        "shaking_force_second", "F_2", "N", "second order of the shaking force", "Asgari eq. 8",
+        _FORCE, lambda gear, phi: gear.force_of_order(2, phi),
+    ),
+    _vector(
+        "shaking_moment_first", "M_{F,1}", "N m", "first order of the shaking moment",
+        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment_of_order(1, phi),
+    ),
+    _vector(
+        "shaking_moment_second", "M_{F,2}", "N m", "second order of the shaking moment",
+        "Power units, lecture 18", _MOMENT, lambda gear, phi: gear.moment_of_order(2, phi),
+    ),
+    *_ellipses("force", "F", "N", _FORCE, lambda gear, order: gear.force_ellipse(order)),
+    *_ellipses("moment", "M", "N m", _MOMENT, lambda gear, order: gear.moment_ellipse(order)),
+    _scalar(
+        "shaking_force_max", "F_{max}", "N", "largest shaking force of a revolution, exact",
+        "Asgari section 2", _FORCE, lambda gear: gear.force_max(),
+    ),
+    _scalar(
+        "shaking_force_rms", "F_{rms}", "N", "root mean square of the shaking force",
+        "this project", _FORCE, lambda gear: gear.force_rms(),
+    ),
+    _scalar(
+        "shaking_moment_max", "M_{F,max}", "N m", "largest shaking moment of a revolution, exact",
+        "Power units, lecture 18", _MOMENT, lambda gear: gear.moment_max(),
+    ),
+    _scalar(
+        "shaking_moment_rms", "M_{F,rms}", "N m", "root mean square of the shaking moment",
+        "this project", _MOMENT, lambda gear: gear.moment_rms(),
+    ),
+    _scalar(
+        "best_fraction_rms", "c_{rms}", "1",
+        "fraction c that leaves the least mean square of the shaking force", "this project",
+        (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
+    ),
+    _scalar(
+        "best_fraction_peak", "c_{peak}", "1",
+        "fraction c that leaves the least largest shaking force", "Asgari section 2: 0.5 to 0.63",
+        (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
+    ),
+)  # fmt: skip

@@ -1,0 +1,166 @@
+"""The nodes of the bearing loads, as plain data.
+
+Part of the table in `engine_dyn.quantities.graph`, which see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import bearings, torque
+from engine_dyn.geometry import masses, slider_crank
+from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.quantities.node import DEGREE, Node, hidden
+
+__all__ = ["NODES"]
+
+NOTES = "Rakopoulos notes, bearing loads; derived here"
+
+PARTS_WIDTH = 64
+"""Bytes of a load's components, with the parts that they are summed from."""
+
+_COUNTED = ("cylinder_set", "cylinders_by_count")
+_RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
+_LOADED = (
+    "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
+    "throw", "reciprocating_mass", "speed", "period",
+)  # fmt: skip
+
+
+def _factors(turning: Any, needs: dict[str, Any]) -> bearings.Factors:
+    area = torque.piston_area(needs["bore"])
+    centrifugal = 0.5 * needs["throw"] * needs["speed"] ** 2
+    return bearings.Factors(
+        needs["pressure_scale"] * area, needs["crankcase_pressure"] * area,
+        needs["reciprocating_mass"] * centrifugal, turning * centrifugal,
+    )  # fmt: skip
+
+
+def _crank_pin_factors(needs: dict[str, Any]) -> bearings.Factors:
+    return _factors(masses.rod_mass_at_crank(*(needs[name] for name in _RODS)), needs)
+
+
+def _piston_pin_factors(needs: dict[str, Any]) -> bearings.Factors:
+    return _factors(masses.rod_mass_at_piston(*(needs[name] for name in _RODS)), needs)
+
+
+def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
+    return _factors(needs["throw_turning_mass"], needs)
+
+
+def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
+    """Cylinders to take; of equal ones the first is that of any engine."""
+    if "cylinder_set" in needs:
+        return needs["cylinder_set"], needs["cylinders_by_count"]
+    return 1, {1: even_cylinders(1, needs["period"])}
+
+
+def _load_nodes(
+    load: str, text: str, letter: str, own: tuple[str, ...],
+    factors: Callable[[dict[str, Any]], bearings.Factors], function: Any,
+) -> list[Node]:  # fmt: skip
+    def components(**needs: Any) -> Any:
+        more = {"journals": needs["main_bearing"]} if load == "main_journal" else {}
+        one, other = function(
+            needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"], needs["family"],
+            needs["row"], factors(needs), *_engines(needs), **more,
+        )  # fmt: skip
+        return one + 1j * other
+
+    def found(**needs: Any) -> Any:
+        return bearings.extremes(
+            load, needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
+            factors(needs), *_engines(needs), needs["period"], needs.get("main_bearing", 1),
+        )  # fmt: skip
+
+    whole, extreme = f"{load}_components", f"{load}_extremes"
+    variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
+    if load != "main_journal":
+        variants = (("equal", ()), ("unequal", _COUNTED))
+    made = [
+        node
+        for when, counted in variants
+        for node in (
+            hidden(whole, "N", f"components of the {text}",
+                    (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when,
+                    width=PARTS_WIDTH),
+            hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, *counted), found,
+                    when=when, width=bearings.EXTREMES.itemsize),
+        )
+    ]  # fmt: skip
+    return [
+        *made,
+        Node(f"{load}_load", letter, "N", text, NOTES, kind="curve", needs=(whole,),
+             make=lambda **needs: np.abs(needs[whole])),
+        Node(f"{load}_load_max", rf"{letter[:-1]},max}}", "N", f"largest {text}", NOTES,
+             needs=(extreme,), make=lambda **needs: needs[extreme]["peak"]),
+        Node(f"{load}_load_mean", rf"\bar {letter}", "N", f"cycle mean of the size of the {text}",
+             NOTES, needs=(extreme,), make=lambda **needs: needs[extreme]["mean"]),
+        Node(f"{load}_peak_angle", rf"\varphi_{{{letter[3:-1]},max}}", "degree",
+             f"crank angle of the largest {text}", NOTES, si=DEGREE, needs=(extreme,),
+             make=lambda **needs: needs[extreme]["angle"]),
+    ]  # fmt: skip
+
+
+_AROUND = ("crank_angle", "crank_ratio", "offset_ratio")
+
+
+def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
+    """One component of a load: as it is, or turned with its crank or crank 1 of the engine."""
+    load, _, part = name.rpartition("_")
+    of = f"{load}_components"
+    needs = (of, *_AROUND, *_COUNTED) if turning == "engine" else (of, *_AROUND)
+
+    def make(**needs: Any) -> Any:
+        found = needs[of]
+        if turning == "engine":
+            found = bearings.turned(found, bearings.first_crank(
+                needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
+                needs["cylinder_set"], needs["cylinders_by_count"],
+            ))  # fmt: skip
+        elif turning == "crank":
+            top = slider_crank.dead_centres(needs["crank_ratio"], needs["offset_ratio"]).top
+            found = bearings.turned(found, needs["crank_angle"] + top)
+        return found.real if part in ("radial", "x", "side") else found.imag
+
+    return Node(
+        name, symbol, "N", long_name, NOTES, kind="curve", needs=needs if turning else (of,),
+        make=make,
+    )  # fmt: skip
+
+
+_BEARINGS = (
+    *_load_nodes("crank_pin", "load of the rod on the crank pin, cylinder 1", "F_{C}", _RODS,
+                 _crank_pin_factors, bearings.crank_pin_load),
+    *_load_nodes("piston_pin", "load of the piston pin, cylinder 1", "F_{P}", _RODS,
+                 _piston_pin_factors, bearings.piston_pin_load),
+    *_load_nodes("main_journal", "load of the main journals, on their bearings", "F_{H}",
+                 ("throw_turning_mass", "main_bearing"), _journal_factors,
+                 bearings.main_journal_load),
+    _part("crank_pin_radial", "F_{C,r}",
+          "load of the crank pin along the crank, outwards, cylinder 1"),
+    _part("crank_pin_tangential", "F_{C,t}",
+          "load of the crank pin across the crank, in the sense of rotation, cylinder 1"),
+    _part("crank_pin_x", "F_{C,x}",
+          "load of the crank pin across the cylinder, to the side where the pin goes down, "
+          "cylinder 1", "crank"),
+    _part("crank_pin_y", "F_{C,y}",
+          "load of the crank pin along the cylinder, away from the crank, cylinder 1", "crank"),
+    _part("piston_pin_side", "F_{P,s}",
+          "load of the piston pin across the cylinder, to the side where the crank pin goes down, "
+          "cylinder 1"),
+    _part("piston_pin_down", "F_{P,d}",
+          "load of the piston pin along the cylinder, towards the crank, cylinder 1"),
+    _part("main_journal_x", "F_{H,x}",
+          "sideways load of the main journals, to the side where an upright crank goes down"),
+    _part("main_journal_y", "F_{H,y}", "upward load of the main journals, away from the crank"),
+    _part("main_journal_radial", "F_{H,r}", "load of the main journals along crank 1, outwards",
+          "engine"),
+    _part("main_journal_tangential", "F_{H,t}",
+          "load of the main journals across crank 1, in the sense of rotation", "engine"),
+)  # fmt: skip
+
+NODES: tuple[Node, ...] = _BEARINGS

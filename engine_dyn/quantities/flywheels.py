@@ -1,0 +1,201 @@
+"""Nodes of the flywheel: see `engine_dyn.flywheel`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn import flywheel
+from engine_dyn.geometry import masses
+from engine_dyn.quantities.node import Node
+
+__all__ = ["NODES", "PARAMETERS", "both_statuses"]
+
+
+def _parameter(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
+    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
+
+
+def _limits() -> tuple[tuple[str, float], ...]:
+    """Names of admissible deltas: the finer end of a range, and where it has one the coarser."""
+    found = []
+    for name, (fine, coarse) in flywheel.ADMISSIBLE.items():
+        found.append((name, fine))
+        if coarse != fine:
+            found.append((f"{name}, coarse", coarse))
+    return tuple(found)
+
+
+PARAMETERS = (
+    _parameter(
+        "wanted_delta", r"\delta_w", "1",
+        "coefficient of speed fluctuation wanted: the inertia follows from it",
+        "Kakaitsas section 3.2.2", low=0.0, high=2.0, named=_limits(),
+    ),
+    _parameter(
+        "flywheel_outer_diameter", "D_f", "m", "outer diameter of the flywheel's ring",
+        "Asgari eq. 15", low=0.0,
+    ),
+    _parameter(
+        "flywheel_inner_diameter", "D_i", "m", "inner diameter of the flywheel's ring",
+        "Asgari eq. 17", low=0.0, low_included=True,
+    ),
+    _parameter(
+        "flywheel_density", r"\rho", "kg m-3", "density of the flywheel", "handbook values",
+        low=0.0, named=tuple(flywheel.DENSITIES.items()),
+    ),
+    _parameter(
+        "rim_speed_limit", r"v_{max}", "m s-1", "largest speed of the flywheel's rim",
+        "Asgari eq. 14", low=0.0,
+        named=tuple((name, high) for name, (_, high) in flywheel.RIM_SPEEDS.items()),
+    ),
+)  # fmt: skip
+
+_RING = ("flywheel_outer_diameter", "flywheel_inner_diameter")
+_TRIANGLE = ("brake_power", "speed", "wanted_delta", "period")
+
+
+def _triangle(field: str) -> Any:
+    def make(brake_power: Any, speed: Any, wanted_delta: Any, period: Any) -> Any:
+        power = np.asarray(brake_power, dtype=float)
+        drives = power > 0.0
+        found = flywheel.triangular_torque(
+            np.where(drives, power, 1.0), speed, wanted_delta, period
+        )
+        return np.where(drives, getattr(found, field), np.nan)
+
+    return make
+
+
+def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
+                 field: str) -> Node:  # fmt: skip
+    return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
+
+
+def both_statuses(outcome: Any, search_status: Any) -> Any:
+    """Status of the search where it failed, else that of the periodic speed."""
+    failed = np.isin(search_status, (1, 2, 3, 4, 5))
+    return np.where(failed, search_status, outcome).astype(np.int8)
+
+
+NODES = (
+    Node(
+        "rim_speed", "v_f", "m s-1", "speed of the flywheel's rim", "Asgari eq. 15",
+        needs=("flywheel_outer_diameter", "speed"),
+        make=lambda flywheel_outer_diameter, speed: flywheel.rim_speed(
+            flywheel_outer_diameter, speed
+        ),
+    ),
+    Node(
+        "flywheel_largest_diameter", "D_{max}", "m",
+        "outer diameter of the flywheel at which its rim has the largest speed",
+        "Asgari eqs. 14, 15", needs=("rim_speed_limit", "speed"),
+        make=lambda rim_speed_limit, speed: flywheel.largest_diameter(rim_speed_limit, speed),
+    ),
+    Node(
+        "flywheel_mean_diameter", "D_r", "m", "mean diameter of the flywheel's ring",
+        "Asgari eq. 17", needs=_RING,
+        make=lambda flywheel_outer_diameter, flywheel_inner_diameter: flywheel.mean_diameter(
+            flywheel_outer_diameter, flywheel_inner_diameter
+        ),
+    ),
+    Node(
+        "diameter_over_stroke", "D_r/s", "1",
+        "mean diameter of the flywheel over the stroke, usually 2 to 3", "Asgari eq. 16",
+        needs=("flywheel_mean_diameter", "stroke"),
+        make=lambda flywheel_mean_diameter, stroke: flywheel_mean_diameter / stroke,
+    ),
+    _of_triangle("cycle_work", "W", "J", "work of a cycle", "Asgari eqs. 20, 21", "work"),
+    _of_triangle(
+        "triangle_expansion_work", "W_E", "J", "triangular torque: work of the expansion",
+        "Asgari eq. 24", "expansion_work",
+    ),
+    _of_triangle(
+        "triangle_torque_max", "T_{Max}", "N m", "triangular torque: its largest value",
+        "Asgari eq. 25", "torque_max",
+    ),
+    _of_triangle(
+        "triangle_torque_mean", "T_{Mean}", "N m", "triangular torque: mean of the cycle",
+        "Asgari eq. 26", "torque_mean",
+    ),
+    _of_triangle(
+        "triangle_torque_excess", "T_{Ex}", "N m", "triangular torque: what stands above the mean",
+        "Asgari eq. 27", "torque_excess",
+    ),
+    _of_triangle(
+        "triangle_energy_swing", r"\Delta E", "J", "triangular torque: work above the mean",
+        "Asgari eq. 29", "energy_swing",
+    ),
+    _of_triangle(
+        "inertia_triangular", r"\Theta_\triangle", "kg m2",
+        "inertia for the wanted delta by the triangular torque", "Asgari eq. 30", "inertia",
+    ),
+    Node(
+        "inertia_energy_swing", r"\Theta_W", "kg m2",
+        "inertia for the wanted delta by the energy swing of the torque",
+        "Asgari eq. 30 with the real torque", needs=("energy_swing", "wanted_delta", "speed"),
+        make=lambda energy_swing, wanted_delta, speed: flywheel.energy_swing_inertia(
+            energy_swing, wanted_delta, speed
+        ),
+    ),
+    Node(
+        "inertia_required", r"\Theta_w", "kg m2",
+        "inertia of engine and load that gives the wanted delta, exactly",
+        "Kakaitsas section 3.2.2", needs=("inertia_search",),
+    ),
+    Node(
+        "search_status", "", "1", "outcome of the search for the inertia", public=False,
+        needs=("inertia_search",),
+    ),
+    Node(
+        "inertia_triangular_error", r"\Theta_\triangle/\Theta_w-1", "1",
+        "relative error of the triangular torque's inertia", "this project",
+        needs=("inertia_triangular", "inertia_required"),
+        make=lambda inertia_triangular, inertia_required: inertia_triangular / inertia_required
+        - 1.0,
+    ),
+    Node(
+        "inertia_energy_swing_error", r"\Theta_W/\Theta_w-1", "1",
+        "relative error of the energy swing's inertia", "this project",
+        needs=("inertia_energy_swing", "inertia_required"),
+        make=lambda inertia_energy_swing, inertia_required: inertia_energy_swing
+        / inertia_required - 1.0,
+    ),
+    Node(
+        "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
+        "inertia that a flywheel adds to the running gear for the wanted delta, 0 where none is "
+        "needed", "Kakaitsas sections 3.2, 3.2.2",
+        needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
+        make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:
+        np.maximum(
+            inertia_required - masses.inertia_of_parts(
+                engine_inertia, auxiliary_inertia, 0.0, inertia_beyond_gear
+            ),
+            0.0,
+        ),
+    ),
+    Node(
+        "inertia_share", "I_F/I_T", "1",
+        "flywheel's inertia over all of it, usually 0.8 to 0.9", "Asgari eq. 18",
+        needs=("flywheel_inertia_required", "inertia_required"),
+        make=lambda flywheel_inertia_required, inertia_required: flywheel_inertia_required
+        / inertia_required,
+    ),
+    Node(
+        "flywheel_mass", "M_f", "kg", "mass of a ring with the flywheel's inertia",
+        "Asgari eq. 31", needs=("flywheel_inertia_required", *_RING),
+        make=lambda flywheel_inertia_required, flywheel_outer_diameter, flywheel_inner_diameter:
+        flywheel.ring_mass(
+            flywheel_inertia_required, flywheel_outer_diameter, flywheel_inner_diameter
+        ),
+    ),
+    Node(
+        "flywheel_thickness", "b_f", "m", "thickness of the flywheel's ring along the shaft",
+        "Asgari, after eq. 31", needs=("flywheel_mass", *_RING, "flywheel_density"),
+        make=lambda flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter,
+        flywheel_density: flywheel.ring_thickness(
+            flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter, flywheel_density
+        ),
+    ),
+)  # fmt: skip

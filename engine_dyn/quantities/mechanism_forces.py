@@ -1,0 +1,226 @@
+"""The nodes of the forces and torques of the mechanism, as plain data.
+
+Part of the table in `engine_dyn.quantities.graph`, which see.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine_dyn.forces import mechanism, torque
+from engine_dyn.geometry import slider_crank
+from engine_dyn.quantities.node import BAR, DEGREE, Node, hidden
+
+__all__ = ["NODES"]
+
+NOTES = "Rakopoulos notes"
+
+_ANGLE = ("crank_angle", "crank_ratio", "offset_ratio")
+
+
+def _force(name: str, symbol: str, long_name: str, source: str, needs: tuple[str, ...], make: Any,
+           **more: Any) -> Node:  # fmt: skip
+    """A force of cylinder 1 over the crank angle."""
+    return Node(name, symbol, "N", f"{long_name}, cylinder 1", source, needs=needs, make=make,
+                kind="curve", **more)  # fmt: skip
+
+
+def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
+    def make(**needs: Any) -> Any:
+        return needs[of] / torque.piston_area(needs["bore"])
+
+    return Node(
+        name, symbol, "bar", f"{long_name} over the area of the piston, cylinder 1",
+        f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"), make=make,
+    )  # fmt: skip
+
+
+_FORCES = (
+    hidden(
+        "mass_of_first", "kg", "reciprocating mass of cylinder 1", ("reciprocating_mass",),
+        lambda reciprocating_mass: reciprocating_mass, when="equal",
+    ),
+    hidden(
+        "mass_of_first", "kg", "reciprocating mass of cylinder 1",
+        ("reciprocating_mass", "cylinder_set", "cylinders_by_count"),
+        lambda reciprocating_mass, cylinder_set, cylinders_by_count: reciprocating_mass
+        * mechanism.of_cylinder(lambda m: m.mass_factor, cylinder_set, cylinders_by_count),
+        when="unequal",
+    ),
+    Node(
+        "rod_angle", r"\beta", "degree",
+        "angle of the rod to the cylinder, positive with the big end where the crank pin goes down",
+        "Kakaitsas eq. 1.3", si=DEGREE, kind="curve", needs=_ANGLE,
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.rod_angle(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    _force(
+        "gas_force", "P_g", "force of the gas on the piston, towards the crank",
+        "Kakaitsas eq. 2.1", ("pressure", "crankcase_pressure", "bore"),
+        lambda pressure, crankcase_pressure, bore: (pressure - crankcase_pressure)
+        * torque.piston_area(bore),
+    ),
+    _force(
+        "inertia_force", "P_l", "force of the reciprocating masses, towards the crank",
+        "Kakaitsas eq. 2.12", ("mass_of_first", "throw", "speed", "acceleration"),
+        lambda mass_of_first, throw, speed, acceleration: -mass_of_first * 0.5 * throw * speed**2
+        * acceleration,
+    ),
+    _force(
+        "piston_force", "P", "gas and inertia force on the piston, towards the crank",
+        "Kakaitsas eq. 2.16", ("gas_force", "inertia_force"),
+        lambda gas_force, inertia_force: gas_force + inertia_force,
+    ),
+    _force(
+        "wall_thrust", "N",
+        "force of the piston on the wall, opposite to the side where the crank pin goes down",
+        "Kakaitsas eq. 2.17", ("piston_force", *_ANGLE),
+        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
+        * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio),
+    ),
+    _force(
+        "rod_force", "S", "force in the rod, compression positive", "Kakaitsas eq. 2.18",
+        ("piston_force", *_ANGLE),
+        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
+        * mechanism.rod_ratio(crank_angle, crank_ratio, offset_ratio),
+    ),
+    _force(
+        "tangential_force", "T", "force of the rod on the crank pin in the sense of rotation",
+        "Kakaitsas eq. 2.19", ("piston_force", "velocity"),
+        lambda piston_force, velocity: piston_force * velocity,
+    ),
+    _force(
+        "gas_tangential_force", "T_g", "tangential force of the gas", "Kakaitsas eq. 2.4",
+        ("gas_force", "velocity"), lambda gas_force, velocity: gas_force * velocity,
+    ),
+    _force(
+        "inertia_tangential_force", "T_l", "tangential force of the reciprocating masses",
+        "Kakaitsas eq. 2.13", ("inertia_force", "velocity"),
+        lambda inertia_force, velocity: inertia_force * velocity,
+    ),
+    _force(
+        "radial_force", "R", "force of the rod on the crank pin towards the crank's axis",
+        "Kakaitsas eq. 2.5", ("piston_force", *_ANGLE),
+        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
+        * mechanism.radial_ratio(crank_angle, crank_ratio, offset_ratio),
+    ),
+    Node(
+        "overturning_moment", r"M_\alpha", "N m",
+        "overturning moment on the frame, in the sense of rotation, all cylinders",
+        "Kakaitsas eq. 2.8", kind="curve", needs=("gas_torque", "inertia_torque"),
+        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
+    ),
+    Node(
+        "rotating_force", "P_r", "N",
+        "centrifugal force of the rotating mass of one cylinder, without counterweights",
+        "Kakaitsas eq. 2.14", needs=("rotating_mass", "throw", "speed"),
+        make=lambda rotating_mass, throw, speed: rotating_mass * 0.5 * throw * speed**2,
+    ),
+    Node(
+        "gravity_torque", "M_G", "N m",
+        "torque of the weight of the running gear, with the counterweights given, all cylinders",
+        f"{NOTES}, T_G", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass", "throw",
+               "cylinder_set", "cylinders_by_count", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, throw,
+        cylinder_set, cylinders_by_count, offset_ratio: mechanism.gravity_torque(
+            crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, 0.5 * throw,
+            cylinder_set, cylinders_by_count, offset_ratio,
+        ),
+    ),
+    _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
+    _over_area("wall_pressure", "p_N", "wall_thrust", "wall thrust"),
+    _over_area("rod_pressure", "p_S", "rod_force", "rod force"),
+    _over_area("tangential_pressure", "p_T", "tangential_force", "tangential force"),
+    _over_area("radial_pressure", "p_R", "radial_force", "radial force"),
+    Node(
+        "reduced_torque", r"\mu_\sigma", "bar",
+        "torque of gas and reciprocating masses over the displacement, cylinder 1",
+        f"{NOTES}, mu", si=BAR, kind="curve", needs=("tangential_pressure", "throw", "stroke"),
+        make=lambda tangential_pressure, throw, stroke: 0.5 * tangential_pressure * throw / stroke,
+    ),
+    Node(
+        "tangential_pressure_mean", r"\bar p_T", "bar",
+        "cycle mean of the tangential force over the area of the piston, mean of the cylinders",
+        f"{NOTES}: p_i/pi (two-stroke), p_i/(2 pi) (four-stroke)", si=BAR,
+        needs=("mean_gas", "pressure_scale"),
+        make=lambda mean_gas, pressure_scale: mean_gas * pressure_scale,
+    ),
+    Node(
+        "reduced_torque_mean", r"\bar\mu_\sigma", "bar",
+        "cycle mean of the torque over the displacement, mean of the cylinders", f"{NOTES}, mu",
+        si=BAR, needs=("tangential_pressure_mean", "throw", "stroke"),
+        make=lambda tangential_pressure_mean, throw, stroke: 0.5 * tangential_pressure_mean
+        * throw / stroke,
+    ),
+    Node(
+        "specific_mass", "m/V_h", "kg m-3",
+        "reciprocating mass over displacement of one cylinder", f"{NOTES}, p_l,nu",
+        needs=("reciprocating_mass", "bore", "stroke"),
+        make=lambda reciprocating_mass, bore, stroke: reciprocating_mass
+        / (torque.piston_area(bore) * stroke),
+    ),
+    Node(
+        "inertia_pressure_order", r"p_{l,\nu}", "bar",
+        "amplitude of the orders of the inertia force over the piston's area, one cylinder",
+        f"{NOTES}: Q_nu pi^2 m c_m^2/(2 V_h), with its sign", si=BAR,
+        needs=("acceleration_coefficient", "specific_mass", "mean_piston_speed"),
+        make=lambda acceleration_coefficient, specific_mass, mean_piston_speed:
+        mechanism.inertia_pressure(acceleration_coefficient, specific_mass, mean_piston_speed),
+    ),
+    Node(
+        "two_mass_rod_inertia", r"\theta^*_\delta", "kg m2",
+        "moment of inertia of the rod's two masses about its centre of gravity",
+        f"{NOTES}, third condition", needs=("rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda rod_mass, rod_centre_of_gravity, rod: mechanism.two_mass_rod_inertia(
+            rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    Node(
+        "rod_inertia_excess", r"\theta_\delta-\theta^*_\delta", "kg m2",
+        "moment of inertia of the rod less that of its two masses", f"{NOTES}, third condition",
+        needs=("rod_inertia", "two_mass_rod_inertia"),
+        make=lambda rod_inertia, two_mass_rod_inertia: rod_inertia - two_mass_rod_inertia,
+    ),
+    Node(
+        "rod_couple", "C_\\delta", "N m",
+        "inertia couple of the rod that two masses leave out, in the sense of a growing rod angle",
+        "Kakaitsas section 2.2, derived here", kind="curve",
+        needs=(*_ANGLE, "rod_inertia_excess", "speed"),
+        make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
+        mechanism.rod_couple(crank_angle, crank_ratio, rod_inertia_excess, speed, offset_ratio),
+    ),
+    Node(
+        "rod_couple_torque", "M_\\delta", "N m",
+        "torque of the rod that two masses leave out, one cylinder",
+        "Kakaitsas section 2.2, derived here", kind="curve",
+        needs=(*_ANGLE, "rod_inertia_excess", "speed"),
+        make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
+        mechanism.rod_couple_torque(
+            crank_angle, crank_ratio, rod_inertia_excess, speed, offset_ratio
+        ),
+    ),
+    Node(
+        "rod_torque_error", r"\Delta M_l/M_l", "1",
+        "largest error of the inertia torque of two masses, over the largest of the exact rod",
+        "Kakaitsas section 2.2, derived here",
+        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
+        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
+        mechanism.rod_torque_error(
+            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * throw, offset_ratio
+        ),
+    ),
+    Node(
+        "rod_thrust_error", r"\Delta N_l/N_l", "1",
+        "largest error of the inertia wall thrust of two masses, over the largest of the exact rod",
+        "Kakaitsas section 2.2, derived here",
+        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
+        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
+        mechanism.rod_thrust_error(
+            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * throw, offset_ratio
+        ),
+    ),
+)  # fmt: skip
+
+NODES: tuple[Node, ...] = _FORCES

@@ -1,0 +1,109 @@
+"""What the graph of parameters and quantities is made of: nodes, dimensions, units of files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["BAR", "DEGREE", "RPM", "Dimension", "Node", "hidden"]
+
+BAR = 1e5
+RPM = math.pi / 30.0
+DEGREE = math.pi / 180.0
+"""SI values of the units of files."""
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A dimension that quantities have beside the axes of a scene.
+
+    Parameters
+    ----------
+    name, symbol, unit, long_name : str
+        As of a node; the name is also that of the leaf that holds its points, in SI units.
+    si : float
+        SI value of one file unit.
+    whole : bool
+        Whether its points are whole numbers.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    long_name: str
+    si: float = 1.0
+    whole: bool = False
+
+
+@dataclass(frozen=True)
+class Node:
+    """A parameter, a stage or a quantity.
+
+    Parameters
+    ----------
+    name, symbol, unit, long_name, source : str
+        Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
+        as UDUNITS reads it; one line of meaning; author and equation.
+    needs : tuple of str
+        Names of the nodes that `make` takes.
+    adds : tuple of str
+        Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
+    make : callable, optional
+        Computes the node from its needs, in SI units, broadcasting.
+    si : float
+        SI value of one file unit.
+    kind : str
+        "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
+        "curve" (over crank angle), "stage" (a kernel that gives several results at once).
+    gives : tuple of str
+        Results of a stage.
+    when : str
+        Words of the scene for which this variant of a name holds (its closure, "centred" or
+        "offset", "equal" or "unequal" cylinders): all of them; empty: any.
+    can_fail : bool
+        The stage writes `status`.
+    low, high : float
+        Range of a parameter in file units; `low_included`, `high_included` say whether its ends
+        belong to it; `whole` that only whole numbers do.
+    public : bool
+        Whether scenes may ask for it.
+    named : tuple of (str, float)
+        Names that scenes may write for values of a parameter, in file units.
+    throws : bool
+        The places of the engine's throws must be known.
+    width : int
+        Bytes of one value, with what `make` keeps beside it, for the size of blocks.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    long_name: str
+    source: str = ""
+    needs: tuple[str, ...] = ()
+    adds: tuple[str, ...] = ()
+    make: Callable[..., Any] | None = None
+    si: float = 1.0
+    kind: str = "value"
+    gives: tuple[str, ...] = ()
+    when: str = ""
+    can_fail: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+    low_included: bool = False
+    high_included: bool = False
+    whole: bool = False
+    public: bool = True
+    named: tuple[tuple[str, float], ...] = ()
+    throws: bool = False
+    width: int = 8
+
+
+def hidden(
+    name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Callable[..., Any],
+    **more: Any,
+) -> Node:  # fmt: skip
+    """Return a node that scenes cannot ask for, made on the way to others."""
+    return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)

@@ -1,0 +1,196 @@
+"""The nodes of the orders of the torque, as plain data.
+
+Part of the table in `engine_dyn.quantities.graph`, which see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import harmonics, torque
+from engine_dyn.quantities.node import DEGREE, Node, hidden
+
+__all__ = ["NODES"]
+
+NOTES = "Rakopoulos notes"
+
+COMPLEX = 16
+"""Bytes of a harmonic."""
+
+_MOTION = ("order", "crank_ratio", "offset_ratio")
+
+
+_COUNTED = ("cylinder_set", "cylinders_by_count")
+
+
+def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Any,
+              **more: Any) -> Node:  # fmt: skip
+    return hidden(name, unit, long_name, needs, make, width=COMPLEX, **more)
+
+
+def _gravity(scope: str, first_only: bool) -> Node:
+    def make(**needs: Any) -> Any:
+        return harmonics.gravity_harmonics(
+            needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
+            needs["throw_turning_mass"], 0.5 * needs["throw"], needs["cylinder_set"],
+            needs["cylinders_by_count"], needs["offset_ratio"], first_only,
+        )  # fmt: skip
+
+    return _harmonic(
+        f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
+        (*_MOTION, "reciprocating_mass", "throw_turning_mass", "throw", *_COUNTED), make,
+    )  # fmt: skip
+
+
+def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
+    """Amplitude and phase of harmonics."""
+    of = f"{scope}{what}_harmonics"
+    return [
+        Node(
+            f"{scope}{what}_order", symbol, "N m", f"amplitude of the orders of the {long_name}",
+            f"{NOTES}, harmonics of the tangential force", needs=(of,),
+            make=lambda **needs: np.abs(needs[of]),
+        ),
+        Node(
+            f"{scope}{what}_phase", rf"\psi_{{{symbol.replace('_', '')}}}", "degree",
+            f"phase of the orders of the {long_name}, psi of cos(nu phi + psi)",
+            f"{NOTES}, harmonics of the tangential force", si=DEGREE, needs=(of,),
+            make=lambda **needs: harmonics.phase_of(needs[of]),
+        ),
+    ]  # fmt: skip
+
+
+_PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], harmonics.Part]]] = {
+    "gas": (
+        "Pa", "pressure times reduced piston velocity", ("row", "family", "period"),
+        lambda needs: harmonics.gas_part(needs["row"], needs["family"], needs["period"]),
+    ),
+    "speed": ("1", "the reduced piston velocity", (), lambda _: harmonics.VELOCITY),
+    "inertia": (
+        "1", "the inertia torque over m r^2 omega^2", (), lambda _: harmonics.INERTIA,
+    ),
+}  # fmt: skip
+"""Unit, meaning, needs beside the motion, and the part itself."""
+
+_SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
+    "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
+    "": ("all cylinders", (), ("phase_vectors",), harmonics.of_engine),
+    "throw_": ("each throw", ("cylinder",), ("throw_phase_vectors",), harmonics.of_throws),
+}
+"""Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
+
+
+def _of_equal(part: str) -> Node:
+    """Harmonics of one of equal cylinders."""
+    unit, text, more, made = _PARTS[part]
+
+    def make(**needs: Any) -> Any:
+        return made(needs).single(
+            needs["order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
+        )  # fmt: skip
+
+    return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make)
+
+
+def _of_scope(scope: str, part: str) -> list[Node]:
+    """Harmonics of a part of the torque: of equal cylinders from one, of others from each."""
+    unit, text, more, made = _PARTS[part]
+    whose, dimension, vectors, add = _SCOPES[scope]
+    name, one = f"{scope or 'engine_'}{part}_sum", f"{part}_harmonics"
+
+    def turned(**needs: Any) -> Any:
+        return needs[one] * needs[vectors[0]] if vectors else needs[one]
+
+    def summed(**needs: Any) -> Any:
+        arguments = (*_MOTION, *_COUNTED, *dimension)
+        return add(made(needs), *(needs[argument] for argument in arguments))
+
+    text = f"harmonics of {text}, {whose}"
+    return [
+        _harmonic(name, unit, text, (one, *vectors), turned, when="equal"),
+        _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
+                  when="unequal"),
+    ]  # fmt: skip
+
+
+def _complex_torques(scope: str) -> list[Node]:
+    """Harmonics of gas, inertia and total torque of one cylinder, all, or each throw."""
+    whose = _SCOPES[scope][0]
+    work, speed, inertia = (f"{scope or 'engine_'}{part}_sum" for part in _PARTS)
+    names = [f"{scope}{what}torque_harmonics" for what in ("gas_", "inertia_", "")]
+
+    def gas(**needs: Any) -> Any:
+        lever = torque.piston_area(needs["bore"]) * 0.5 * needs["throw"]
+        work_of_gas = needs["pressure_scale"] * needs[work]
+        return lever * (work_of_gas - needs["crankcase_pressure"] * needs[speed])
+
+    def masses_torque(**needs: Any) -> Any:
+        moment = needs["reciprocating_mass"] * (0.5 * needs["throw"] * needs["speed"]) ** 2
+        return moment * needs[inertia]
+
+    def total(**needs: Any) -> Any:
+        return needs[names[0]] + needs[names[1]]
+
+    return [
+        _harmonic(
+            names[0], "N m", f"harmonics of the gas torque, {whose}",
+            (work, speed, "pressure_scale", "crankcase_pressure", "bore", "throw"), gas,
+        ),
+        _harmonic(
+            names[1], "N m", f"harmonics of the inertia torque, {whose}",
+            (inertia, "reciprocating_mass", "throw", "speed"), masses_torque,
+        ),
+        _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total),
+    ]  # fmt: skip
+
+
+_HARMONICS = (
+    *(_of_equal(part) for part in _PARTS),
+    _harmonic(
+        "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
+        lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
+            order, cylinder_set, cylinders_by_count
+        ),
+    ),
+    _harmonic(
+        "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
+        ("order", *_COUNTED, "cylinder"),
+        lambda order, cylinder_set, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
+            order, cylinder_set, cylinders_by_count, cylinder
+        ),
+    ),
+    *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),
+    *(node for scope in _SCOPES for node in _complex_torques(scope)),
+    _gravity("", False),
+    _gravity("cylinder_", True),
+)  # fmt: skip
+
+_ORDERS = (
+    Node(
+        "order_frequency", r"f_\nu", "Hz", "frequency of the orders at nominal speed",
+        f"{NOTES}, harmonics of the tangential force", needs=("order", "speed"),
+        make=lambda order, speed: order * speed / (2.0 * np.pi),
+    ),
+    Node(
+        "phase_vector_sum", r"|\sum e^{i\nu\psi_k}|", "1",
+        "sum of the cylinders' phase vectors, 0 where an order cancels, Z where it is major",
+        f"{NOTES}, engines with several cylinders", needs=("phase_vectors",),
+        make=lambda phase_vectors: np.abs(phase_vectors),
+    ),
+    *_polar("", "gas_torque", r"M_{g,\nu}", "gas torque, all cylinders"),
+    *_polar("", "inertia_torque", r"M_{l,\nu}", "inertia torque, all cylinders"),
+    *_polar("", "gravity_torque", r"M_{G,\nu}", "gravity torque, all cylinders"),
+    *_polar("", "torque", r"M_{\nu}", "torque of gas and reciprocating masses, all cylinders"),
+    *_polar("cylinder_", "gas_torque", r"M_{g1,\nu}", "gas torque, cylinder 1"),
+    *_polar("cylinder_", "inertia_torque", r"M_{l1,\nu}", "inertia torque, cylinder 1"),
+    *_polar("cylinder_", "gravity_torque", r"M_{G1,\nu}", "gravity torque, cylinder 1"),
+    *_polar("cylinder_", "torque", r"M_{1,\nu}",
+            "torque of gas and reciprocating masses, cylinder 1"),
+    *_polar("throw_", "torque", r"M_{j,\nu}",
+            "torque on each throw, of gas and reciprocating masses, along the shaft"),
+)  # fmt: skip
+
+NODES: tuple[Node, ...] = (*_HARMONICS, *_ORDERS)

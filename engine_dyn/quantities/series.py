@@ -1,0 +1,130 @@
+"""The nodes of the kinematic series, as plain data.
+
+Part of the table in `engine_dyn.quantities.graph`, which see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry import kinematic_series
+from engine_dyn.quantities.node import Node
+
+__all__ = ["NODES"]
+
+MOSAKOWSKI = "Mosakowski"
+NOTES = "Rakopoulos notes"
+
+
+def _centred(offset_ratio: Any, what: str) -> None:
+    if np.any(offset_ratio):
+        raise ValueError(
+            f"{what} is that of a centred mechanism; pin_offset and crank_offset must add up to 0"
+        )
+
+
+def _coefficients(function: Callable[..., Any], what: str) -> Callable[..., Any]:
+    def make(order: Any, crank_ratio: Any, offset_ratio: Any) -> Any:
+        _centred(offset_ratio, what)
+        return function(order, crank_ratio)
+
+    return make
+
+
+def _mean_position(crank_ratio: Any, offset_ratio: Any) -> Any:
+    _centred(offset_ratio, "position_mean")
+    return kinematic_series.mean_position(crank_ratio)
+
+
+def _truncated(function: Callable[..., Any], what: str) -> Callable[..., Any]:
+    def make(crank_angle: Any, crank_ratio: Any, truncation: Any, offset_ratio: Any) -> Any:
+        _centred(offset_ratio, what)
+        return function(crank_angle, crank_ratio, truncation)
+
+    return make
+
+
+def _truncation_error(derivative: int, what: str) -> Callable[..., Any]:
+    def make(crank_ratio: Any, truncation: Any, offset_ratio: Any) -> Any:
+        _centred(offset_ratio, what)
+        return kinematic_series.truncation_error(crank_ratio, truncation, derivative)
+
+    return make
+
+
+_SERIES_NEEDS = ("order", "crank_ratio", "offset_ratio")
+_CURVE_NEEDS = ("crank_angle", "crank_ratio", "truncation", "offset_ratio")
+_ERROR_NEEDS = ("crank_ratio", "truncation", "offset_ratio")
+
+_SERIES = (
+    Node(
+        "position_coefficient", r"a_\nu", "1",
+        "coefficients of the reduced piston travel, of cos(nu phi)",
+        f"{MOSAKOWSKI} eq. 7 (A = -a), {NOTES}", needs=_SERIES_NEEDS,
+        make=_coefficients(kinematic_series.position_coefficients, "position_coefficient"),
+    ),
+    Node(
+        "velocity_coefficient", r"\gamma_\nu", "1",
+        "coefficients of the reduced piston velocity, of sin(nu phi)",
+        f"{MOSAKOWSKI} eq. 5, {NOTES}", needs=_SERIES_NEEDS,
+        make=_coefficients(kinematic_series.velocity_coefficients, "velocity_coefficient"),
+    ),
+    Node(
+        "acceleration_coefficient", r"\beta_\nu", "1",
+        "coefficients of the reduced piston acceleration, of cos(nu phi)",
+        f"{MOSAKOWSKI} eq. 6, {NOTES}", needs=_SERIES_NEEDS,
+        make=_coefficients(kinematic_series.acceleration_coefficients, "acceleration_coefficient"),
+    ),
+    Node(
+        "inertia_torque_coefficient", r"\Delta T_\nu", "1",
+        "coefficients of the reduced inertia torque, over m r^2 omega^2, of sin(nu phi), one "
+        "cylinder", f"{NOTES}, Delta T_l", needs=_SERIES_NEEDS,
+        make=_coefficients(
+            kinematic_series.inertia_torque_coefficients, "inertia_torque_coefficient"
+        ),
+    ),
+    Node(
+        "position_mean", "a_0", "1", "mean of the reduced piston travel over a turn",
+        f"{NOTES}, a0", needs=("crank_ratio", "offset_ratio"), make=_mean_position,
+    ),
+    Node(
+        "position_truncated", r"\tilde x/r", "1", "reduced piston travel by the shortened series",
+        f"{MOSAKOWSKI} eqs. 9, 17", kind="curve", needs=_CURVE_NEEDS,
+        make=_truncated(kinematic_series.truncated_position, "position_truncated"),
+    ),
+    Node(
+        "velocity_truncated", r"\tilde c/(r\omega)", "1",
+        "reduced piston velocity by the shortened series", f"{MOSAKOWSKI} eqs. 12, 17",
+        kind="curve", needs=_CURVE_NEEDS,
+        make=_truncated(kinematic_series.truncated_velocity, "velocity_truncated"),
+    ),
+    Node(
+        "acceleration_truncated", r"\tilde b/(r\omega^2)", "1",
+        "reduced piston acceleration by the shortened series", f"{MOSAKOWSKI} eqs. 13, 18",
+        kind="curve", needs=_CURVE_NEEDS,
+        make=_truncated(kinematic_series.truncated_acceleration, "acceleration_truncated"),
+    ),
+    Node(
+        "position_truncation_error", r"\Delta x/s", "1",
+        "error of the shortened travel, the largest over the stroke",
+        f"after {MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
+        make=_truncation_error(0, "position_truncation_error"),
+    ),
+    Node(
+        "velocity_truncation_error", r"\Delta c/c_{max}", "1",
+        "error of the shortened velocity, the largest over the largest velocity",
+        f"after {MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
+        make=_truncation_error(1, "velocity_truncation_error"),
+    ),
+    Node(
+        "acceleration_truncation_error", r"\Delta b/b_{max}", "1",
+        "error of the shortened acceleration, the largest over the largest acceleration",
+        f"{MOSAKOWSKI} eq. 16", needs=_ERROR_NEEDS,
+        make=_truncation_error(2, "acceleration_truncation_error"),
+    ),
+)  # fmt: skip
+
+NODES: tuple[Node, ...] = _SERIES

@@ -1,0 +1,1 @@
+"""The solver of many designs at once, in lanes of SIMD registers."""

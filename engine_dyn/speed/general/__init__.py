@@ -1,0 +1,1 @@
+"""Solvers that take any design, one design at a time."""

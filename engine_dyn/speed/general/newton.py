@@ -1,0 +1,347 @@
+"""Newton's method on the whole periodic curve, for one design.
+
+The unknown is e(phi), the kinetic energy over its nominal value (symbols of `segments`):
+
+    e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
+
+or any other law of `load_law`, e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta
+(variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is discretised with
+the two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable).
+What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is far more than
+the kinetic energy, and their sum would have no digits. Each Newton step is one sweep of a scalar
+recurrence. The sum of all interval equations says
+mean(F) = mu; it replaces the equation of the last interval, so that weak loads (kappa near 0),
+whose closure omega(end) = omega(start) is singular, are as well conditioned as any other.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, is_shape, load_terms
+
+__all__ = ["POWER_MEAN", "CYCLE_TIME", "closure_terms", "newton"]
+
+Floats = npt.NDArray[np.float64]
+
+POWER_MEAN = 0
+CYCLE_TIME = 1
+
+NEAR = 0.1
+"""Relative error of the cycle's time from where Newton's steps are tried in both unknowns."""
+
+MOST_RISES = 60
+TRIED = 15
+"""Steps that the search for `rise` spends on one value, at most; it only has to bracket."""
+
+
+@inlined
+def closure_terms(q: float, law: Power | Shape, closure: int) -> tuple[float, float]:
+    """Return the closure's residual density and its derivative: its mean must vanish.
+
+    Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
+    log q as its limit alpha -> 0.
+    """
+    base = max(q, FLOOR)
+    if closure == CYCLE_TIME:
+        value = 1.0 / math.sqrt(base) - 1.0
+        slope = -0.5 * (value + 1.0) / base
+    elif half_of(law) == 0.0:
+        value = math.log(base)
+        slope = 1.0 / base
+    else:
+        value, slope, _ = load_terms(base, law)
+        value -= 1.0
+    if q < FLOOR:
+        value += slope * (q - FLOOR)
+    return value, slope
+
+
+@inlined
+def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
+    """Return the constant s at which the power mean is one: the solution in the limit of no load.
+
+    The mean rises with s, and is past one where q >= 1 everywhere.
+    """
+    low, high = -math.inf, -math.inf
+    for j in range(nodes):
+        low = max(low, FLOOR * tau[j] - 1.0 - w[j])
+        high = max(high, tau[j] - 1.0 - w[j])
+    level = max(low, 0.0)
+    for _ in range(60):
+        total = 0.0
+        total_slope = 0.0
+        for j in range(nodes):
+            value, slope = closure_terms((1.0 + w[j] + level) / tau[j], Power(half), POWER_MEAN)
+            total += value
+            total_slope += slope / tau[j]
+        if total > 0.0:
+            high = level
+        else:
+            low = level
+        if abs(total) <= 1e-6 * nodes:
+            break
+        level -= total / total_slope
+        if not (low < level < high):
+            level = 0.5 * (low + high)
+    return level
+
+
+@inlined
+def _settle(
+    kappa: float, law: Power | Shape, width: float, nodes: int, w: Floats, tau: Floats, d: Floats
+) -> None:
+    """Repeat cycles by implicit Euler from d[0], each step solved closely, until they nearly close.
+
+    The load opposes every deviation, so this converges from anywhere, and the faster the stronger
+    the load is; it ends after a few cycles, with a weak load, which needs no better start.
+    """
+    value = d[0]
+    push = kappa * width
+    for _ in range(12):
+        begin = value
+        for i in range(nodes):
+            j = i + 1 if i + 1 < nodes else 0
+            low, high = -math.inf, math.inf
+            base, new = value + (w[j] - w[i]), value
+            for _ in range(60):
+                force, first, _ = load_terms((1.0 + new) / tau[j], law)
+                residual = new - base + push * (force - 1.0)
+                slope = 1.0 + push * first / tau[j]
+                # The slope is at least 1: the root is within the residual.
+                if residual > 0.0:
+                    high, low = new, max(low, new - residual)
+                else:
+                    low, high = new, min(high, new - residual)
+                if abs(residual) <= 1e-6 * slope:
+                    break
+                new -= residual / slope
+                if not (low < new < high):
+                    new = 0.5 * (low + high)
+            value = new
+            d[j] = value
+        if abs(value - begin) <= 1e-3:
+            return
+
+
+@inlined
+def _steps(
+    kappa: float,
+    law: Power | Shape,
+    closure: int,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    d: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Newton's steps from the start that `d` holds; arguments and results as `newton`."""
+    count = float(nodes)
+    mu = 1.0
+    held = closure == POWER_MEAN
+    factor = width * width / 12.0
+    change = math.inf
+    smallest = 0.0
+    for step in range(1, most + 1):
+        if not held:
+            total = 0.0
+            for j in range(nodes):
+                value, _, _ = load_terms((1.0 + d[j]) / tau[j], law)
+                total += value
+            if step == 1:
+                mu = total / count
+        # f = s', its derivative g along the curve, b = -df/ds and b'; m = df/dmu.
+        for j in range(nodes):
+            q = (1.0 + d[j]) / tau[j]
+            value, first, second = load_terms(q, law)
+            f = -kappa * (value / mu - 1.0)
+            dq = (dw[j] + f - q * dtau[j]) / tau[j]
+            work[0, j] = f
+            work[1, j] = -kappa / mu * first * dq
+            work[2, j] = kappa / mu * first / tau[j]
+            work[3, j] = kappa / mu * (second * dq - first * dtau[j] / tau[j]) / tau[j]
+            work[4, j] = kappa * value / (mu * mu)
+            work[5, j] = 0.0
+        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu, and the means that close it.
+        grow, shift, push = 1.0, 0.0, 0.0
+        a11 = a12 = r1 = a21 = a22 = r2 = 0.0
+        for j in range(nodes):
+            q = (1.0 + d[j]) / tau[j]
+            value, slope = closure_terms(q, law, closure)
+            slope /= tau[j]
+            r1 -= value + slope * shift
+            a11 += slope * grow
+            a12 += slope * push
+            if not held:
+                value, first, _ = load_terms(q, law)
+                first /= tau[j]
+                r2 -= value - mu + first * shift
+                a21 += first * grow
+                a22 += first * push - 1.0
+            work[5, j] = grow
+            # Rows 0 and 4 are no longer needed at j once the interval after j is done.
+            if j + 1 < nodes:
+                residual = (
+                    (d[j + 1] - d[j])
+                    - (w[j + 1] - w[j])
+                    - 0.5 * width * (work[0, j] + work[0, j + 1])
+                    - factor * (work[1, j] - work[1, j + 1])
+                )
+                b0, b1 = work[2, j], work[2, j + 1]
+                before = 1.0 - 0.5 * width * b0 + factor * (b0 * b0 - work[3, j])
+                behind = 1.0 + 0.5 * width * b1 + factor * (b1 * b1 - work[3, j + 1])
+                source = 0.5 * width * (work[4, j] + work[4, j + 1])
+                work[0, j] = shift
+                work[4, j] = push
+                grow = grow * before / behind
+                shift = (shift * before - residual) / behind
+                push = (push * before + source) / behind
+        work[0, nodes - 1] = shift
+        work[4, nodes - 1] = push
+        if held:
+            start = r1 / a11
+            change_mu = 0.0
+        else:
+            determinant = a11 * a22 - a12 * a21
+            start = (r1 * a22 - a12 * r2) / determinant
+            change_mu = (a11 * r2 - a21 * r1) / determinant
+        # A step that would more than halve a small q or double a large one is shortened.
+        share = 1.0
+        for j in range(nodes):
+            delta = (work[5, j] * start + work[0, j] + work[4, j] * change_mu) / tau[j]
+            q = max((1.0 + d[j]) / tau[j], 0.25)
+            if abs(delta) * share > 2.0 * q:
+                share = 2.0 * q / abs(delta)
+        change = 0.0
+        smallest = math.inf
+        for j in range(nodes):
+            delta = share * (work[5, j] * start + work[0, j] + work[4, j] * change_mu)
+            d[j] += delta
+            change = max(change, abs(delta))
+            smallest = min(smallest, (1.0 + d[j]) / tau[j])
+        mu += share * change_mu
+        if not held:
+            mu = max(mu, FLOOR)
+        if not (change < 1e300):
+            return -step, mu, change, smallest
+        # Newton squares the error: a step this small leaves nothing behind.
+        if share == 1.0 and change <= tolerance:
+            return step, mu, change, smallest
+    return -most, mu, change, smallest
+
+
+@inlined
+def _from_no_load(
+    kappa: float,
+    law: Power | Shape,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    d: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Solve with the power mean as closure; results as `newton`.
+
+    Newton's steps start from the solution without load, from where some cycles are repeated.
+    """
+    level = _closed_level(half_of(law), nodes, w, tau)
+    for j in range(nodes):
+        d[j] = w[j] + level
+    if half_of(law) > 0.0 and not is_shape(law):
+        _settle(kappa, law, width, nodes, w, tau, d)
+    return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
+
+
+@inlined
+def newton(
+    kappa: float,
+    law: Power | Shape,
+    closure: int,
+    width: float,
+    nodes: int,
+    w: Floats,
+    dw: Floats,
+    tau: Floats,
+    dtau: Floats,
+    d: Floats,
+    work: Floats,
+    tolerance: float,
+    most: int,
+) -> tuple[int, float, float, float]:
+    """Solve for d at the nodes, in place.
+
+    `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
+    last change and the smallest q.
+
+    With the cycle's time given, mu is unknown too. A problem whose mu is rise^half is, in units of
+    the speed at which mu is one, the problem of the power mean with kappa, w and 1 + d divided by
+    `rise`. The cycle's time falls steadily with `rise`; near the right one, steps in both unknowns
+    at once do the rest.
+    """
+    if closure == POWER_MEAN:
+        return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
+    if len(law) > 1:  # no power of the speed comes out of its mean
+        taken, _, change, smallest = _from_no_load(
+            kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
+        )
+        if taken < 0:
+            return taken, 1.0, change, smallest
+        more, mu, change, smallest = _steps(
+            kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
+        )
+        return (taken + more if more > 0 else more), mu, change, smallest
+    low, high = 0.0, math.inf
+    rise = 1.0
+    steps = 0
+    stalls = False
+    change = smallest = 0.0
+    lower, d_lower = work[6], work[7]
+    for _ in range(MOST_RISES):
+        for j in range(nodes):
+            lower[j], d_lower[j] = w[j] / rise, dw[j] / rise
+        taken, _, change, smallest = _from_no_load(
+            kappa / rise, law, width, nodes, lower, d_lower, tau, dtau, d, work, tolerance,
+            TRIED,
+        )  # fmt: skip
+        steps += abs(taken)
+        time = math.inf
+        if taken > 0 and smallest > FLOOR:
+            time = 0.0
+            for j in range(nodes):
+                d[j] = rise * (1.0 + d[j]) - 1.0
+                time += math.sqrt(tau[j] / (1.0 + d[j]))
+            time /= nodes
+        if time > 1.0:
+            low, stalls = rise, time == math.inf
+        else:
+            high = rise
+        guess = rise * time * time
+        if abs(time - 1.0) < NEAR:
+            taken, mu, change, smallest = _steps(
+                kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
+            )
+            steps += abs(taken)
+            if taken > 0 and smallest > FLOOR:
+                return steps, mu, change, smallest
+        if high - low <= 1e-4 * low:
+            break
+        if low < guess < high and guess < math.inf:
+            rise = guess
+        else:
+            rise = 2.0 * rise if high == math.inf else math.sqrt(low * high)
+    # Where the time falls below the asked one only by stalling, the asked one does not run.
+    return -steps, 1.0, change, 0.0 if stalls else smallest

@@ -1,0 +1,1 @@
+"""Work over one period at the nodes of a grid, which all solvers read."""

@@ -1,0 +1,644 @@
+"""Cumulative work of one engine period: everything that designs of one geometry share.
+
+A table holds, at the nodes of one firing period, the work of the gas and of the reciprocating
+masses in reduced form. Work is one integration smoother than torque, so a table of it needs few
+nodes, and a design is only two factors on two tables:
+
+    gas:      P(phi) = int sum_i [(p_i - p_c) v_i - mean] dphi          [Pa]
+    inertia:  V(phi) = sum_i v_i^2 - mean                               [1]
+
+because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Friction
+over the stroke, less its mean, is a part of P: over piston area and crank radius it depends on what
+P depends on and on its level [Pa] alone. Where the cylinders repeat n times a cycle, the curves of
+Z/n of them (`cylinders.Cylinders.representatives`), folded at Phi/n, are the whole engine's: of
+evenly firing equal cylinders, the curve of one.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.geometry.cylinders import EQUAL, Member
+from engine_dyn.geometry.slider_crank import (
+    acceleration_at,
+    jerk_at,
+    offset_acceleration_at,
+    offset_jerk_at,
+    offset_velocity_at,
+    sine_of_top,
+    turned,
+    velocity_at,
+)
+from engine_dyn.pressure.diagram import Diagram, Family
+from engine_dyn.pressure.motored import row_with_factor
+
+__all__ = [
+    "FEWEST_NODES",
+    "FRICTIONLESS",
+    "GAUSS_POINTS",
+    "MOST_NODES",
+    "Blend",
+    "Friction",
+    "Grid",
+    "build",
+    "build_equal",
+    "make_grid",
+    "steps_per_cycle",
+]
+
+FEWEST_NODES = 720
+"""Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
+
+MOST_NODES = 23040
+
+AT_REST = 1e-9
+"""Reduced speed, and sine, that are rounding: a dead centre."""
+
+_THIRD = math.sqrt(0.15)
+GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
+_WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+"""Gauss-Legendre with three points on [0, 1]."""
+
+Floats = npt.NDArray[np.float64]
+
+
+class Grid(NamedTuple):
+    """Pressure of some diagrams at the nodes, the middles and the quadrature points of a cycle.
+
+    Arrays are (diagram, point). Sine and cosine are those of the same points. The points of one
+    representative cylinder follow those of the other, each at its own angles and pressure; `masses`
+    and `radii` have the factors on the mass and the crank radius of each.
+    """
+
+    at_node: Floats
+    slope_at_node: Floats
+    at_middle: Floats
+    at_quadrature: Floats
+    node_sine: Floats
+    node_cosine: Floats
+    middle_sine: Floats
+    middle_cosine: Floats
+    quadrature_sine: Floats
+    quadrature_cosine: Floats
+    masses: Floats
+    radii: Floats
+
+
+class Friction(NamedTuple):
+    """Levels [Pa] of the parts of `friction.FrictionShape`: friction torque over area and radius.
+
+    Each is the mean of its part, for one cylinder; `ring` is the pressure of the rings by their own
+    tension [Pa].
+    """
+
+    boundary: float
+    mixed: float
+    hydrodynamic: float
+    skirt: float
+    ring: float
+
+
+FRICTIONLESS = Friction(0.0, 0.0, 0.0, 0.0, 0.0)
+"""No friction but what is constant over the cycle."""
+
+
+class Blend(NamedTuple):
+    """The diagram of a table: (1 - weight) row `first` + weight row `second` of a grid, scaled.
+
+    `crankcase` is the pressure under the piston [Pa].
+    """
+
+    first: int
+    second: int
+    weight: float
+    scale: float
+    crankcase: float
+    friction: Friction
+
+
+@inlined
+def blended(blend: Blend, pressures: Floats, place: int) -> float:
+    """Pressure of a blend at one point of a grid."""
+    return blend.scale * (
+        (1.0 - blend.weight) * pressures[blend.first, place]
+        + blend.weight * pressures[blend.second, place]
+    )
+
+
+@inlined
+def bounds_of(curve: Floats) -> tuple[float, float]:
+    """Smallest and largest value; NaN where there is one."""
+    low = high = curve[0]
+    for j in range(curve.size):
+        low = curve[j] if curve[j] < low or curve[j] != curve[j] else low
+        high = curve[j] if curve[j] > high or curve[j] != curve[j] else high
+    return low, high
+
+
+@inlined
+def steps_of(grid: Grid) -> int:
+    """Nodes of a cycle."""
+    return grid.node_sine.size // grid.masses.size
+
+
+def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
+    """Nodes of a cycle: from `fewest` on the first that gives every period a multiple of `pieces`.
+
+    An even number of pieces, so that means over every other node tell whether a curve is resolved.
+    """
+    return -(-fewest // (pieces * cylinders)) * pieces * cylinders
+
+
+def make_grid(
+    family: Family,
+    rows: npt.NDArray[np.int64],
+    steps: int,
+    members: tuple[Member, ...] = (EQUAL,),
+) -> Grid:
+    """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on.
+
+    `members` are the representative cylinders.
+    """
+    period = family.row(int(rows[0])).period
+    pressures = [
+        _joined(
+            [
+                _sampled(row_with_factor(family, row, m.pressure_factor), steps, m.phase)
+                for m in members
+            ]
+        )
+        for row in rows.tolist()
+    ]
+    turns = _joined([_turns(period, steps, member.phase) for member in members])
+    masses = np.array([member.mass_factor for member in members])
+    radii = np.array([member.radius_factor for member in members])
+    # A single diagram is not copied: what is kept of it is only read.
+    of_rows = [
+        one[0][None] if len(one) == 1 else np.array(one) for one in zip(*pressures, strict=True)
+    ]
+    return Grid(*(*of_rows, *turns, masses, radii))
+
+
+def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
+    """Arrays of all members, those of one kind behind each other."""
+    if len(of_members) == 1:
+        return of_members[0]
+    return tuple(np.concatenate(one) for one in zip(*of_members, strict=True))
+
+
+def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
+    """Nodes, middles and quadrature points of a cycle, as a cylinder of this phase counts."""
+    width = period / steps
+    node: Floats = np.arange(steps, dtype=np.float64) * width
+    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
+    quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
+    middle: Floats = np.asarray(node + 0.5 * width)
+    return node + phase, middle + phase, quadrature + phase
+
+
+@lru_cache(maxsize=16)
+def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
+    """Sine and cosine of the nodes, the middles and the quadrature points."""
+    return tuple(f(angle) for angle in _angles(period, steps, phase) for f in (np.sin, np.cos))
+
+
+_kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
+KEPT, LARGEST_KEPT = 3, 3000
+"""Grids that are kept of a diagram, and their nodes: a design alone would else spend its time on
+evaluating splines."""
+
+
+def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
+    """Pressure at the nodes, its slope there, pressure at middles and quadrature points."""
+    known = _kept.get(diagram)
+    if known is None:
+        known = _kept.setdefault(diagram, {})
+    if (steps, phase) not in known:
+        node, middle, quadrature = _angles(diagram.period, steps, phase)
+        found = diagram(node), diagram.derivative(node), diagram(middle), diagram(quadrature)
+        if steps <= LARGEST_KEPT:
+            while len(known) >= KEPT:
+                known.pop(next(iter(known)))
+            known[steps, phase] = found
+        return found
+    return known[steps, phase]
+
+
+TABLE_ROWS = 14
+(
+    GAS_WORK,
+    GAS_TORQUE,
+    GAS_WORK_MIDDLE,
+    SQUARE,
+    SQUARE_SLOPE,
+    SQUARE_MIDDLE,
+    TORQUE,
+    TORQUE_SLOPE,
+    TORQUE_MIDDLE,
+    SHAPE,
+    SHAPE_SLOPE,
+    SHAPE_MIDDLE,
+    GAS_WORK_TILT,
+    SQUARE_TILT,
+) = range(TABLE_ROWS)
+"""Rows of a table, each with one value a node of the firing period:
+
+GAS_WORK P, GAS_TORQUE its slope, SQUARE V and SQUARE_SLOPE (both without their means);
+TORQUE sum (p - p_c) v and SHAPE sum -b v, with their slopes, for the extremes of the torque.
+*_MIDDLE is the true value in the middle of the interval after the node, less the cubic Hermite
+interpolant's: what a cubic misses. *_TILT is that of the slope there, times the interval's width:
+what a cubic with its middle still misses.
+"""
+
+QUINTIC = 4.0 / math.sqrt(3125.0)
+"""Largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1: factor on a TILT."""
+
+
+@inlined
+def take_cubic(
+    nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, rest: Floats
+) -> None:
+    """What a cubic through two nodes misses in their middle."""
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        cubic = 0.5 * (table[value, j] + table[value, after]) + 0.125 * width * (
+            table[slope, j] - table[slope, after]
+        )
+        rest[j] = middle[j] - cubic
+
+
+@inlined
+def take_tilt(
+    nodes: int, width: float, factor: float, table: Floats, value: int, slope: int, middle: Floats,
+    rest: Floats,
+) -> None:  # fmt: skip
+    """What a cubic misses of the slope in the middle, which is `factor` times `middle`."""
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        ends = table[slope, j] + table[slope, after]
+        cubic = 1.5 * (table[value, after] - table[value, j]) - 0.25 * width * ends
+        rest[j] = width * factor * middle[j] - cubic
+
+
+@inlined
+def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None:
+    """Rate of one cylinder's work, (p - p_c) c/(r omega), at every quadrature point."""
+    first, second = grid.at_quadrature[blend.first], grid.at_quadrature[blend.second]
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    sine, cosine = grid.quadrature_sine, grid.quadrature_cosine
+    for place in range(rates.size):
+        pressure = before * first[place] + behind * second[place] - blend.crankcase
+        rates[place] = pressure * velocity_at(sine[place], cosine[place], ratio)
+
+
+@inlined
+def level_of(friction: Friction) -> float:
+    """Level of all parts together."""
+    return friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+
+
+@inlined
+def rubs(friction: Friction) -> bool:
+    """Whether any friction varies over the cycle."""
+    return level_of(friction) != 0.0
+
+
+@inlined
+def friction_parts(
+    load: float, speed: float, sine: float
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Torques of the four branches, not scaled: see `friction.FrictionShape`.
+
+    `load` is the pressure on the rings (none where it would lift them), `speed` the reduced one of
+    the piston, `sine` that of the cylinder's own angle.
+    """
+    fast = abs(speed)
+    dry = max(load, 0.0) * fast
+    return dry, dry * (1.0 - abs(sine)), math.sqrt(dry) * fast, fast * fast
+
+
+@inlined
+def friction_slopes(
+    load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Slopes of `friction_parts` over the angle; `rise` and `rate` are those of load and speed.
+
+    In a dead centre, where they jump, what lies in the middle.
+    """
+    if load <= 0.0:
+        load, rise = 0.0, 0.0
+    fast, faster = abs(speed), 0.0
+    if fast > AT_REST:
+        faster = rate if speed > 0.0 else -rate
+    turn = 0.0
+    if abs(sine) > AT_REST:
+        turn = -cosine if sine > 0.0 else cosine
+    dry, drier = load * fast, rise * fast + load * faster
+    wet = 0.0
+    if dry > 0.0:
+        wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
+    slow = 1.0 - abs(sine)
+    return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
+
+
+@inlined
+def weighted(
+    weights: tuple[float, float, float, float], parts: tuple[float, float, float, float]
+) -> float:
+    """Sum of the parts of the friction by their weights."""
+    return (
+        weights[0] * parts[0] + weights[1] * parts[1] + weights[2] * parts[2]
+        + weights[3] * parts[3]
+    )  # fmt: skip
+
+
+@inlined
+def weights_of_friction(
+    ratio: float, offset: float, blend: Blend, grid: Grid, member: int, speeds: Floats
+) -> tuple[float, float, float, float]:
+    """Level over cycle mean of each part of the friction of one representative cylinder.
+
+    `ratio` and `offset` are over its own crank radius; `speeds` gets the piston's at its points of
+    quadrature.
+    """
+    sine, cosine, first, second = points_of(blend, grid, member)
+    top = sine_of_top(ratio, offset)
+    upright = math.sqrt(1.0 - top * top)
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    lift, count = blend.friction.ring - blend.crankcase, sine.size
+    boundary = mixed = hydrodynamic = skirt = 0.0
+    # All points with the weight of the outer ones, then the middle ones with what they lack: loops
+    # without a choice in them become vectors.
+    share = 3.0 * _WEIGHTS[0] / count
+    for i in range(count):
+        s, c = turned(sine[i], cosine[i], top, upright)
+        speeds[i] = offset_velocity_at(s, c, ratio, offset)
+        load = before * first[i] + behind * second[i] + lift
+        parts = friction_parts(load, speeds[i], sine[i])
+        boundary += share * parts[0]
+        mixed += share * parts[1]
+        hydrodynamic += share * parts[2]
+        skirt += share * parts[3]
+    share = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
+    for i in range(1, count, 3):
+        load = before * first[i] + behind * second[i] + lift
+        parts = friction_parts(load, speeds[i], sine[i])
+        boundary += share * parts[0]
+        mixed += share * parts[1]
+        hydrodynamic += share * parts[2]
+        skirt += share * parts[3]
+    friction = blend.friction
+    return (
+        scaled(friction.boundary, boundary), scaled(friction.mixed, mixed),
+        scaled(friction.hydrodynamic, hydrodynamic), scaled(friction.skirt, skirt),
+    )  # fmt: skip
+
+
+@inlined
+def points_of(
+    blend: Blend, grid: Grid, member: int
+) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
+    """Sine, cosine and both pressures of a blend at one representative's points of quadrature.
+
+    Counted from 0: where the compiler sees that no place is negative, loops become vectors.
+    """
+    count = 6 * steps_of(grid)
+    here = slice(member * count, (member + 1) * count)
+    return (
+        grid.quadrature_sine[here], grid.quadrature_cosine[here],
+        grid.at_quadrature[blend.first, here], grid.at_quadrature[blend.second, here],
+    )  # fmt: skip
+
+
+@inlined
+def scaled(level: float, mean: float) -> float:
+    """Level over mean; nothing of nothing."""
+    return level / mean if level > 0.0 and mean > 0.0 else 0.0
+
+
+@inlined
+def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
+    """As `rates_of_work`, for an offset over the crank radius, unequal throws and friction."""
+    for member in range(grid.masses.size):
+        rates_of_member(ratio, offset, blend, grid, member, rates)
+
+
+@inlined
+def rates_of_member(
+    ratio: float, offset: float, blend: Blend, grid: Grid, member: int, rates: Floats
+) -> tuple[float, float, float, float]:
+    """`rates_with_offset` of one representative cylinder, and the weights of its friction.
+
+    Its crank ratio and offset are over its own radius: the rod and the offset are the engine's.
+    """
+    radius, friction = grid.radii[member], blend.friction
+    own, beside = ratio * radius, offset / radius
+    sine, cosine, first, second = points_of(blend, grid, member)
+    count = sine.size
+    mine = rates[member * count : (member + 1) * count]
+    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    if not rubs(friction):
+        top = sine_of_top(own, beside)
+        upright = math.sqrt(1.0 - top * top)
+        for i in range(count):
+            s, c = turned(sine[i], cosine[i], top, upright)
+            pressure = before * first[i] + behind * second[i] - blend.crankcase
+            mine[i] = radius * pressure * offset_velocity_at(s, c, own, beside)
+        return 0.0, 0.0, 0.0, 0.0
+    weights = weights_of_friction(own, beside, blend, grid, member, mine)
+    level = level_of(friction)
+    for i in range(count):
+        pressure = before * first[i] + behind * second[i] - blend.crankcase
+        parts = friction_parts(friction.ring + pressure, mine[i], sine[i])
+        mine[i] = radius * pressure * mine[i] - (weighted(weights, parts) - level)
+    return weights
+
+
+@inlined
+def work_of_half(rates: Floats, place: int) -> float:
+    """Mean rate over half an interval: three-point Gauss-Legendre from `place` on."""
+    return _WEIGHTS[0] * (rates[place] + rates[place + 2]) + _WEIGHTS[1] * rates[place + 1]
+
+
+@inlined
+def clear(table: Floats, middles: Floats) -> None:
+    """Zero everywhere."""
+    nodes = table.shape[1]
+    for row in range(TABLE_ROWS):
+        for j in range(nodes):
+            table[row, j] = 0.0
+    for row in range(4):
+        for j in range(nodes):
+            middles[row, j] = 0.0
+
+
+@inlined
+def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
+    """Work summed up, all without their means, and what cubics miss, from sums over cylinders."""
+    total = 0.0
+    for j in range(nodes):
+        total += table[GAS_WORK, j]
+    mean = total / (nodes * width)
+    running = 0.0
+    mean_work = 0.0
+    # Of many cylinders the squares nearly add up to a constant. Taken away before they are summed
+    # up: what rounding adds to a sum of nearly equal numbers, always on the same side, would be
+    # left in the mean, and masses far above the inertia multiply it by as much.
+    level = table[SQUARE, 0]
+    mean_square = 0.0
+    for j in range(nodes):
+        whole = table[GAS_WORK, j] - mean * width
+        table[GAS_WORK, j] = running
+        mean_work += running
+        table[SQUARE, j] -= level
+        middles[1, j] -= level
+        mean_square += table[SQUARE, j]
+        middles[0, j] += running - 0.5 * mean * width
+        running += whole
+        table[GAS_TORQUE, j] = table[TORQUE, j] - mean
+    mean_work /= nodes
+    mean_square /= nodes
+    for j in range(nodes):
+        table[GAS_WORK, j] -= mean_work
+        middles[0, j] -= mean_work
+        table[SQUARE, j] -= mean_square
+        middles[1, j] -= mean_square
+    take_cubic(nodes, width, table, GAS_WORK, GAS_TORQUE, middles[0], table[GAS_WORK_MIDDLE])
+    take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
+    take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
+    take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])
+    for j in range(nodes):
+        middles[2, j] -= mean
+    take_tilt(nodes, width, 1.0, table, GAS_WORK, GAS_TORQUE, middles[2], table[GAS_WORK_TILT])
+    take_tilt(nodes, width, -2.0, table, SQUARE, SQUARE_SLOPE, middles[3], table[SQUARE_TILT])
+
+
+@kernel
+def build_unequal(
+    ratio: float,
+    offset: float,
+    blend: Blend,
+    nodes: int,
+    width: float,
+    grid: Grid,
+    table: Floats,
+    middles: Floats,
+    rates: Floats,
+) -> None:
+    """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction."""
+    clear(table, middles)
+    steps = steps_of(grid)
+    friction = blend.friction
+    rubbing, level = rubs(friction), level_of(friction)
+    for member in range(grid.masses.size):
+        weights = rates_of_member(ratio, offset, blend, grid, member, rates)
+        radius = grid.radii[member]
+        own, beside = ratio * radius, offset / radius
+        mass = grid.masses[member] * radius * radius
+        top = sine_of_top(own, beside)
+        upright = math.sqrt(1.0 - top * top)
+        for step in range(member * steps, (member + 1) * steps):
+            j = step % nodes
+            before = 0.5 * width * work_of_half(rates, step * 6)
+            behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
+            table[GAS_WORK, j] += before + behind
+            middles[0, j] += before
+
+            sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
+            v = offset_velocity_at(sine, cosine, own, beside)
+            b = offset_acceleration_at(sine, cosine, own, beside)
+            pressure = blended(blend, grid.at_node, step) - blend.crankcase
+            slope = blended(blend, grid.slope_at_node, step)
+            table[TORQUE, j] += radius * pressure * v
+            table[TORQUE_SLOPE, j] += radius * (slope * v + pressure * b)
+            table[SHAPE, j] -= mass * b * v
+            table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, beside))
+            table[SQUARE, j] += mass * v * v
+            table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
+            if rubbing:
+                load, s, c = friction.ring + pressure, grid.node_sine[step], grid.node_cosine[step]
+                table[TORQUE, j] -= weighted(weights, friction_parts(load, v, s)) - level
+                table[TORQUE_SLOPE, j] -= weighted(
+                    weights, friction_slopes(load, slope, v, b, s, c)
+                )
+
+            sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
+            v = offset_velocity_at(sine, cosine, own, beside)
+            pressure = blended(blend, grid.at_middle, step) - blend.crankcase
+            middles[1, j] += mass * v * v
+            middles[2, j] += radius * pressure * v
+            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, beside) * v
+            if rubbing:
+                parts = friction_parts(friction.ring + pressure, v, grid.middle_sine[step])
+                middles[2, j] -= weighted(weights, parts) - level
+    finish(nodes, width, table, middles)
+
+
+@kernel
+def build_equal(
+    ratio: float,
+    blend: Blend,
+    nodes: int,
+    width: float,
+    grid: Grid,
+    table: Floats,
+    middles: Floats,
+    rates: Floats,
+) -> None:
+    """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram, masses equal.
+
+    The period is `nodes` of the grid's cycle. `middles` (4, nodes) and `rates` (quadrature points)
+    are scratch.
+    """
+    steps = grid.node_sine.size
+    clear(table, middles)
+    rates_of_work(ratio, blend, grid, rates)
+    # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
+    for step in range(steps):
+        j = step % nodes
+        before = 0.5 * width * work_of_half(rates, step * 6)
+        behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
+        table[GAS_WORK, j] += before + behind
+        middles[0, j] += before
+
+        sine, cosine = grid.node_sine[step], grid.node_cosine[step]
+        v = velocity_at(sine, cosine, ratio)
+        b = acceleration_at(sine, cosine, ratio)
+        pressure = blended(blend, grid.at_node, step) - blend.crankcase
+        slope = blended(blend, grid.slope_at_node, step)
+        table[TORQUE, j] += pressure * v
+        table[TORQUE_SLOPE, j] += slope * v + pressure * b
+        table[SHAPE, j] -= b * v
+        table[SHAPE_SLOPE, j] -= b * b + v * jerk_at(sine, cosine, ratio)
+        table[SQUARE, j] += v * v
+        table[SQUARE_SLOPE, j] += 2.0 * v * b
+
+        sine, cosine = grid.middle_sine[step], grid.middle_cosine[step]
+        v = velocity_at(sine, cosine, ratio)
+        pressure = blended(blend, grid.at_middle, step) - blend.crankcase
+        middles[1, j] += v * v
+        middles[2, j] += pressure * v
+        middles[3, j] -= acceleration_at(sine, cosine, ratio) * v
+    finish(nodes, width, table, middles)
+
+
+@inlined
+def build(
+    ratio: float, offset: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats,
+    middles: Floats, rates: Floats,
+) -> None:  # fmt: skip
+    """Fill a table: by `build_equal` where that holds, else by `build_unequal`."""
+    plain = offset == 0.0 and not rubs(blend.friction)
+    for member in range(grid.masses.size):
+        plain = plain and grid.masses[member] == 1.0 and grid.radii[member] == 1.0
+    if plain:
+        build_equal(ratio, blend, nodes, width, grid, table, middles, rates)
+    else:
+        build_unequal(ratio, offset, blend, nodes, width, grid, table, middles, rates)

@@ -1,0 +1,1 @@
+"""Labelled datasets and the netCDF files that hold them."""

@@ -1,0 +1,352 @@
+"""Labels at the mouth of the river: arrays get names, units and provenance.
+
+`describe` knows all of them, without any array of results; a dataset (`label`) and an archive that
+is written block by block (`sweeps.archive.netcdf`) are both made from what it says.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn import status
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
+from engine_dyn.quantities.node import Dimension, Node
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
+from sweeps.archive.provenance import provenance
+from sweeps.errors import printable
+from sweeps.planning.plan import Plan
+from sweeps.scene.model import DESIGN, Scene, cylinders_of_count
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["PUBLISHED", "Labels", "Variable", "dataset_of", "describe", "label", "to_file_units"]
+
+PUBLISHED = "_published"
+"""Ending of the variables that hold a scene's [reference]."""
+
+_LABEL_NAMES = {"case": "name of the design"}
+_WORD_NAMES = {
+    "method": "method of the periodic speed",
+    "inertia_model": "model of the moment of inertia",
+    "arrangement": "arrangement of the cylinders",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One variable of an archive.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Its dimensions.
+    attributes : mapping
+        Texts, numbers, arrays of numbers.
+    data : ndarray, optional
+        Its values in the units of files, where they are known without computing.
+    kind : str
+        NumPy's word for its numbers.
+    si : float
+        SI value of one of its units.
+    """
+
+    dims: tuple[str, ...]
+    attributes: Mapping[str, Any]
+    data: npt.NDArray[Any] | None = None
+    kind: str = "f8"
+    si: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """All that an archive says beside its results: see `describe`."""
+
+    sizes: Mapping[str, int]
+    variables: Mapping[str, Variable]
+    coordinates: Mapping[str, Variable]
+    attributes: Mapping[str, Any]
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Lengths of a variable's dimensions."""
+        return tuple(self.sizes[d] for d in self.variables[name].dims)
+
+
+def describe(
+    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False,
+    machine: str = "",
+) -> Labels:  # fmt: skip
+    """Names, dimensions, units and provenance of what a plan computes.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    seconds : float, optional
+        How long that took.
+    command : str
+        The command line that asked for it.
+    single : bool
+        Results are kept in 32 bits.
+    machine : str
+        What computed it, unless it is this machine.
+    """
+    scene = plan.scene
+    variables: dict[str, Variable] = {}
+    for name in plan.outputs:
+        node = select(name, *scene.words)
+        dims = plan.dims(name)
+        if name == "status":
+            variables[name] = Variable(dims, _status_attributes(node), kind="i1")
+        else:
+            kind = "f4" if single else "f8"
+            variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
+    for name, column in (scene.reference.columns if scene.reference else {}).items():
+        node = select(name, *scene.words)
+        attributes = _attributes(plan, node)
+        attributes["long_name"] = f"{node.long_name}, published"
+        attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""
+        along = scene.reference.dimensions if scene.reference else ()
+        variables[f"{name}{PUBLISHED}"] = Variable(along, attributes, column)
+    used = {d for v in variables.values() for d in v.dims}
+    coordinates = {
+        name: Variable(along, attributes, np.asarray(values))
+        for name, (along, values, attributes) in _coordinates(plan, used).items()
+    }
+    dims = tuple(d for v in (*coordinates.values(), *variables.values()) for d in v.dims)
+    return Labels(
+        {d: plan.sizes[d] for d in dims},
+        variables,
+        coordinates,
+        {
+            **_about(plan),
+            **provenance(
+                plan,
+                seconds=seconds,
+                command=command,
+                numbers="float32" if single else "float64",
+                machine=machine,
+            ),
+        },
+    )
+
+
+def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Results in the units of files, in place where they can be written to.
+
+    Here and nowhere else; a second array of this size is what may not fit beside the first.
+    """
+    if variable.si == 1.0:
+        return data
+    return np.divide(data, variable.si, out=data if data.flags.writeable else None)
+
+
+def label(
+    plan: Plan, results: Mapping[str, npt.NDArray[Any]], *, seconds: float | None = None
+) -> xr.Dataset:
+    """Put names, units and provenance on the results of a plan, which become part of the dataset.
+
+    Values are converted from SI to the units of files in place.
+    """
+    labels = describe(plan, seconds=seconds)
+    return dataset_of(
+        labels,
+        {
+            name: to_file_units(v, results[name])
+            for name, v in labels.variables.items()
+            if v.data is None
+        },
+    )
+
+
+def dataset_of(labels: Labels, data: Mapping[str, Any]) -> xr.Dataset:
+    """Dataset of labels and of arrays in the units of files, which may be lazy ones of xarray."""
+    import xarray as xr
+
+    variables = {
+        name: _variable(v.dims, data[name] if v.data is None else v.data, v.attributes)
+        for name, v in labels.variables.items()
+    }
+    coordinates = {
+        name: _variable(v.dims, v.data, v.attributes, name)
+        for name, v in labels.coordinates.items()
+        if v.data is not None
+    }
+    dataset = xr.Dataset(variables, coords=coordinates)
+    for variable in dataset.variables:
+        if variable in dataset.coords or dataset[variable].dtype.kind != "f":
+            dataset[variable].encoding["_FillValue"] = None
+    dataset.attrs = dict(labels.attributes)
+    return dataset
+
+
+def _variable(
+    dims: tuple[str, ...], data: Any, attributes: Mapping[str, Any], name: str = ""
+) -> xr.Variable:
+    import pandas as pd
+    import xarray as xr
+    from xarray.core.indexing import ExplicitlyIndexed
+
+    # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
+    # and imports dask, where it is installed, to find out.
+    if dims == (name,):
+        return xr.IndexVariable(dims, pd.Index(data), attributes, fastpath=True)
+    lazy = isinstance(data, ExplicitlyIndexed)
+    return xr.Variable(dims, data if lazy else np.asarray(data), attributes, fastpath=True)
+
+
+def _attributes(plan: Plan, node: Node) -> dict[str, str]:
+    attributes = {"long_name": node.long_name}
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    unit: str | None = node.unit
+    if node.name == "load_coefficient" and not unit:
+        exponents = plan.leaves["load_exponent"].data
+        first = float(exponents.min())
+        unit = load_coefficient_unit(first) if first == exponents.max() else None
+        if unit is None:
+            attributes["comment"] = "unit N m s^alpha: it changes with the load exponent"
+    if unit is not None:
+        attributes["units"] = unit
+    if node.source:
+        attributes["references"] = node.source
+    return attributes
+
+
+def _status_attributes(node: Node) -> dict[str, Any]:
+    return {
+        "long_name": node.long_name,
+        "units": "1",
+        "flag_values": np.arange(len(status.MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(status.MEANINGS),
+    }
+
+
+def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
+    scene = plan.scene
+    coordinates: dict[str, Any] = {}
+    for name in scene.dimensions:
+        if name == DESIGN:
+            count = plan.sizes[DESIGN]
+            coordinates[DESIGN] = (
+                (DESIGN,),
+                np.arange(count, dtype=np.int32),
+                {"long_name": "number of the design", "units": "1"},
+            )
+            for column, values in scene.designs.items():
+                coordinates[column] = ((DESIGN,), values, _parameter_attributes(column))
+            for column, texts in scene.labels.items():
+                attributes = {"long_name": _LABEL_NAMES.get(column, column), "units": "1"}
+                coordinates[column] = ((DESIGN,), np.array(texts, dtype=object), attributes)
+        elif name in PARAMETERS:
+            coordinates[name] = ((name,), scene.axes[name], _parameter_attributes(name))
+        else:
+            words = scene.axes[name]
+            text = _WORD_NAMES[name]
+            coordinates[name] = (
+                (name,),
+                np.arange(len(words), dtype=np.int32),
+                {"long_name": f"number of the {text}", "units": "1"},
+            )
+            coordinates[f"{name}_name"] = (
+                (name,),
+                np.array(words, dtype=object),
+                {"long_name": text, "units": "1"},
+            )
+    for name, points in plan.points.items():
+        if name in used:
+            coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
+    return coordinates
+
+
+def _parameter_attributes(name: str) -> dict[str, str]:
+    return _dimension_attributes(PARAMETERS[name])
+
+
+def _dimension_attributes(node: Node | Dimension) -> dict[str, str]:
+    attributes = {"long_name": node.long_name, "units": node.unit}
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    return attributes
+
+
+def _about(plan: Plan) -> dict[str, Any]:
+    """Attributes that say what was computed."""
+    scene, engine = plan.scene, plan.scene.engine
+    given = {
+        name: float(plan.leaves[name].data)
+        for name in PARAMETERS
+        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
+    }
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": scene.title,
+        "references": "; ".join(engine.sources),
+        "engine": engine.name,
+        "engine_title": engine.title,
+        "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
+        "parameters": json.dumps(given),
+        "arrangement": _arrangements(scene),
+        "solver": json.dumps(
+            {
+                "method": list(scene.methods),
+                "inertia_model": list(scene.inertia_models),
+                "closure": scene.closure,
+                "tolerance": scene.tolerance,
+            }
+        ),
+        "axes_without_effect": ", ".join(plan.unused),
+    }
+    return {key: value for key, value in attributes.items() if value != ""}
+
+
+def _arrangements(scene: Scene) -> str:
+    """JSON of the cylinders of the scene; empty where their throws are not known.
+
+    A list where the arrangement is an axis; nothing where a firing angle or the number of cylinders
+    is.
+    """
+    keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
+    if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
+        return ""
+    fixed = {k: scene.settings[k] * si for k, si in keys.items() if k in scene.settings}
+    if scene.arrangements:
+        each = [_arrangement(with_values(engine, fixed)) for engine in scene.arrangements]
+        return json.dumps(each)
+    if len(scene.counts) > 1:
+        return ""
+    own = _arrangement(with_values(cylinders_of_count(scene, scene.counts[0]), fixed))
+    return json.dumps(own) if own else ""
+
+
+def _arrangement(own: Cylinders | None) -> dict[str, Any]:
+    """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
+    if own is None or own.arrangement is None:
+        return {}
+    made = own.arrangement
+
+    def degrees(angle: float) -> float:
+        return round(math.degrees(angle), 6)
+
+    return {
+        "name": made.name,
+        "period": degrees(made.period),
+        "firing_angles": [degrees(c.firing_angle) for c in made.cylinders],
+        "throws": [degrees(made.throws[c.throw].angle) for c in made.cylinders],
+        "positions": [made.throws[c.throw].position for c in made.cylinders],
+        "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
+        "pressure_factor": list(own.pressure_factors),
+        "mass_factor": list(own.mass_factors),
+        "radius_factor": list(own.radius_factors),
+    }
+
+
+_MARCHING = ("passes", "start_speed", "start_angle")

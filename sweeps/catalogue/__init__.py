@@ -1,0 +1,16 @@
+"""Engines and scenes that come with the package: TOML and CSV files, and where they lie."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["ENGINES", "PACKAGE", "SCENES"]
+
+PACKAGE = Path(__file__).resolve().parents[1]
+"""Folder of the package `sweeps`."""
+
+ENGINES = Path(__file__).resolve().parent / "engines"
+"""Folder of the engines' files."""
+
+SCENES = Path(__file__).resolve().parent / "scenes"
+"""Folder of the built-in scenes."""

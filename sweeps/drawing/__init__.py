@@ -1,1 +1,0 @@
-"""Parts of `sweeps.figures`: wording, views of an archive, sheets, curves, numbers."""

@@ -1,0 +1,1 @@
+"""Looking into archives: opening, searching, comparing, exporting."""

@@ -1,0 +1,304 @@
+"""Two archives against each other: axes, quantities, the largest differences and where they are.
+
+Both are read a range at a time: they may be larger than memory.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweeps.archive.provenance import differences
+from sweeps.errors import counted, one_line
+from sweeps.exploring.search import ranges
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Comparison", "Difference", "compare", "text"]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How two archives differ in one quantity.
+
+    Attributes
+    ----------
+    name, units : str
+        The quantity.
+    count : int
+        Values that were compared.
+    differing : int
+        Values that are not the same; two that are not numbers (NaN) are the same.
+    only_one : int
+        Those of them that are a number in one archive only.
+    largest, relative : float
+        Largest difference, and largest over the greater of the two magnitudes; 0 where there is
+        none.
+    largest_at, relative_at : dict
+        Where they are: the values of the axes.
+    pair, relative_pair : tuple of float
+        The two values there.
+    only_at : dict
+        Where the first of `only_one` is.
+    """
+
+    name: str
+    units: str
+    count: int = 0
+    differing: int = 0
+    only_one: int = 0
+    largest: float = 0.0
+    relative: float = 0.0
+    largest_at: dict[str, Any] = field(default_factory=dict)
+    relative_at: dict[str, Any] = field(default_factory=dict)
+    pair: tuple[float, float] = (math.nan, math.nan)
+    relative_pair: tuple[float, float] = (math.nan, math.nan)
+    only_at: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two archives have in common, and what not.
+
+    Attributes
+    ----------
+    axes : list of str
+        In words, how axes differ; empty where they are the same. Values that only one archive has
+        are left out of what follows.
+    made : list of str
+        In words, in what else they were made otherwise.
+    only_first, only_second : list of str
+        Quantities that one archive alone has.
+    not_compared : list of str
+        Quantities that both have, over other axes or with another unit, and why.
+    quantities : list of Difference
+        Those that both have.
+    """
+
+    axes: list[str]
+    made: list[str]
+    only_first: list[str]
+    only_second: list[str]
+    not_compared: list[str]
+    quantities: list[Difference]
+
+    @property
+    def same(self) -> bool:
+        """Whether axes and all values are the same."""
+        return not self.others and not any(d.differing for d in self.quantities)
+
+    @property
+    def others(self) -> bool:
+        """Whether there is anything in one archive that was not compared with the other."""
+        return bool(self.axes or self.only_first or self.only_second or self.not_compared)
+
+    def within(self, tolerance: float) -> bool:
+        """Whether axes are the same, and all values up to a relative difference."""
+        return not self.others and not any(
+            d.only_one or d.relative > tolerance for d in self.quantities
+        )
+
+
+def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
+    """Compare two archives as `sweeps.open` or `sweeps.run` returns them."""
+    names = [str(n) for n in first.data_vars]
+    others = [str(n) for n in second.data_vars]
+    axes, one, two = _common(first, second)
+    not_compared, quantities = [], []
+    for name in names:
+        if name not in others:
+            continue
+        why = _unlike(one[name], two[name])
+        if why:
+            not_compared.append(f"{name}: {why}")
+        else:
+            quantities.append(_difference(name, one, two))
+    return Comparison(
+        axes,
+        _made(first, second),
+        [n for n in names if n not in others],
+        [n for n in others if n not in names],
+        not_compared,
+        quantities,
+    )
+
+
+def _common(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+    """How axes differ, and both archives at the values that both have."""
+    told: list[str] = []
+    places: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+    for dimension in dict.fromkeys((*first.dims, *second.dims)):
+        name = str(dimension)
+        if (name in first.dims) != (name in second.dims):
+            told.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
+            continue
+        if first.sizes[name] == second.sizes[name] and _equal(
+            _columns(first, name), _columns(second, name)
+        ):
+            continue
+        one, two = (_keys(dataset, name) for dataset in (first, second))
+        where = {key: i for i, key in enumerate(two)}
+        pairs = [(i, where[key]) for i, key in enumerate(one) if key in where]
+        places[0][name] = np.array([i for i, _ in pairs], dtype=np.int64)
+        places[1][name] = np.array([i for _, i in pairs], dtype=np.int64)
+        if len(pairs) == len(one) == len(two):
+            told.append(f"{name}: the same {counted(len(one), 'value')} in another order")
+        else:
+            told.append(
+                f"{name}: {len(pairs)} in both of {counted(len(one), 'value')} and {len(two)}"
+            )
+    return told, first.isel(places[0]), second.isel(places[1])
+
+
+def _keys(dataset: xr.Dataset, dimension: str) -> list[Any]:
+    """What tells the points of an axis apart: its values, or words, or all columns of designs."""
+    along = _columns(dataset, dimension)
+    if not along:
+        return list(range(dataset.sizes[dimension]))
+    if len(along) == 1:
+        return list(along[0].tolist())
+    return list(zip(*(column.tolist() for column in along), strict=True))
+
+
+def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
+    """Coordinates along an axis in the order of their names."""
+    along = sorted(str(n) for n, c in dataset.coords.items() if c.dims == (dimension,))
+    if len(along) > 1 and dimension in along and dataset[dimension].dtype.kind == "i":
+        along.remove(dimension)  # numbers of words and of designs say nothing beside these
+    return [dataset[name].values for name in along]
+
+
+def _equal(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
+    return len(one) == len(two) and all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+
+
+def _unlike(one: xr.DataArray, two: xr.DataArray) -> str:
+    """Why values of two variables cannot be compared; empty where they can."""
+    if set(one.dims) != set(two.dims):
+        return f"over ({', '.join(map(str, one.dims))}) and over ({', '.join(map(str, two.dims))})"
+    units = [str(v.attrs.get("units", "no single unit")) for v in (one, two)]
+    if units[0] != units[1]:
+        return f"in {units[0]} and in {units[1]}"
+    return "" if one.size else "no point of the axes is in both"
+
+
+def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
+    dims = [str(d) for d in one[name].dims]
+    shape = [one.sizes[d] for d in dims]
+    pairs = {"one": one[name].variable, "two": two[name].variable}
+    units = str(one[name].attrs.get("units", ""))
+    count = differing = only_one = 0
+    found: dict[str, Any] = {"largest": 0.0, "relative": 0.0}
+    for begin, _, arrays in ranges(pairs, dims, shape):
+        a, b = (np.asarray(arrays[key], dtype=np.float64) for key in ("one", "two"))
+        missing = np.isnan(a) != np.isnan(b)
+        unequal = (a != b) & ~(np.isnan(a) & np.isnan(b))
+        count += a.size
+        differing += int(unequal.sum())
+        if missing.any() and not only_one:
+            found["only_at"] = _where(one, dims, begin, missing)
+        only_one += int(missing.sum())
+        if not (unequal & ~missing).any():
+            continue
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            gap = np.where(unequal & ~missing, np.abs(a - b), 0.0)
+            over = np.where(gap > 0.0, gap / np.maximum(np.abs(a), np.abs(b)), 0.0)
+        # An infinity against a number, or against the other infinity, is beyond every number.
+        over[np.isinf(gap)] = math.inf
+        for key, values, pair in (("largest", gap, "pair"), ("relative", over, "relative_pair")):
+            here = float(values.max())
+            if here > found[key]:
+                found[key] = here
+                at = np.unravel_index(int(values.argmax()), values.shape)
+                found[f"{key}_at"] = _at(one, dims, begin, at)
+                found[pair] = (float(a[at]), float(b[at]))
+    return Difference(name, units, count, differing, only_one, **found)
+
+
+def _where(
+    dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], mask: npt.NDArray[np.bool_]
+) -> dict[str, Any]:
+    return _at(dataset, dims, begin, np.unravel_index(int(mask.argmax()), mask.shape))
+
+
+def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -> dict[str, Any]:
+    """Values of the axes at a place; words where an axis has some, else its position."""
+    place: dict[str, Any] = {}
+    for dimension, first, offset in zip(dims, begin, at, strict=True):
+        index = first + int(offset)
+        words = [
+            c for c in dataset.coords.values() if c.dims == (dimension,) and c.dtype.kind in "UOT"
+        ]
+        if words:
+            place[dimension] = str(words[0].values[index])
+        elif dimension in dataset.coords:
+            place[dimension] = dataset[dimension].values[index].item()
+        else:
+            place[dimension] = index
+    return place
+
+
+def _made(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """In what else the archives were made otherwise, as they say themselves."""
+    try:
+        one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
+        return differences(one, two)
+    except (KeyError, ValueError, TypeError, AttributeError):
+        return []
+
+
+# --- what is printed ------------------------------------------------------------------------------
+
+
+def text(found: Comparison) -> str:
+    """Print a comparison."""
+    lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
+    if found.made:
+        lines.append(f"made otherwise: {'; '.join(found.made)}")
+    for names, which in ((found.only_first, "first"), (found.only_second, "second")):
+        if names:
+            lines.append(f"only in the {which}: {', '.join(names)}")
+    lines += [f"not compared: {why}" for why in found.not_compared]
+    width = max((len(d.name) for d in found.quantities), default=0)
+    for difference in found.quantities:
+        lines += [
+            f"{difference.name if i == 0 else '':<{width}}  {row}"
+            for i, row in enumerate(_rows(difference))
+        ]
+    return "\n".join(lines)
+
+
+def _rows(found: Difference) -> list[str]:
+    """Lines on one quantity."""
+    if not found.differing:
+        return [f"the same in {counted(found.count, 'value')}"]
+    rows = [f"{found.differing} of {counted(found.count, 'value')} differ"]
+    if found.relative:
+        rows += [
+            f"largest relative difference {found.relative:.3g}: {_pair(found.relative_pair)}"
+            f"{_place(found.relative_at)}",
+            f"largest difference {found.largest:.3g} {found.units}".rstrip()
+            + f": {_pair(found.pair)}{_place(found.largest_at)}",
+        ]
+    if found.only_one:
+        rows.append(
+            f"{found.only_one} a number in one archive only, the first{_place(found.only_at)}"
+        )
+    return rows
+
+
+def _pair(values: tuple[float, float]) -> str:
+    return f"{values[0]:.12g} and {values[1]:.12g}"
+
+
+def _place(at: dict[str, Any]) -> str:
+    if not at:
+        return ""
+    words = (f"{k}={v:.9g}" if isinstance(v, float) else f"{k}={v}" for k, v in at.items())
+    return " at " + one_line(", ".join(words), 300)

@@ -1,0 +1,217 @@
+"""Archives as flat tables, for programs that read no netCDF: CSV and Parquet.
+
+One row a design, or a design and crank angle; the table is written a range of rows at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.status import MEANINGS
+from sweeps.archive import netcdf as archives
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.exploring.search import ranges, words_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["FORMATS", "Exported", "check_format", "export"]
+
+ROWS = 1 << 18
+"""Rows that are written at a time, about."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What an exported table holds.
+
+    Attributes
+    ----------
+    rows : int
+        Without the header.
+    columns : tuple of str
+        Axes first, then columns of designs, then quantities.
+    left_out : tuple of str
+        Quantities that are not in it because nobody asked for them: curves.
+    """
+
+    rows: int
+    columns: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+def export(
+    archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
+    overwrite: bool = False,
+) -> Exported:  # fmt: skip
+    """Write an archive as a table.
+
+    Axes come first and the last varies fastest, then columns of designs, then quantities, all in
+    the units of the archive; words and outcomes are texts. A number that there is not is an empty
+    field of a CSV file, NaN in Parquet, where each column also tells its unit (metadata `units`).
+    The file is whole or not there.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
+    path : str or Path
+        The table; its ending, .csv or .parquet, says which format.
+    quantities : str or sequence of str, optional
+        Those to write; all that have one number a design, if not given. With a curve, such as
+        omega over crank_angle, there is a row for each of its points.
+    overwrite : bool
+        Replace an older file.
+
+    Raises
+    ------
+    SceneError
+        For another ending, quantities that the archive has not, or a file that exists; for Parquet
+        without pyarrow.
+    OSError
+        Where the table cannot be written.
+    """
+    path = Path(path)
+    opener = check_format(path)
+    if path.exists() and not overwrite:
+        raise SceneError(f"{path}: exists; it is not overwritten")
+    names = _chosen(archive, [quantities] if isinstance(quantities, str) else quantities)
+    used = {d for name in names for d in archive[name].dims}
+    dims = [str(d) for d in archive.dims if d in used]
+    shape = [archive.sizes[d] for d in dims]
+    columns = _columns(archive, dims, names)
+    left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
+    rows = 0
+    with archives.replaced(path) as partial, opener(partial, columns) as put:
+        for _, extent, arrays in ranges(columns, dims, shape, 8.0 * ROWS, in_order=True):
+            table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
+            if "status" in table:
+                table["status"] = _OUTCOMES[table["status"]]
+            put(table)
+            rows += len(next(iter(table.values())))
+    return Exported(rows, tuple(columns), tuple(left_out))
+
+
+_OUTCOMES = np.array(MEANINGS, dtype=object)
+
+
+def check_format(path: Path) -> Callable[..., Any]:
+    """Return what writes files of this ending.
+
+    Raises
+    ------
+    SceneError
+        For an ending that is none, and for Parquet without pyarrow.
+    """
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise SceneError(f"{path}: must end in {' or '.join(FORMATS)}")
+    if kind == ".parquet":
+        try:
+            import pyarrow.parquet  # noqa: F401
+        except ImportError:
+            raise SceneError(
+                f"{path}: Parquet needs pyarrow, which is not installed: pip install "
+                "'engine-dyn[parquet]'"
+            ) from None
+    return FORMATS[kind]
+
+
+def _chosen(archive: xr.Dataset, quantities: Sequence[str] | None) -> list[str]:
+    """Quantities to write."""
+    known = [str(n) for n in archive.data_vars]
+    if quantities is None:
+        names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]
+        if not names:
+            raise SceneError(
+                f"no quantity has one number a design; name those to write, out of "
+                f"{', '.join(known)}"
+            )
+        return names
+    for i, name in enumerate(quantities):
+        if name not in known:
+            raise SceneError(
+                f"{shown(name)}: not a quantity of the archive{not_known(name, known)}"
+            )
+        if name in quantities[:i]:
+            raise SceneError(f"{name}: stands there twice; each quantity once")
+    if not quantities:
+        raise SceneError("no quantities to write; must be at least one")
+    return list(quantities)
+
+
+def _columns(archive: xr.Dataset, dims: list[str], names: list[str]) -> dict[str, xr.Variable]:
+    """Variables of the table by the names of its columns."""
+    words = words_of(archive)
+    columns: dict[str, xr.Variable] = {}
+    for dimension in dims:
+        # Axes of words hold numbers beside them.
+        home = words.get(dimension, dimension)
+        columns[dimension] = (
+            archive[home].variable if home in archive.coords else _numbered(archive, dimension)
+        )
+    for name, coordinate in archive.coords.items():
+        if str(name) not in (*dims, *words.values()) and set(coordinate.dims) <= set(dims):
+            columns[str(name)] = coordinate.variable
+    for shown_as, name in words.items():
+        if shown_as not in columns and set(archive[name].dims) <= set(dims):
+            columns[shown_as] = archive[name].variable
+    return {**columns, **{name: archive[name].variable for name in names}}
+
+
+def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:
+    import xarray as xr
+
+    return xr.Variable((dimension,), np.arange(archive.sizes[dimension]))
+
+
+# --- formats --------------------------------------------------------------------------------------
+
+Put = Callable[[Mapping[str, Any]], None]
+
+
+@contextmanager
+def _csv(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
+    import pandas as pd
+
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        pd.DataFrame(columns=list(columns)).to_csv(stream, index=False, lineterminator="\n")
+
+        def put(table: Mapping[str, Any]) -> None:
+            pd.DataFrame(dict(table)).to_csv(stream, index=False, header=False, lineterminator="\n")
+
+        yield put
+
+
+@contextmanager
+def _parquet(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    def field(name: str, variable: xr.Variable) -> Any:
+        is_text = name == "status" or variable.dtype.kind in "UOT"
+        kind = pa.string() if is_text else pa.from_numpy_dtype(variable.dtype)
+        about = {
+            key: str(variable.attrs[key]) for key in ("units", "long_name") if key in variable.attrs
+        }
+        return pa.field(name, kind, metadata=about)
+
+    schema = pa.schema([field(name, variable) for name, variable in columns.items()])
+    with pq.ParquetWriter(path, schema) as writer:
+
+        def put(table: Mapping[str, Any]) -> None:
+            arrays = [pa.array(table[f.name], f.type, from_pandas=False) for f in schema]
+            writer.write_table(pa.table(arrays, schema=schema))
+
+        yield put
+
+
+FORMATS: Mapping[str, Callable[..., Any]] = {".csv": _csv, ".parquet": _parquet}
+"""What writes each format, by the ending of its files."""

@@ -1,0 +1,1 @@
+"""Figures of an archive, drawn from the Dataset alone."""

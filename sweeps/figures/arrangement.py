@@ -1,0 +1,183 @@
+"""The arrangement of the cylinders, drawn from the attribute ``arrangement`` of an archive.
+
+On the left the crankshaft seen along its axis as cylinder 1 fires, with throws and banks, the sense
+of rotation clockwise; on the right the firing star: the directions of the firings where one turn of
+the star is one cycle.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.figures.sheet import GREY, Plates, finish, new_sheet
+from sweeps.figures.views import Study
+from sweeps.figures.wording import number_text, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SAME = 0.5
+"""Degrees within which directions are drawn as one."""
+
+PIN, BLOCK, TOP = 1.0, 1.9, 2.7
+"""Distances from the shaft in crank radii of cylinder 1: its pin, both ends of a cylinder."""
+
+
+def arrangements(study: Study) -> Plates:
+    """One figure for each arrangement that the archive describes."""
+    data = study.view.data
+    described = json.loads(data.attrs.get("arrangement") or "[]")
+    listed = [described] if isinstance(described, dict) else described
+    for number, one in enumerate(listed, start=1):
+        if "period" not in one or len(one["throws"]) < 2:
+            continue
+        suffix = f"_{number}" if len(listed) > 1 else ""
+        yield f"arrangement{suffix}", _figure(one)
+
+
+def _figure(one: Mapping[str, Any]) -> Any:
+    figure, (view, star) = new_sheet(1, 2, 3.3)
+    _end_view(view, one)
+    _firing_star(star, one)
+    view.set_title("end view as cylinder 1 fires")
+    star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
+    angles = np.asarray(one["firing_angles"])
+    order = np.argsort(angles, kind="stable")
+    gaps = np.diff(np.sort(angles), append=one["period"])
+    notes = [f"firing order {'-'.join(str(i + 1) for i in order)}"]
+    if len(gaps) > 1:
+        steps = dict.fromkeys(_degrees(gap) for gap in gaps)
+        even = len(steps) == 1
+        shown = steps if even else [_degrees(gap) for gap in gaps]
+        notes.append(f"{'every' if even else 'intervals'} {', '.join(shown)}")
+    return finish(figure, sentence(str(one["name"])), notes)
+
+
+def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
+    """Throws and banks, angles clockwise, the middle of the banks above."""
+    throws = np.asarray(one["throws"])
+    banks = np.asarray(one["banks"]) - _middle(np.asarray(one["banks"]))
+    radii = np.asarray(one.get("radius_factor", np.ones(len(throws))))
+    silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
+    _blank(panel, TOP + 0.6)
+    _circle(panel, PIN, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    for angle, members in _gathered(banks):
+        _cylinder(panel, angle, all(i in silent for i in members))
+        _label(panel, angle, TOP + 0.12, members)
+    _circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
+    # Pins at cylinder 1's firing: a throw stands its own angle away from that of cylinder 1.
+    standing = banks[0] + throws - throws[0]
+    for radius in np.unique(radii):
+        of_radius = np.flatnonzero(radii == radius)
+        for angle, places in _gathered(standing[of_radius]):
+            x, y = _point(angle, radius)
+            panel.plot([0.0, x], [0.0, y], color="black", linewidth=2.2, zorder=2)
+            panel.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=7.0)
+            members = [int(of_radius[i]) for i in places]
+            _label(panel, angle, radius + 0.22, members, weight="bold")
+    _sense(panel, 0.62)
+
+
+def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
+    """Directions of the firings over the cycle."""
+    angles = np.asarray(one["firing_angles"]) * 360.0 / one["period"]
+    silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
+    _blank(panel, 1.32)
+    _circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    found = sorted(_gathered(angles))
+    for angle, members in found:
+        x, y = _point(angle, 1.0)
+        missing = all(i in silent for i in members)
+        arrow = {
+            "arrowstyle": "-|>", "color": GREY if missing else "black", "shrinkA": 0.0,
+            "shrinkB": 0.0, "linewidth": 1.2, "linestyle": (0, (3, 2)) if missing else "-",
+        }  # fmt: skip
+        panel.annotate("", (x, y), (0.0, 0.0), arrowprops=arrow)
+        _label(panel, angle, 1.06, members, weight="bold")
+    if len(found) > 1:
+        following = [*found[1:], (found[0][0] + 360.0, [])]
+        for (here, _), (after, _) in zip(found, following, strict=True):
+            x, y = _point(0.5 * (here + after), 0.72)
+            gap = _degrees((after - here) * one["period"] / 360.0)
+            panel.text(x, y, gap, ha="center", va="center", color=GREY, size=6.5)
+
+
+def _middle(banks: Any) -> float:
+    """Direction [degree] that is drawn upwards; flat engines lie."""
+    turned = np.exp(1j * np.radians(np.unique(banks)))
+    if abs(turned.sum()) > 1e-6:
+        return float(np.degrees(np.angle(turned.sum())))
+    return float(banks[0]) + (90.0 if len(turned) == 2 else 0.0)
+
+
+def _gathered(angles: Iterable[float]) -> Iterator[tuple[float, list[int]]]:
+    """Directions [degree] and the places that have them."""
+    left = dict(enumerate(float(angle) for angle in angles))
+    while left:
+        angle = next(iter(left.values()))
+        members = [i for i, a in left.items() if abs((a - angle + 180.0) % 360.0 - 180.0) < SAME]
+        yield angle, members
+        for i in members:
+            left.pop(i)
+
+
+def _point(angle: float, radius: float) -> tuple[float, float]:
+    """Point at an angle [degree] clockwise from above."""
+    turned = np.radians(angle)
+    return float(radius * np.sin(turned)), float(radius * np.cos(turned))
+
+
+def _cylinder(panel: Axes, angle: float, silent: bool) -> None:
+    """Liner of one bank, open towards the crank, and the line that its pistons move on."""
+    out, across = np.array(_point(angle, 1.0)), np.array(_point(angle + 90.0, 1.0))
+    line = np.stack([0.0 * out, TOP * out])
+    panel.plot(*line.T, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
+    half = 0.45 * across
+    liner = np.stack([BLOCK * out - half, TOP * out - half, TOP * out + half, BLOCK * out + half])
+    panel.plot(*liner.T, color="black", linewidth=1.2, linestyle=(0, (3, 2)) if silent else "-")
+
+
+def _circle(panel: Axes, radius: float, **style: Any) -> None:
+    from matplotlib.patches import Circle
+
+    panel.add_patch(Circle((0.0, 0.0), radius, **{"facecolor": "none", **style}))
+
+
+def _label(panel: Axes, angle: float, radius: float, members: list[int], **style: Any) -> None:
+    x, y = _point(angle, radius)
+    names = [str(i + 1) for i in members]
+    # A long list in two rows.
+    half = len(names) if len(names) <= 4 else -(-len(names) // 2)
+    text = ",\n".join(", ".join(row) for row in (names[:half], names[half:]) if row)
+    aside, above = _point(angle, 1.0)
+    panel.text(
+        x, y, text, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+        size=7.5, linespacing=1.0, zorder=4,
+        ha="center" if abs(aside) < 0.3 else "left" if aside > 0.0 else "right",
+        va="center" if abs(above) < 0.3 else "bottom" if above > 0.0 else "top", **style,
+    )  # fmt: skip
+
+
+def _sense(panel: Axes, radius: float) -> None:
+    """Arrow in the sense of rotation, between two throws."""
+    begin, end = _point(-60.0, radius), _point(-5.0, radius)
+    panel.annotate(
+        "", end, begin,
+        arrowprops={"arrowstyle": "->", "connectionstyle": "arc3,rad=-0.27", "color": GREY,
+                    "linewidth": 0.9},
+    )  # fmt: skip
+
+
+def _blank(panel: Axes, room: float) -> None:
+    panel.set_aspect("equal")
+    panel.set_xlim(-room, room)
+    panel.set_ylim(-room, room)
+    panel.axis("off")
+
+
+def _degrees(angle: float) -> str:
+    return f"{number_text(round(float(angle), 2))}°"

@@ -1,0 +1,251 @@
+"""Shaking forces and moments over the crank angle, and the curve that their vector runs along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.figures.sheet import (
+    DASHES,
+    GREY,
+    OWN_ORDINATES,
+    WIDTH,
+    Entries,
+    Plates,
+    bare_panels,
+    comparable,
+    crank_axis,
+    finish,
+    grid_of,
+    left_labels,
+    lowest_panels,
+    new_sheet,
+    x_label,
+    y_label,
+)
+from sweeps.figures.views import FloatArray, Study, View, key_text, pick, picked_text, stem_of
+from sweeps.figures.wording import title_of, unit_in_brackets
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["VECTORS", "shaking"]
+
+KINDS = {
+    "force": ("reciprocating_force", "shaking_force", "shaking_force_first",
+              "shaking_force_second"),
+    "moment": ("reciprocating_moment", "shaking_moment", "shaking_moment_first",
+               "shaking_moment_second"),
+}  # fmt: skip
+"""Before balancing, after it, and its first two orders."""
+
+VECTORS = tuple(name for names in KINDS.values() for name in names)
+
+MOST_PANELS = 6
+
+# Colour, dashes and width; lightness differs as well as hue.
+LOOKS: tuple[tuple[str, Any, float], ...] = (
+    ("#9a9a9a", "-", 1.6),
+    ("#000000", "-", 1.6),
+    ("#d1541b", DASHES[1], 1.2),
+    ("#1b4f9c", DASHES[3], 1.4),
+)
+LABELS = ("Reciprocating masses alone", "With counterweights and balance shafts",
+          "First order of that", "Second order of that")  # fmt: skip
+ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
+"""Where nothing is drawn beside the engine as it is."""
+
+NOTHING = 1e-9
+"""Share of the largest value of a figure below which a value is rounding."""
+
+SMALLEST = 1e-6
+"""N or N m: what no engine has is rounding of sums that cancel."""
+
+Pair = tuple[FloatArray, FloatArray]
+
+SIDES = ("Along cylinder 1", "Across")
+
+
+def shaking(study: Study) -> Plates:
+    """Over the crank angle and as hodographs: nominal, and along each axis."""
+    for kind, names in KINDS.items():
+        present = [name for name in names if _is_vector(study.view, name)]
+        if not present:
+            continue
+        main = [name for name in names[:2] if name in present] or present
+        view = study.view.only(present, ["direction"])
+        axes = [(whole, axis) for whole, axis in study.along(main) if axis != "direction"]
+        varied = [(w, axis) for w, axis in axes if axis is not None and w.varies(main, axis)]
+        nothing = _nothing(view, present)
+        if not (nothing and varied):
+            yield f"{names[1]}_over_angle", _over_angle(view, present, names, nothing)
+        for whole, along in varied:
+            cases = "_cases" if along == "design" else ""
+            yield (
+                stem_of(f"{names[1]}_over_angle{cases}", whole, along),
+                _each(whole, main, names, along, kind, hodograph=False),
+            )
+            yield (
+                stem_of(f"{names[1]}_polar{cases}", whole, along),
+                _each(whole, main, names, along, kind, hodograph=True),
+            )
+        if not varied and not nothing:
+            yield f"{names[1]}_polar", _each(view, main, names, None, kind, hodograph=True)
+
+
+def _nothing(view: View, names: Sequence[str]) -> bool:
+    """Whether all of it is zero, but for rounding."""
+    known = [np.asarray(view.array(name).values, dtype=float) for name in names]
+    return all(np.nanmax(np.abs(values), initial=0.0) < SMALLEST for values in known)
+
+
+def _is_vector(view: View, name: str) -> bool:
+    return view.has(name) and {"crank_angle", "direction"} <= set(view.array(name).dims)
+
+
+def _components(view: View, name: str, index: Mapping[str, int]) -> tuple[FloatArray, FloatArray]:
+    """Components along and across over one turn, closed by the first point."""
+    array = view.array(name)
+    array = array.isel({d: i for d, i in index.items() if d in array.dims})
+    values = np.asarray(array.transpose("direction", "crank_angle").values, dtype=float)
+    return np.append(values[0], values[0][0]), np.append(values[1], values[1][0])
+
+
+def _angles(view: View) -> FloatArray:
+    degrees = np.asarray(view.array("crank_angle").values, dtype=float)
+    return np.append(degrees, 2.0 * degrees[-1] - degrees[-2] + 0.0)
+
+
+def _look(name: str, names: Sequence[str], present: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    place = names.index(name)
+    colour, dashes, width = LOOKS[place]
+    labels = LABELS if names[0] in present else ALONE
+    return labels[place], {"color": colour, "linestyle": dashes, "linewidth": width}
+
+
+def _one_turn(panel: Axes, view: View, room: float, named: bool) -> None:
+    low, high = float(_angles(view)[0]), float(_angles(view)[-1])
+    panel.set_xlim(*((0.0, 360.0) if high - low > 360.0 else (low, high)))
+    crank_axis(panel, view.array("crank_angle"), room, named=named)
+
+
+def _over_angle(view: View, present: Sequence[str], names: Sequence[str], nothing: bool) -> Figure:
+    """Both components of one design above each other."""
+    figure, panels = new_sheet(2, 1, 4.9, sharex=True, sharey=True)
+    entries: Entries = {}
+    x = _angles(view)
+    for name in present:
+        label, style = _look(name, names, present)
+        for panel, values in zip(panels, _components(view, name, {}), strict=True):
+            (line,) = panel.plot(x, values, **style)
+            entries.setdefault(label, line)
+    for panel, side in zip(panels, SIDES, strict=True):
+        panel.set_title(side)
+        y_label(panel, _ordinate(view, present[0]), 2.0)
+        if nothing:
+            panel.set(ylim=(-1.0, 1.0), yticks=[0.0])
+        _one_turn(panel, view, 4.6, panel is panels[-1])
+    title = title_of(view.array(present[-1 if len(present) == 1 else 0]), present[0])
+    what = "Shaking force" if names[0].endswith("force") else "Shaking moment"
+    return finish(
+        figure, f"{what} over one turn" if len(present) > 1 else title,
+        [*view.notes(present), "zero, but for rounding" if nothing else ""],
+        entries if len(present) > 1 else None, caption=view.caption, below=True,
+    )  # fmt: skip
+
+
+def _ordinate(view: View, name: str) -> str:
+    word = "Moment" if name.split("_")[1] == "moment" else "Force"
+    return word + unit_in_brackets(view.array(name))
+
+
+def _each(
+    whole: View, main: Sequence[str], names: Sequence[str], along: str | None, kind: str, *,
+    hodograph: bool,
+) -> Figure:  # fmt: skip
+    """A panel for each value of an axis: components over the angle, or the vector's curve."""
+    view = whole.only(main, [along, "direction"])
+    axis = view.axis(along) if along else None
+    picked = pick(axis.size, MOST_PANELS, axis.nominal) if axis else [0]
+    rows, columns = grid_of(len(picked))
+    place = [{along: i} if along else {} for i in picked]
+    curves = _without_rounding([[_components(view, name, here) for name in main] for here in place])
+    share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
+    together = share or not hodograph
+    square = min(3.4 if len(picked) == 1 else 2.2, 6.0 / columns - 0.2)
+    height = (square + 0.35) * rows + 0.3 if hodograph else 0.5 + 1.75 * rows
+    wide = 0.9 + (square + (0.2 if share else 0.6)) * columns if hodograph else WIDTH
+    figure, panels = new_sheet(rows, columns, height, width=wide, sharex=together, sharey=share)
+    entries: Entries = {}
+    for panel, index, pairs in zip(panels, picked, curves, strict=False):
+        for name, (up, side) in zip(main, pairs, strict=True):
+            label, style = _look(name, names, main)
+            if hodograph:
+                _hodograph(panel, up, side, label, style, view, entries)
+                continue
+            x = _angles(view)
+            for values, word, dashes in ((up, SIDES[0], "-"), (side, SIDES[1], DASHES[1])):
+                (line,) = panel.plot(x, values, **{**style, "linestyle": dashes})
+                entries.setdefault(f"{label}, {word.lower()}" if len(main) > 1 else word, line)
+        if axis is not None:
+            nominal = " (nominal)" if index == axis.nominal else ""
+            panel.set_title(axis.tag(index) + nominal)
+        if hodograph:
+            _square(panel, [c for one in (curves if share else [pairs]) for c in one])
+            panel.locator_params(nbins=max(2, int(1.3 * square)))
+    bare_panels(panels, len(picked), columns)
+    lowest = lowest_panels(panels, len(picked), columns)
+    room = 6.3 / columns
+    for panel in panels[: len(picked)]:
+        if not hodograph:
+            _one_turn(panel, view, room, panel in lowest)
+        elif panel in lowest:
+            x_label(panel, f"Across{unit_in_brackets(view.array(main[0]))}", room)
+    text = _ordinate(view, main[0])
+    if hodograph:
+        text = f"Along cylinder 1{unit_in_brackets(view.array(main[0]))}"
+    left_labels(panels, columns, text, 1.5)
+    notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
+    if hodograph:
+        notes.append("the vector runs along these curves; dots at 0°")
+    title = f"Shaking {kind}" + (": curve of its vector" if hodograph else "")
+    return finish(
+        figure, f"{title} by {key_text(axis)}" if axis else title, notes,
+        {} if hodograph and len(main) == 1 else entries, caption=view.caption, below=True,
+        spare=panels[len(picked) :],
+    )  # fmt: skip
+
+
+def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:
+    """The same with zeros in place of what is rounding beside the largest of all."""
+    sizes = [np.nanmax(np.abs(v), initial=0.0) for panel in curves for pair in panel for v in pair]
+    least = NOTHING * max(sizes)
+
+    def clean(values: FloatArray) -> FloatArray:
+        return np.where(np.abs(values) < least, 0.0, values)
+
+    return [[(clean(up), clean(side)) for up, side in panel] for panel in curves]
+
+
+def _hodograph(
+    panel: Axes, up: FloatArray, side: FloatArray, label: str, style: dict[str, Any], view: View,
+    entries: Entries,
+) -> None:  # fmt: skip
+    (line,) = panel.plot(side, up, **style)
+    entries.setdefault(label, line)
+    start = int(np.argmin(np.abs(_angles(view))))
+    panel.plot(side[start], up[start], marker="o", color=style["color"], linestyle="none")
+
+
+def _square(panel: Axes, curves: Sequence[tuple[FloatArray, FloatArray]]) -> None:
+    """Equal scales on both axes, with the origin in the middle."""
+    known = [np.abs(values[np.isfinite(values)]) for pair in curves for values in pair]
+    most = max((float(values.max()) for values in known if values.size), default=1.0) or 1.0
+    panel.set_xlim(-1.08 * most, 1.08 * most)
+    panel.set_ylim(-1.08 * most, 1.08 * most)
+    panel.set_aspect("equal", adjustable="box")
+    for line in (panel.axhline, panel.axvline):
+        line(0.0, color=GREY, linewidth=0.6, zorder=0.5)

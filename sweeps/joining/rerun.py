@@ -1,0 +1,47 @@
+"""Archives that are made again, from what they hold and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from sweeps.archive.contents import held, part_of, plan_of
+from sweeps.archive.provenance import differences, identity
+from sweeps.planning.plan import Plan
+from sweeps.running.into_archive import Options, run
+
+__all__ = ["rerun"]
+
+
+def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
+    """Compute again what an archive holds.
+
+    Parameters
+    ----------
+    path : Path
+        An archive; no other file is read.
+    output : Path
+        The archive to write.
+    options : Options
+        How.
+
+    Returns
+    -------
+    plan, differences
+        What was computed, and which versions were others when the archive was made: where there
+        are none, the variables are the same to the byte on the same kind of processor.
+
+    Raises
+    ------
+    SceneError
+        Where it is no archive that this version's `run` wrote, or a shard without the values that
+        all shards share; else as `streaming.run`.
+    Stopped
+        As `streaming.run`.
+    """
+    old = held(path)
+    plan = part_of(old, plan_of(old))
+    found = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
+    level = old.level if options.level is None else options.level
+    run(plan, output, replace(options, single=old.single, level=level))
+    return plan, found

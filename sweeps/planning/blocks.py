@@ -1,0 +1,146 @@
+"""Blocks: what a plan makes on the way to its outputs stays small, however many designs it has.
+
+A block is a range of positions along some axes of the scene. Where the arrays that nobody asked for
+(columns in SI units, friction, mean torque, curves that are only added up) would take more than
+`LIMIT`, the plan is computed block by block into its outputs; else in one piece. What depends on
+none of the axes that are cut is computed once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sweeps.planning.plan import Plan, Stage
+
+__all__ = [
+    "LIMIT",
+    "Block",
+    "along",
+    "block_count",
+    "blocks",
+    "bytes_beside",
+    "cut",
+    "cut_to",
+    "holds",
+    "passing_bytes",
+]
+
+Block = dict[str, slice]
+"""Range of positions along each axis that is cut."""
+
+LIMIT = 64e6
+"""Bytes of the arrays that exist beside the outputs, about."""
+
+STEP = 64
+"""Long blocks have a multiple of so many positions, so that chunks of an archive divide them."""
+
+_TEMPORARIES = 3
+"""Arrays while a formula is evaluated: its result and what it is added up from."""
+
+
+def cut(plan: Plan) -> dict[str, int]:
+    """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
+    return {} if _beside(plan, _whole(plan)) <= LIMIT else cut_to(plan, LIMIT)
+
+
+def cut_to(plan: Plan, limit: float) -> dict[str, int]:
+    """As `cut`, where all arrays of a block, its part of the outputs included, have this limit."""
+    lengths = _whole(plan)
+    for dimension in _in_order(plan):
+        if passing_bytes(plan, lengths) <= limit:
+            break
+        low, high = 1, lengths[dimension]
+        while low < high:  # the most positions that fit, one if none do
+            middle = (low + high + 1) // 2
+            if passing_bytes(plan, {**lengths, dimension: middle}) <= limit:
+                low = middle
+            else:
+                high = middle - 1
+        # Blocks of like size: a last one of a few designs would cost as much as the others.
+        length = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
+        if length > STEP:
+            length = min(math.ceil(length / STEP), low // STEP) * STEP
+        lengths[dimension] = length
+    return {d: n for d, n in lengths.items() if n < plan.sizes[d]}
+
+
+def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:
+    """How many blocks there are."""
+    return math.prod(math.ceil(plan.sizes[d] / length) for d, length in lengths.items())
+
+
+def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[Block]:
+    """Ranges of positions along the axes that are cut, block by block; one without if none are."""
+    ranges = [
+        [
+            (dimension, slice(begin, min(begin + length, plan.sizes[dimension])))
+            for begin in range(0, plan.sizes[dimension], length)
+        ]
+        for dimension, length in lengths.items()
+    ]
+    return (dict(combination) for combination in itertools.product(*ranges))
+
+
+def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...]:
+    """Index of a block in an array with these dimensions."""
+    return tuple(block.get(d, slice(None)) for d in dims)
+
+
+def holds(block: Block, dims: tuple[str, ...]) -> bool:
+    """Whether results with these dimensions belong to a block.
+
+    Along an axis that they do not have, all blocks would hold the same: the first one does.
+    """
+    return all(part.start == 0 for d, part in block.items() if d not in dims)
+
+
+def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
+    """Bytes of the arrays of one block, those that become part of an output included."""
+    return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
+
+
+def bytes_beside(plan: Plan) -> float:
+    """Bytes of the arrays that exist beside the outputs, at most."""
+    lengths = cut(plan)
+    if lengths:
+        return passing_bytes(plan, {**_whole(plan), **lengths})
+    return _beside(plan, _whole(plan))
+
+
+def _whole(plan: Plan) -> dict[str, int]:
+    return {d: plan.sizes[d] for d in plan.scene.dimensions}
+
+
+def _beside(plan: Plan, lengths: Mapping[str, int]) -> float:
+    """Bytes of what is made in one piece, without the outputs that a kernel writes itself."""
+    outputs = set(plan.outputs)
+    return sum(
+        _bytes(plan, stage, lengths)
+        for stage in plan.stages
+        if not (stage.node.make is None and stage.node.name in outputs)
+    )
+
+
+def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
+    """Bytes that a stage needs beside its output."""
+
+    def size(dims: tuple[str, ...]) -> int:
+        return math.prod(lengths.get(d, plan.sizes[d]) for d in dims)
+
+    if stage.node.kind == "stage":
+        # A kernel gets its inputs in SI units, and packs them.
+        dims = (plan.leaves[n].dims for n in stage.node.needs if n in plan.leaves)
+        return 16.0 * sum(size(d) for d in dims if d)
+    return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
+
+
+def _in_order(plan: Plan) -> list[str]:
+    """Axes that stages have, those of the tables first: cut along these, none is made twice."""
+    used = {d for stage in plan.stages for d in stage.dims}
+    return sorted(used & set(plan.scene.dimensions), key=lambda d: (
+        d not in plan.of_tables, plan.scene.dimensions.index(d)
+    ))  # fmt: skip

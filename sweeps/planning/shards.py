@@ -1,0 +1,91 @@
+"""Parts of a plan: some positions along one axis, computed as in the whole.
+
+A part keeps what the whole decides about (how tables are made, the longest engine), so that its
+numbers are to the bit those of the whole.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweeps.errors import SceneError, counted
+from sweeps.planning.plan import Plan
+from sweeps.scene.model import DESIGN
+
+__all__ = ["part", "shard"]
+
+
+def shard(plan: Plan, number: int, count: int) -> Plan:
+    """One of so many parts of like size, cut along the longest axis; numbers begin with 1.
+
+    Raises
+    ------
+    SceneError
+        Where there are not so many positions along any axis.
+    """
+    used = {d for stage in plan.stages for d in stage.dims}
+    axes = [d for d in plan.scene.dimensions if d in used]
+    axis = max(axes, key=lambda d: plan.sizes[d], default="")
+    size = plan.sizes.get(axis, 1)
+    if count > size:
+        raise SceneError(
+            f"{plan.name}: --shard {number}/{count}: the longest axis has "
+            f"{counted(size, 'point')}; must be at most {counted(size, 'shard')}"
+        )
+    if count == 1:
+        return plan
+    begin, end = size * (number - 1) // count, size * number // count
+    about = {"shard": f"{number}/{count}", "axis": axis, "first": begin, "of": size}
+    return part(plan, axis, np.arange(begin, end), json.dumps(about))
+
+
+def part(plan: Plan, axis: str, places: npt.NDArray[np.int64], piece: str) -> Plan:
+    """Plan of some positions along one axis; `piece` says which, for the archive."""
+
+    def taken(dims: tuple[str, ...], data: Any) -> Any:
+        return np.take(data, places, axis=dims.index(axis)) if axis in dims else data
+
+    sizes = {**plan.sizes, axis: len(places)}
+    return replace(
+        plan,
+        scene=_scene_of(plan, axis, places),
+        leaves={
+            name: replace(value, data=taken(value.dims, value.data))
+            for name, value in plan.leaves.items()
+        },
+        stages=tuple(
+            replace(stage, size=math.prod(sizes[d] for d in stage.dims)) for stage in plan.stages
+        ),
+        sizes=sizes,
+        whole=plan,
+        piece=piece,
+    )
+
+
+def _scene_of(plan: Plan, axis: str, places: npt.NDArray[np.int64]) -> Any:
+    """Scene with the values of a part."""
+    scene = plan.scene
+    reference = scene.reference
+    if reference is not None and axis in reference.dimensions:
+        along = reference.dimensions.index(axis)
+        columns = {k: np.take(v, places, axis=along) for k, v in reference.columns.items()}
+        reference = replace(reference, columns=columns)
+    if axis == DESIGN:
+        return replace(
+            scene,
+            designs={key: column[places] for key, column in scene.designs.items()},
+            labels={key: tuple(t[i] for i in places) for key, t in scene.labels.items()},
+            reference=reference,
+        )
+    values = scene.axes[axis]
+    if isinstance(values, tuple):
+        chosen: Any = tuple(values[i] for i in places)
+    else:
+        chosen = values[places]
+    return replace(scene, axes={**scene.axes, axis: chosen}, reference=reference)

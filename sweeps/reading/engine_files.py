@@ -1,0 +1,439 @@
+"""Engines and indicator diagrams from files, and the catalogue of engines.
+
+An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
+else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
+`sweeps.reading.load_tables`; `[values]` with the keys of a scene; one
+`[[diagram]]` for each load, or each load at each `speed`, modelled (see
+`sweeps.reading.modelled_cycles`) or read from a CSV file (`kind = "points"`); optional
+`[pressure_scale]` over speed; `[assumed]` with a reason for every value that the sources do not
+give; `[[source]]` with the citations.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from engine_dyn.engine import FOUR_STROKE, Engine
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from engine_dyn.geometry.slider_crank import crank_radius
+from engine_dyn.pressure.diagram import (
+    TWO_STROKE,
+    Diagram,
+    Family,
+    diagram_from_points,
+    family_from_diagrams,
+)
+from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
+from engine_dyn.quantities.graph import CYCLE_KEYS, INERTIA_PARTS, PARAMETERS
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from sweeps.catalogue import ENGINES
+from sweeps.checks import (
+    Strict,
+    check_range,
+    check_structure,
+    known_key,
+    mentioned,
+    number,
+    plain,
+)
+from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.cylinder_keys import KEYS, read_keys, resolve
+from sweeps.reading.load_tables import KEYS as TABLE_KEYS
+from sweeps.reading.load_tables import read_tables
+from sweeps.reading.modelled_cycles import KINDS, Again, modelled, no_more, taken
+from sweeps.reading.tables import keep, kept, kept_files, read_table, read_text, referred, with_line
+
+__all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
+
+ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+DEGREE = math.pi / 180.0
+RPM = math.pi / 30.0
+BAR = 1e5
+
+# What every engine must say about itself; a scene can give the rest.
+_OWN = ("load", "speed", "cylinders")
+
+_PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
+
+
+_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
+
+
+class _Scale(Strict):
+    speed: list[float] = Field(description="a list of speeds in rpm, ascending")
+    scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
+
+
+class _Source(Strict):
+    text: str = Field(description="a text: one citation")
+
+
+class _EngineFile(Strict):
+    name: str | None = Field(default=None, description="a text: the engine's short name")
+    title: str = Field(description="a text: one line about the engine")
+    cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
+    firing_order: list[int] | None = Field(
+        default=None, description="a list of cylinder numbers in the order in which they fire"
+    )
+    arrangement: Any = Field(default=None, description=KEYS["arrangement"])
+    firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
+    pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
+    mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=KEYS["radius_factor"])
+    load_table: Any = Field(default=None, description=TABLE_KEYS["load_table"])
+    driver_table: Any = Field(default=None, description=TABLE_KEYS["driver_table"])
+    values: dict[str, Any] = Field(description="a table of parameters")
+    diagram: list[dict[str, Any]] = Field(
+        description="tables [[diagram]], one for each load", min_length=1
+    )
+    pressure_scale: _Scale | None = Field(default=None, description="a table of speed and scale")
+    assumed: dict[str, str] = Field(
+        default={}, description="a table with a reason, a text, for each assumed value"
+    )
+    source: list[_Source] = Field(default=[], description="tables [[source]] with a text each")
+
+
+def catalogue() -> dict[str, Path]:
+    """Engines that come with the package: name and file."""
+    return {path.stem: path for path in sorted(ENGINES.glob("*.toml"))}
+
+
+def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    SceneError
+        For a file that cannot be read, or is not TOML: with the line and what stands on it.
+    """
+    text = read_text(path, name, what)
+    if _DEEP_KEY.search(text):
+        # Python's reader takes the square of their number of memory.
+        raise SceneError(f"{name}: not TOML: keys nested too deeply")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(f"{name}: not TOML: nested too deeply") from None
+    except ValueError as error:
+        message = one_line(error)
+        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
+            raise SceneError(f"{name}: not TOML: {message}") from None
+        found = re.search(r"\(at line (\d+)", message)
+        # "at end of document" has no number: the last line is meant.
+        lines = text.splitlines()
+        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
+        message = re.sub(r"\s*\(at [^)]*\)$", "", message)
+        on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
+        raise SceneError(
+            f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
+        ) from None
+
+
+def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
+    """Read a measured indicator diagram from a CSV file.
+
+    Columns `crank_angle_deg` (firing top dead centre = 0, ascending within the cycle) and
+    `pressure_bar` (absolute), other columns are left aside. Both ends of the cycle are the same
+    angle: one may be missing, both are averaged.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str, optional
+        The file as messages should call it; its path if not given.
+    period : float
+        4 pi (four-stroke) or 2 pi [rad].
+
+    Raises
+    ------
+    SceneError
+        With the line, where one is to blame.
+    """
+    label = str(path) if name is None else name
+    table = read_table(
+        Path(path), label, "an indicator diagram (CSV)", (ANGLE_COLUMN, PRESSURE_COLUMN)
+    )
+    angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
+    pressure = np.array(table.numbers(PRESSURE_COLUMN)) * BAR
+    try:
+        return diagram_from_points(angle, pressure, period)
+    except ValueError as error:
+        raise SceneError(with_line(mentioned(error), table)) from None
+
+
+def load_engine(
+    name_or_path: str | Path, base: Path | None = None, where: str = "engine"
+) -> Engine:
+    """Read an engine of the catalogue, or one from a file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the catalogue, or path of a TOML file (it ends with .toml or has a separator).
+    base : Path, optional
+        Folder of the scene that names it, where a relative path starts from and stays; without
+        one, it starts from the working folder.
+    where : str
+        What messages begin with when there is no such engine.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name, a file that is no engine, values outside their range, missing values.
+    """
+    known = catalogue()
+    text = str(name_or_path)
+    own = ENGINES / f"{text}.toml"
+    if kept(own):
+        return _read_engine(own, f"engine {text}")
+    if text in known:
+        engine, files = _of_catalogue(known[text], known[text].stat().st_mtime_ns)
+        keep(files)
+        return engine
+    if not (text.endswith(".toml") or "/" in text or "\\" in text):
+        raise SceneError(
+            f"{where} = {shown(text)}: unknown engine"
+            f"{not_known(text, known, also=', or the path of an engine file (.toml)')}"
+        )
+    path = Path(text) if base is None else referred(base, text, where)
+    return _read_engine(path, f"{where} {text}")
+
+
+@lru_cache(maxsize=16)
+def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
+    # Sessions run many scenes on one engine; `changed`, the time of its file, is part of the key.
+    with kept_files() as files:
+        return _read_engine(path, f"engine {path.stem}"), files
+
+
+def _read_engine(path: Path, name: str) -> Engine:
+    raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
+    given = check_structure(_EngineFile, raw, name)
+    period = _PERIODS[given.cycle]
+    values = _values(given.values, name)
+    diagrams = [
+        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
+        for i, table in enumerate(given.diagram, start=1)
+    ]
+    family = _family(diagrams, name)
+    for key in _OWN:
+        if key not in values:
+            raise SceneError(f"{name}: [values] {key}: missing; must be a number")
+    scale = _scale(given.pressure_scale, name)
+    _check_own_point(values, family, scale, name)
+    order = None
+    if given.firing_order is not None:
+        order = tuple(given.firing_order)
+        cylinders = int(values["cylinders"])
+        if sorted(order) != list(range(1, cylinders + 1)):
+            raise SceneError(
+                f"{name}: firing_order = {list(order)}: must name each of the cylinders "
+                f"1 to {cylinders} once"
+            )
+    own = _cylinders(given, order, int(values["cylinders"]), period, name)
+    tables = read_tables(given.model_dump(include=set(TABLE_KEYS)), path.parent, f"{name}: ")
+    if order is None and own is not None and own.arrangement is not None:
+        order = own.arrangement.firing_order
+    return Engine(
+        name=given.name or path.stem,
+        title=one_line(given.title),
+        period=period,
+        values=values,
+        family=family,
+        cycles=_cycles(diagrams),
+        pressure_scale=scale,
+        firing_order=order,
+        own_cylinders=own,
+        load_table=tables.load,
+        driver_table=tables.driver,
+        assumed=dict(given.assumed),
+        sources=tuple(source.text for source in given.source),
+    )
+
+
+def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
+    """Read [values]; a rod's length becomes the crank ratio, which a stroke keeps."""
+    values: dict[str, float] = {}
+    for key, item in raw.items():
+        where = f"{name}: [values] {key}"
+        if key in CYCLE_KEYS:
+            raise SceneError(f"{where}: not allowed; belongs to a [[diagram]]")
+        if key in OF_CYLINDER:
+            what = OF_CYLINDER[key].what
+            what += "s" if what == "firing_angle" else ""
+            raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
+        if key == "wanted_delta":
+            raise SceneError(f"{where}: not allowed; belongs to a scene, an engine has an inertia")
+        node = known_key(key, f"{name}: [values]")
+        assert node is not None
+        values[key] = number(item, where, node)
+        check_range(values[key], where, node)
+    if "counterweight_fraction" in values and "counterweight_mass" in values:
+        raise SceneError(
+            f"{name}: [values] has both counterweight_fraction and counterweight_mass: give one of "
+            "them"
+        )
+    part = next((key for key in INERTIA_PARTS if key in values), None)
+    if part is not None and "inertia" in values:
+        raise SceneError(f"{name}: [values] has both inertia and {part}: give it whole or in parts")
+    if "motor_slip" in values and "motor_synchronous_speed" in values:
+        raise SceneError(
+            f"{name}: [values] has both motor_slip and motor_synchronous_speed: give one of them"
+        )
+    if "rod_length" in values:
+        if "crank_ratio" in values:
+            raise SceneError(
+                f"{name}: [values] has both crank_ratio and rod_length: give one of them"
+            )
+        if "stroke" not in values:
+            raise SceneError(f"{name}: [values] stroke: missing; rod_length alone says nothing")
+        rod, crank = values.pop("rod_length"), values["stroke"] / 2.0
+        if rod <= crank:
+            raise SceneError(
+                f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
+            )
+        offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+        if offset != 0.0:
+            try:
+                crank = float(crank_radius(values["stroke"], rod, offset))
+            except ValueError as error:
+                raise SceneError(f"{name}: [values] {mentioned(error)}") from None
+        values["crank_ratio"] = crank / rod
+    return values
+
+
+def _cylinders(
+    given: _EngineFile, order: tuple[int, ...] | None, count: int, period: float, name: str
+) -> Cylinders | None:
+    """Cylinders that the file describes; None where it says nothing of them."""
+    keys = read_keys(given.model_dump(include=set(KEYS)), f"{name}: ")
+    if order is not None:
+        for key in ("arrangement", "firing_angles"):
+            if key in keys.given:
+                raise SceneError(f"{name}: has both firing_order and {key}: give one of them")
+    if order is None and not keys.given:
+        return None
+    return resolve(keys, even_cylinders(count, period, order), count, f"{name}: ")
+
+
+def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
+    """[pressure_scale] as arrays of speed [rpm] and factor."""
+    if given is None:
+        return None
+    where = f"{name}: [pressure_scale]"
+    speed, scale = np.array(given.speed), np.array(given.scale)
+    if len(speed) != len(scale) or len(speed) < 2:
+        raise SceneError(
+            f"{where} has {len(speed)} speeds and {len(scale)} factors: must be equally many, "
+            "at least two"
+        )
+    if (np.diff(speed) <= 0.0).any() or speed[0] < 0.0:
+        raise SceneError(f"{where} speed = {shown(given.speed)}: must ascend from 0 or more")
+    if (scale <= 0.0).any():
+        raise SceneError(f"{where} scale = {shown(given.scale)}: must be above 0")
+    return speed, scale
+
+
+class _Entry(NamedTuple):
+    """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields."""
+
+    load: float
+    speed: float | None
+    diagram: Diagram
+    again: Again | None
+
+
+def _diagram(
+    table: Mapping[str, Any], where: str, folder: Path, period: float, values: Mapping[str, float]
+) -> _Entry:
+    """One [[diagram]]."""
+    rest = dict(table)
+    load_node, speed_node = PARAMETERS["load"], PARAMETERS["speed"]
+    load = number(taken(rest, "load", where), f"{where} load", load_node)
+    check_range(load, f"{where} load", load_node)
+    speed = None
+    if "speed" in rest:
+        speed = number(rest.pop("speed"), f"{where} speed", speed_node)
+        check_range(speed, f"{where} speed", speed_node)
+    kind = taken(rest, "kind", where)
+    if kind == "points":
+        file = taken(rest, "file", where)
+        if not isinstance(file, str):
+            raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
+        no_more(rest, where, ("load", "speed", "kind", "file"))
+        path = referred(folder, file, f"{where} file")
+        return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None)
+    if not isinstance(kind, str) or kind not in KINDS:
+        known = "', '".join(("points", *KINDS))
+        raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
+    here = values if speed is None else {**values, "speed": speed}
+    return _Entry(load, speed, *modelled(kind, rest, where, period, here))
+
+
+def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
+    """Diagrams over load, or where all have a speed, over load and speed."""
+    with_speed = [(d.load, d.speed * RPM, d.diagram) for d in diagrams if d.speed is not None]
+    if with_speed and len(with_speed) < len(diagrams):
+        number = [d.speed is None for d in diagrams].index(True) + 1
+        raise SceneError(
+            f"{name}: [[diagram]] number {number} speed: missing; must be given, as other diagrams "
+            "have one"
+        )
+    try:
+        if with_speed:
+            return grid_from_diagrams(with_speed)
+        return family_from_diagrams([d.load for d in diagrams], [d.diagram for d in diagrams])
+    except ValueError as error:
+        raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
+
+
+def _cycles(diagrams: list[_Entry]) -> tuple[Again, ...] | None:
+    """What makes each diagram again, in the family's order; None unless all can be."""
+    in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
+    found = tuple(d.again for d in in_order if d.again is not None)
+    return found if len(found) == len(diagrams) else None
+
+
+def _check_own_point(
+    values: Mapping[str, float],
+    family: Family | FamilyGrid,
+    scale: tuple[Any, Any] | None,
+    name: str,
+) -> None:
+    """Check that the engine's own load and speed lie where its diagrams are known."""
+    load = values["load"]
+    if not family.low <= load <= family.high:
+        raise SceneError(
+            f"{name}: [values] load = {load:g}: must be within the engine's diagrams, "
+            f"{family.low:g} to {family.high:g} percent"
+        )
+    speed = values["speed"]
+    if isinstance(family, FamilyGrid):
+        if scale is not None:
+            raise SceneError(
+                f"{name}: has both [pressure_scale] and diagrams with a speed: give one of them"
+            )
+        low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
+        if not low * (1.0 - 1e-12) <= speed <= high * (1.0 + 1e-12):
+            raise SceneError(
+                f"{name}: [values] speed = {speed:g}: must be within the engine's diagrams, "
+                f"{low:g} to {high:g} rpm"
+            )
+    if scale is not None:
+        low, high = float(scale[0][0]), float(scale[0][-1])
+        if not low <= speed <= high:
+            raise SceneError(
+                f"{name}: [values] speed = {speed:g}: must be within [pressure_scale], {low:g} to "
+                f"{high:g} rpm"
+            )

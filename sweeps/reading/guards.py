@@ -1,0 +1,238 @@
+"""Files that others made, looked at before they are read: what they are, and how much of it.
+
+A pipe would be waited for, a device never ends, and a file of some kilobytes may claim to hold
+terabytes: holes, run lengths and compressed zeros take no room.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import psutil
+
+from sweeps.errors import SceneError, counted, one_line, shown, size_text
+from sweeps.reading.hdf5 import elsewhere
+
+__all__ = [
+    "MOST_ROWS",
+    "MOST_TEXT",
+    "TEXT_REFERENCE",
+    "check_archive",
+    "check_chunks",
+    "check_file",
+    "check_rows",
+    "netcdf",
+    "opened_archive",
+    "opened_file",
+    "regular_bytes",
+]
+
+MOST_TEXT = 1 << 27
+"""Bytes of a scene, an engine file or a table that an archive keeps."""
+
+MOST_ROWS = 10**8
+"""Rows of a table of designs."""
+
+LARGEST_CHUNK = 1 << 28
+"""Bytes of one chunk of a netCDF file: any value of it needs all of it. Those of `run` have one
+megabyte."""
+
+LARGEST_RATIO = 1040
+"""Values over the file that holds them. Archives are not compressed or by zlib, which makes nothing
+smaller than by 1032 to 1 (zlib, "Technical Details", zlib.net/zlib_tech.html)."""
+
+TEXT_REFERENCE = 16
+"""Bytes that a text of a netCDF-4 variable takes where its variable is stored, at least."""
+
+
+def opened_file(path: Path) -> IO[bytes]:
+    """Open a regular file for reading.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be read, or is a pipe or a device.
+    """
+    # Opening a pipe would wait for somebody who writes; the flag changes nothing for files.
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    handle = os.open(path, flags)
+    kind = os.fstat(handle).st_mode
+    if stat.S_ISREG(kind):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(kind):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    raise OSError(errno.EINVAL, "not a regular file", str(path))
+
+
+def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
+    """Bytes of a regular file.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be read, or has more bytes than `most`.
+    """
+    with opened_file(path) as stream:
+        if os.fstat(stream.fileno()).st_size > most:
+            raise OSError(errno.EFBIG, f"larger than {size_text(most)}", str(path))
+        return stream.read(most)  # it may grow meanwhile
+
+
+def check_rows(rows: int, columns: int, name: str) -> None:
+    """Refuse a table that claims more rows than any, or than the memory holds.
+
+    Raises
+    ------
+    SceneError
+        With the number of rows.
+    """
+    if rows > MOST_ROWS:
+        raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
+    # Pieces, and the whole columns that they become.
+    need, free = 2.0 * 8.0 * rows * columns, psutil.virtual_memory().available
+    if need > 0.9 * free:
+        raise SceneError(
+            f"{name}: {counted(rows, 'row')} of {counted(columns, 'column')} need "
+            f"{size_text(need)} of memory, {size_text(free)} are free"
+        )
+
+
+# --- netCDF ---------------------------------------------------------------------------------------
+
+
+def check_file(path: Path) -> None:
+    """Refuse what is no file.
+
+    Raises
+    ------
+    SceneError
+        Where there is none, or a folder, a pipe, a device.
+    """
+    try:
+        exists, is_file = path.exists(), path.is_file()
+    except (OSError, ValueError):
+        exists = is_file = False
+    if not is_file:
+        problem = "is not a file" if exists else "no such file"
+        raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
+
+
+def netcdf(path: Path) -> Any:
+    """Open a netCDF file of this disk, and nothing that it leads to.
+
+    Some names mean servers to the library, whole paths never.
+
+    Raises
+    ------
+    OSError, ValueError, RuntimeError
+        As the library does.
+    """
+    import netCDF4
+
+    name = elsewhere(path)
+    if name:
+        raise OSError(errno.EINVAL, f"'{one_line(name, 60)}' is not in the file, or without end")
+    return netCDF4.Dataset(os.path.abspath(path))
+
+
+@contextmanager
+def opened_archive(path: Path) -> Iterator[Any]:
+    """Open an archive with netCDF4, once it may be one; values come as they are in the file.
+
+    Raises
+    ------
+    SceneError
+        Where there is no such file, or none that `run` writes.
+    """
+    check_file(path)
+    try:
+        file = netcdf(path)
+    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        reason = one_line(getattr(error, "strerror", None) or error, 200)
+        raise SceneError(f"{path}: not a netCDF archive ({reason})") from None
+    try:
+        check_archive(file, path)
+        file.set_auto_maskandscale(False)
+        yield file
+    finally:
+        file.close()
+
+
+def check_archive(file: Any, path: Path) -> None:
+    """Refuse a netCDF file that no run wrote, or that claims to hold more than it can.
+
+    Raises
+    ------
+    SceneError
+        For groups, for other types than numbers and texts, for sizes that the file has no room
+        for.
+    """
+    if "scene" not in file.ncattrs() or not isinstance(file.getncattr("scene"), str):
+        raise SceneError(
+            f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
+        )
+    if file.groups:
+        raise SceneError(f"{path}: has groups, which no archive that `run` wrote has")
+    size = path.stat().st_size
+    free = psutil.virtual_memory().available
+    total = at_once = 0
+    for name, variable in file.variables.items():
+        item = _item_bytes(variable)
+        dims = variable.dimensions
+        if not item or len(set(dims)) < len(dims):
+            what = f"of {shown(str(variable.datatype))}" if not item else "twice along a dimension"
+            raise SceneError(f"{path}: variable {one_line(name, 60)}: {what}; no run writes such")
+        room = item * check_chunks(variable, item, str(path))
+        total += room
+        if dims == (name,):  # these are read whole
+            at_once += room
+    if total > LARGEST_RATIO * size:
+        raise SceneError(
+            f"{path}: damaged: variables of {size_text(total)} in a file of {size_text(size)}"
+        )
+    if 2.0 * at_once > 0.9 * free:
+        raise SceneError(
+            f"{path}: axes of {size_text(at_once)} and their index need {size_text(2.0 * at_once)} "
+            f"of memory, {size_text(free)} are free"
+        )
+
+
+def _item_bytes(variable: Any) -> int:
+    """Bytes of one value; 0 where it is neither a number nor a text."""
+    import numpy as np
+
+    if variable.dtype is str:
+        return TEXT_REFERENCE
+    kind = variable.datatype
+    return int(kind.itemsize) if isinstance(kind, np.dtype) and kind.kind in "iufS" else 0
+
+
+def check_chunks(variable: Any, item: int, name: str) -> int:
+    """Number of values that the chunks of a netCDF variable have room for.
+
+    Raises
+    ------
+    SceneError
+        Where one chunk alone is larger than any reader wants.
+    """
+    shape: Sequence[int] = variable.shape
+    chunks = variable.chunking()
+    if not isinstance(chunks, list | tuple) or len(chunks) != len(shape):
+        chunks = [1] * len(shape)  # contiguous
+    room, chunk = 1, item
+    for length, part in zip(shape, chunks, strict=True):
+        room *= -(-int(length) // max(int(part), 1)) * max(int(part), 1)
+        chunk *= max(int(part), 1)
+    if chunk > LARGEST_CHUNK:
+        raise SceneError(
+            f"{name}: variable {one_line(variable.name, 60)}: chunks of {size_text(chunk)}; must "
+            f"be at most {size_text(LARGEST_CHUNK)}"
+        )
+    return room

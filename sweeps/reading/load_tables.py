@@ -1,0 +1,89 @@
+"""Tables of loads and drivers: keys of engine files and of [set] that name a CSV file.
+
+`load_table` has a torque over an angle or a speed, of the crank or the load's own, `driver_table`
+one over the crank speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.loads.driven_machine import (
+    TorqueOverAngle,
+    TorqueOverSpeed,
+    torque_over_angle,
+    torque_over_speed,
+)
+from engine_dyn.quantities.node import DEGREE, RPM
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError, one_line, shown
+from sweeps.reading.tables import Table, read_table, referred, with_line
+
+__all__ = ["KEYS", "Tables", "read_tables"]
+
+TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
+CRANK_COLUMN, OWN_COLUMN = "crank_angle_deg", "load_angle_deg"
+
+KEYS: Mapping[str, str] = {
+    "load_table": "a text: the path of a CSV file with the load's torque_Nm over crank_angle_deg, "
+    "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
+    "driver_table": "a text: the path of a CSV file with the driver's torque_Nm over speed_rpm",
+}
+"""Keys beside the parameters, with what they must be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """Tables of one engine file or scene; None where not given."""
+
+    load: TorqueOverAngle | TorqueOverSpeed | None = None
+    driver: TorqueOverSpeed | None = None
+
+
+def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
+    """Read the files that the keys name, relative to `base`; what a key lacks is None.
+
+    Raises
+    ------
+    SceneError
+        In one line, with that of the file where one is to blame.
+    """
+    found: dict[str, Any] = {}
+    for key, allowed in KEYS.items():
+        item = raw.get(key)
+        if item is None:
+            continue
+        if not isinstance(item, str) or not item:
+            raise SceneError(f"{where}{key} = {shown(item)}: must be {allowed}")
+        path = referred(base, item, f"{where}{key}")
+        table = read_table(path, f"{where}{key} {item}", "a table of torque (CSV)")
+        try:
+            found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
+        except SceneError:  # of the table itself: it names file and line already
+            raise
+        except ValueError as error:
+            raise SceneError(with_line(mentioned(error), table)) from None
+    return Tables(**found)
+
+
+def _curve(table: Table, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
+    columns: tuple[str, ...] = (SPEED_COLUMN,)
+    if not driver:
+        columns = (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
+    here = [column for column in columns if column in table.header]
+    if len(here) != 1 or TORQUE_COLUMN not in table.header:
+        names = one_line(", ".join(table.header), 200)
+        raise SceneError(
+            f"{table.name}: columns {names}: must be {TORQUE_COLUMN} and one of "
+            f"{', '.join(columns)}"
+        )
+    column = here[0]
+    places, torque = np.array(table.numbers(column)), np.array(table.numbers(TORQUE_COLUMN))
+    if column in (SPEED_COLUMN, OWN_SPEED_COLUMN):
+        return torque_over_speed(places * RPM, torque, driver, own_speed=column != SPEED_COLUMN)
+    return torque_over_angle(places * DEGREE, torque, own_angle=column == OWN_COLUMN)

@@ -1,0 +1,1 @@
+"""Computing a plan: in memory, into an archive, on a cluster."""

@@ -1,0 +1,332 @@
+"""Runs on more than one machine: dask.distributed hands out blocks, workers write them.
+
+Two designs were weighed. Workers could each run a part of the scene (`--shard`) into an archive of
+its own, which `merge` joins: nothing new is computed or written, but a worker that is killed costs
+its whole part, and resuming, locking and reporting would have to be made again for a folder of
+archives. Or workers write the same finished blocks as a run of one process
+(`sweeps.archive.partial`) into the same folder, on a file system that all of them see, and the
+process that asked puts them together. That is what is done: resuming, checksums, the lock, `info`
+and the archive itself are those of any run, a killed worker costs the block it was at, and only
+numbers of blocks go over the network. dask decides who computes what, and again where a worker is
+lost.
+
+dask is imported here, and only when it is used.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import secrets
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import psutil
+
+from sweeps.archive.partial import Partial
+from sweeps.archive.provenance import kind_differences, versions
+from sweeps.errors import SceneError, counted, one_line
+from sweeps.planning.blocks import passing_bytes
+from sweeps.running import worker
+from sweeps.running.into_archive import AT_ONCE, SMALLEST_BLOCK, Lost
+
+if TYPE_CHECKING:
+    from sweeps.planning.plan import Plan
+
+__all__ = ["Workers", "check_address", "connected"]
+
+LOCAL = "local:"
+
+MOST = 1024
+"""Processes of one machine at most."""
+
+EACH = 4
+"""Blocks that each worker gets at least, so that none waits long for the last."""
+
+FEWEST = 64
+"""Blocks that a run is cut into at least: workers may come later."""
+
+LATE = 60.0
+"""Seconds after which a file that others have written is seen."""
+
+_SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
+
+_TICK = 0.05
+"""Seconds between two looks at what is done."""
+
+_QUIET = 5.0
+"""Seconds between two looks at whether anybody is there."""
+
+
+def check_address(text: str) -> int:
+    """Check what --scheduler says; the number of processes, or 0 for an address.
+
+    Raises
+    ------
+    SceneError
+        With what is allowed.
+    """
+    found = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
+    if found and 1 <= int(found[1]) <= MOST:
+        return int(found[1])
+    if re.fullmatch(rf"({'|'.join(_SCHEMES)})://\S+", text):
+        return 0
+    raise SceneError(
+        f"--scheduler {one_line(text, 100)}: must be the address of a dask scheduler such as "
+        f"tcp://host:8786, or {LOCAL}N for N processes on this machine, 1 to {MOST}"
+    )
+
+
+@contextmanager
+def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Iterator[Workers]:
+    """Workers of a scheduler, or of processes that live as long as this context.
+
+    Parameters
+    ----------
+    address : str
+        See `check_address`.
+    tell : callable
+        Gets a line where one has to wait.
+
+    Raises
+    ------
+    SceneError
+        Where dask is not installed, nobody answers, or workers cannot be used or are not alike.
+    """
+    processes = check_address(address)
+    try:
+        import distributed
+    except ImportError as error:
+        raise SceneError(
+            f"--scheduler {address}: needs dask ({one_line(error)}): "
+            "pip install 'engine-dyn[cluster]'"
+        ) from None
+    with _quiet(), ExitStack() as stack:
+        place: Any = address
+        if processes:
+            place = stack.enter_context(_local(distributed, processes))
+        try:
+            client = stack.enter_context(distributed.Client(place, set_as_default=False))
+        except (OSError, ValueError, TimeoutError, ImportError) as error:
+            raise SceneError(
+                f"--scheduler {address}: cannot be reached ({one_line(error, 200)})"
+            ) from None
+        yield _looked_at(client, address, tell)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What goes wrong is said in one line; dask's client would print its tracebacks before."""
+    logs = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for log, level in zip(logs, levels, strict=True):
+            log.setLevel(level)
+
+
+def _local(distributed: Any, processes: int) -> Any:
+    # What runs take is bounded anyway; dask would kill what it thinks too large.
+    return distributed.LocalCluster(
+        n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+        preload=["sweeps.running.worker"],
+    )  # fmt: skip
+
+
+def _looked_at(client: Any, address: str, tell: Callable[[str], None]) -> Workers:
+    """Wait for a worker, and check that all that are there can be used together."""
+    if not client.nthreads():
+        tell(f"{address}: no workers yet; waiting for the first")
+        client.wait_for_workers(1)
+    told = _asked(client, address, worker.about)
+    first, own = next(iter(told.values())), versions()
+    for where, found in told.items():
+        named = f"--scheduler {address}: worker {where} on {found['host']}"
+        other = [
+            f"{name} (is {found['versions'].get(name, 'not there')}, here {version})"
+            for name, version in own.items()
+            if found["versions"].get(name) != version
+        ]
+        if other:
+            raise SceneError(f"{named}: other versions than here: {', '.join(other)}")
+        if found["threads"] != 1:
+            raise SceneError(
+                f"{named}: has {found['threads']} threads; must have one (--nthreads 1, and more "
+                "workers instead)"
+            )
+        kind = kind_differences(first["kind"], found["kind"])
+        if kind:
+            raise SceneError(
+                f"{named}: another kind of machine than {first['host']}, which would give other "
+                f"last digits: {'; '.join(kind)}"
+            )
+    return Workers(client, address, first["kind"], [t["machine"] for t in told.values()], tell)
+
+
+def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: Any) -> Any:
+    """Answers of all workers, by their addresses."""
+    try:
+        answers = client.run(question, *arguments, on_error="return")
+    except (OSError, TimeoutError, CancelledError) as error:
+        raise SceneError(
+            f"--scheduler {address}: cannot be reached any more ({one_line(error, 200)})"
+        ) from None
+    for where, answer in answers.items():
+        if isinstance(answer, ImportError):
+            raise SceneError(
+                f"--scheduler {address}: worker {where}: has no engine-dyn of this version "
+                f"({one_line(answer)})"
+            )
+        if isinstance(answer, Exception):
+            raise SceneError(
+                f"--scheduler {address}: worker {where}: {type(answer).__name__}: "
+                f"{one_line(answer)}"
+            )
+    return answers
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Processes that compute blocks.
+
+    Attributes
+    ----------
+    client : distributed.Client
+        Who knows them.
+    address : str
+        Of the scheduler, as it was given.
+    kind : dict
+        Kind of their machines: see `provenance.machine_kind`.
+    machines : list of str
+        One line for each of them.
+    tell : callable
+        Gets a line where one has to wait.
+    """
+
+    client: Any
+    address: str
+    kind: dict[str, str]
+    machines: list[str]
+    tell: Callable[[str], None]
+
+    @property
+    def text(self) -> str:
+        """Their machines, for the archive."""
+        counts = {name: self.machines.count(name) for name in dict.fromkeys(self.machines)}
+        listed = "; ".join(f"{counted(n, 'worker')} on {name}" for name, n in counts.items())
+        return f"{self.address}: {listed}"
+
+    def block_bytes(self, plan: Plan, limit: float) -> float:
+        """Bytes of a block, so that there are enough blocks for all, and enough memory."""
+        if self.address.startswith(LOCAL):
+            free = psutil.virtual_memory().available
+            limit = min(limit, 0.5 * free / (AT_ONCE * len(self.machines)))
+        whole = passing_bytes(plan, {d: plan.sizes[d] for d in plan.scene.dimensions})
+        share = whole / max(FEWEST, EACH * len(self.machines))
+        return min(limit, max(SMALLEST_BLOCK, share))
+
+    def compute(
+        self, here: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
+    ) -> None:
+        """Have blocks computed and written; `done` gets the number of each.
+
+        Raises
+        ------
+        SceneError
+            Where a worker does not see the folder, is of another kind, or refuses the scene.
+        OSError
+            Where a worker cannot write.
+        Lost
+            Where the cluster cannot go on.
+        """
+        from distributed import as_completed
+
+        worker.hand_over(here, plan)
+        folder = str(here.path.absolute())
+        seen = _asked(self.client, self.address, worker.look, folder, here.key)
+        for where, wrong in seen.items():
+            if wrong:
+                raise SceneError(
+                    f"--scheduler {self.address}: worker {where} {wrong}; the output must lie on a "
+                    "file system that all workers share"
+                )
+        run = secrets.token_hex(4)
+        futures = {
+            future.key: (future, number)
+            for number in numbers
+            for future in (
+                self.client.submit(
+                    worker.block, folder, here.key, number,
+                    key=f"engine-dyn-{run}-{number}", pure=False,
+                ),
+            )
+        }  # fmt: skip
+        try:
+            finished = as_completed(
+                [future for future, _ in futures.values()], loop=self.client.loop
+            )
+            heard, told = time.monotonic(), False
+            while not finished.is_empty():
+                if self.client.status != "running":
+                    raise Lost(f"{self.address}: the scheduler is gone")
+                if not finished.has_ready():
+                    time.sleep(_TICK)
+                    if time.monotonic() - heard > _QUIET and not told and not self._anybody():
+                        self.tell(f"{self.address}: all workers are gone; waiting for others")
+                        told = True
+                    continue
+                heard, told = time.monotonic(), False
+                for future in finished.next_batch(block=False):
+                    if future.status in ("pending", "lost"):
+                        # Its worker died with the answer: another one is asked, and finds the
+                        # block written.
+                        finished.add(future)
+                        continue
+                    _check(future, self.address)
+                    done(futures.pop(future.key)[1])
+            _wait_for(here, numbers)
+        finally:
+            if self.client.status == "running":
+                with suppress(OSError, TimeoutError, CancelledError):  # it may end at any moment
+                    self.client.cancel([future for future, _ in futures.values()])
+
+    def _anybody(self) -> bool:
+        try:
+            return bool(self.client.nthreads())
+        except (OSError, TimeoutError, CancelledError) as error:
+            raise Lost(f"{self.address}: the scheduler is gone ({one_line(error, 200)})") from None
+
+
+def _wait_for(here: Partial, numbers: Sequence[int]) -> None:
+    """Wait until finished blocks can be seen: a network file system may show new files late."""
+    end = time.monotonic() + LATE
+    while not set(numbers) <= set(here.finished()) and time.monotonic() < end:
+        time.sleep(_TICK)
+
+
+def _check(future: Any, address: str) -> None:
+    """Turn what a worker answered into what a run raises."""
+    if future.status == "finished":
+        try:
+            word, what = future.result()
+        except Exception as error:  # it went with the scheduler, or a worker
+            raise Lost(f"{address}: the scheduler is gone ({one_line(error, 200)})") from None
+        if word == "refused":
+            raise SceneError(f"--scheduler {address}: {what}")
+        if word == "os":
+            raise OSError(*what)
+        if word != "done":
+            raise Lost(f"{address}: {what}")
+        return
+    if future.status == "error":
+        cause = future.exception()
+        raise Lost(f"{address}: {type(cause).__name__}: {one_line(cause, 300)}")
+    raise Lost(f"{address}: the scheduler has given up the run")

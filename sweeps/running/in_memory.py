@@ -1,0 +1,252 @@
+"""Run a plan: stages in order, arrays without names in, arrays without names out."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.errors import SceneError
+from sweeps.planning.blocks import Block, along, blocks, cut, holds
+from sweeps.planning.plan import Plan, Stage, Value, make_plan
+from sweeps.scene.model import Scene, read_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["compute", "computed", "run"]
+
+
+def run(
+    scene: str | Path | Mapping[str, Any] | Scene,
+    *,
+    progress: bool = False,
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Run a scene and return its results as a labelled dataset.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        Path of a scene file, name of a built-in scene, dict of the same shape, or a Scene.
+    progress : bool
+        Show a progress bar on the terminal for runs of more than a second.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable for each quantity, on the axes that it depends on, in the units of
+        `engine-dyn list quantities`; `status` beside everything that can fail.
+
+    Raises
+    ------
+    SceneError
+        One line, for a scene that cannot be run: see `read_scene`; also one larger than memory.
+    """
+    from sweeps.archive.labels import label
+
+    plan = make_plan(read_scene(scene))
+    plan.check_memory()
+    began = time.perf_counter()
+    results = compute(plan, progress=progress, threads=threads)
+    return label(plan, results, seconds=time.perf_counter() - began)
+
+
+def compute(
+    plan: Plan, *, progress: bool = False, threads: int | None = None
+) -> dict[str, npt.NDArray[Any]]:
+    """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
+
+    Nothing else of the size of an output exists at any time: see `sweeps.planning.blocks`.
+    """
+    results: dict[str, npt.NDArray[Any]] = {}
+    lengths = cut(plan)
+    for block, parts in computed(
+        plan, lengths, blocks(plan, lengths), progress=progress, threads=threads
+    ):
+        for name, part in parts.items():
+            dims = plan.dims(name)
+            shape = tuple(plan.sizes[d] for d in dims)
+            if part.shape == shape:
+                results[name] = part
+                continue
+            if name not in results:
+                results[name] = np.empty(shape, dtype=part.dtype)
+            results[name][along(dims, block)] = part
+    return {name: results[name] for name in plan.outputs}
+
+
+def computed(
+    plan: Plan,
+    lengths: Mapping[str, int],
+    chosen: Iterable[Block],
+    *,
+    progress: bool = False,
+    threads: int | None = None,
+) -> Iterator[tuple[Block, dict[str, npt.NDArray[Any]]]]:
+    """Compute some blocks of a plan, one after the other.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    lengths : mapping
+        How the plan is cut: see `sweeps.planning.blocks`. What depends on none of these axes is
+        computed once, whatever blocks are chosen.
+    chosen : iterable of blocks
+        Which of its blocks.
+    progress : bool
+        Show a progress bar.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+
+    Yields
+    ------
+    block, parts
+        The block, and what `blocks.holds` says that it holds of the plan's outputs, in SI units:
+        the same bits however the plan is cut.
+    """
+    once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
+    each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
+    dims = {name: plan.dims(name) for name in plan.outputs}
+    with _Bars(progress) as bars:
+        values = _computed(plan, once, plan.leaves, {}, bars, threads)
+        for block in chosen:
+            here = _computed(plan, each, values, block, bars, threads)
+            if not each:
+                values = {}
+            parts = {
+                name: _filled(here.pop(name).si, dims[name], block, plan)
+                for name in plan.outputs
+                if holds(block, dims[name])
+            }
+            here = {}  # only the outputs stay while they are taken over
+            yield block, parts
+
+
+def _computed(
+    plan: Plan,
+    stages: tuple[Stage, ...],
+    given: Mapping[str, Value],
+    block: Mapping[str, slice],
+    bars: _Bars,
+    threads: int | None,
+) -> dict[str, Value]:
+    """Values of some stages for one block, and what was given before and is still needed."""
+    values = {
+        name: replace(value, data=value.data[along(value.dims, block)]) if value.dims else value
+        for name, value in given.items()
+    }
+    waiting = _uses(plan.stages)
+    for stage in stages:
+        node = stage.node
+        if node.make is None:  # a result of a kernel: already there
+            continue
+        needs = {name: values[name] for name in node.needs}
+        if node.kind == "stage":
+            wanted = plan.wanted(stage)
+            bundle = node.make(
+                **{n: _aligned(v, stage.axes, n) for n, v in needs.items()},
+                wanted=wanted,
+                threads=threads,
+                progress=bars.of(stage),
+            )
+            dims = {s.node.name: s.dims for s in stages}
+            values |= {name: Value(bundle[name], dims[name]) for name in wanted}
+        else:
+            # What the node adds, it makes itself: its needs do not have that dimension.
+            before = tuple(d for d in stage.dims if d not in node.adds)
+            try:
+                data = node.make(**{n: _aligned(v, before, n) for n, v in needs.items()})
+            except ValueError as error:  # what only the physics can refuse, in its own words
+                raise SceneError(f"{plan.name}: {error}") from None
+            values[node.name] = Value(np.asarray(data), stage.dims)
+        for need in node.needs:
+            waiting[need] -= 1
+            # Of one piece, what has served is given up; blocks need the common values again.
+            if waiting[need] == 0 and need not in plan.outputs and need not in given:
+                values.pop(need)
+    return values
+
+
+def _filled(
+    data: npt.NDArray[Any], dims: tuple[str, ...], block: Block, plan: Plan
+) -> npt.NDArray[Any]:
+    """Array of a block's whole shape; copied only where it was broadcast or is padded."""
+    array = np.asarray(data)
+    places = [block.get(d, slice(0, plan.sizes[d])) for d in dims]
+    shape = tuple(place.stop - place.start for place in places)
+    if array.shape == shape:
+        return array
+    short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
+    if any(short):
+        # A block may lack the engines of most cylinders, and so the last throws.
+        whole = np.full(shape, np.nan)
+        ends = zip(short, array.shape, strict=True)
+        whole[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
+        return whole
+    return np.array(np.broadcast_to(array, shape))
+
+
+def _uses(stages: tuple[Stage, ...]) -> dict[str, int]:
+    uses: dict[str, int] = {}
+    for stage in stages:
+        for need in stage.node.needs:
+            uses[need] = uses.get(need, 0) + 1
+    return uses
+
+
+def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
+    """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
+
+    Constants and the angles of a kernel go through as they are.
+    """
+    if not value.dims or not set(value.dims) <= set(dims):
+        if not set(value.dims) <= set(DIMENSIONS):
+            raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
+        return value.si
+    places = [dims.index(d) for d in value.dims]
+    shape = [1] * len(dims)
+    for place, size in zip(places, np.shape(value.data), strict=True):
+        shape[place] = size
+    return np.reshape(value.si, shape)
+
+
+class _Bars:
+    """Progress bars over the designs of the kernels; nothing when not asked for."""
+
+    def __init__(self, show: bool) -> None:
+        self.show = show
+        self.bars: dict[str, Any] = {}
+
+    def of(self, stage: Stage) -> Callable[[int], None] | None:
+        """What to call with the number of designs done."""
+        if not self.show:
+            return None
+        name = stage.node.name
+        if name not in self.bars:
+            from tqdm import tqdm
+
+            # `delay`: runs of less than a second show nothing.
+            self.bars[name] = tqdm(
+                total=stage.size, unit=" designs", unit_scale=True, delay=1.0, leave=False,
+                desc=name, file=sys.stderr,
+            )  # fmt: skip
+        update: Callable[[int], None] = self.bars[name].update
+        return update
+
+    def __enter__(self) -> _Bars:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for bar in self.bars.values():
+            bar.close()

@@ -1,0 +1,1 @@
+"""Scenes: what a person wants computed, read and checked."""
