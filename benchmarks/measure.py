@@ -19,7 +19,6 @@ from typing import Any
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
 import sweeps
 from benchmarks import own
@@ -27,8 +26,8 @@ from benchmarks.peers import Case
 from benchmarks.problem import Designs, Scene, diagram, own_inputs, reference, scene
 from engine_dyn import compilation, periodic_speed
 from engine_dyn.speed import dispatch
+from engine_dyn.types import Floats
 
-Floats = npt.NDArray[np.float64]
 contracted: Any = numba.njit(nogil=True, fastmath={"contract"}, error_model="numpy")
 ROOT = Path(__file__).resolve().parents[1]
 

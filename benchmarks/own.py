@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.peers import Case, Floats, Solver
+from benchmarks.peers import Case, Solver
 from benchmarks.problem import Designs, Scene, family, own_inputs
 from engine_dyn.speed import dispatch
+from engine_dyn.types import Floats
 
 FAMILY = family()
 

@@ -39,8 +39,8 @@ from benchmarks.problem import (
     Designs,
     kinematics,
 )
+from engine_dyn.types import Floats
 
-Floats = npt.NDArray[np.float64]
 Solver = Callable[[Designs], Floats]
 
 FAST = {"reassoc", "contract", "nsz", "arcp", "afn"}

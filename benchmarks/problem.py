@@ -23,12 +23,11 @@ import numpy.typing as npt
 
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.types import Floats, Integers
 from tests.oracle.designs import SmoothPressure
 from tests.oracle.designs import table as points_of
 from tests.oracle.solution import Design, solve
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Complexes = npt.NDArray[Any]
 
 CYCLE = 4.0 * math.pi

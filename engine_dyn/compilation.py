@@ -22,12 +22,13 @@ from typing import Any
 
 import numba
 import numpy as np
-import numpy.typing as npt
 from llvmlite import ir
 from numba.core import caching, cgutils, codegen, event, targetconfig, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 from numba.np import arrayobj
+
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "FAST_MATH",
@@ -523,8 +524,8 @@ def _turn_rows(fields: int) -> Callable[..., Any]:
 
 def _turn_rows_plainly(fields: int) -> Callable[..., None]:
     def turn(
-        source: npt.NDArray[np.float64], column: int, places: npt.NDArray[np.int64], begin: int,
-        target: npt.NDArray[np.float64],
+        source: Floats, column: int, places: Integers, begin: int,
+        target: Floats,
     ) -> None:  # fmt: skip
         height = target.size // fields
         for k in range(begin, begin + SQUARE_SIDE):
@@ -534,8 +535,8 @@ def _turn_rows_plainly(fields: int) -> Callable[..., None]:
 
 
 def _turn_plainly(
-    source: npt.NDArray[np.float64], begin: int, width: int,
-    target: npt.NDArray[np.float64], to: int, height: int,
+    source: Floats, begin: int, width: int,
+    target: Floats, to: int, height: int,
 ) -> None:  # fmt: skip
     for i in range(SQUARE_SIDE):
         for k in range(SQUARE_SIDE):
@@ -551,11 +552,11 @@ def _wide(typing: Any) -> Any:
     return types.none(), build
 
 
-def _empty(size: int) -> npt.NDArray[np.float64]:
+def _empty(size: int) -> Floats:
     return np.empty(size)
 
 
-def _empty_indices(size: int) -> npt.NDArray[np.int64]:
+def _empty_indices(size: int) -> Integers:
     return np.empty(size, dtype=np.int64)
 
 

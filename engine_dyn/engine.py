@@ -6,13 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.pressure.diagram import Diagram, Family
 from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.types import Floats
 
 __all__ = ["FOUR_STROKE", "Engine"]
 
@@ -57,7 +55,7 @@ class Engine:
     period: float
     values: Mapping[str, float]
     family: Family | FamilyGrid
-    pressure_scale: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
+    pressure_scale: tuple[Floats, Floats] | None = None
     cycles: tuple[Callable[..., Diagram], ...] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
+from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
 
 __all__ = [
@@ -208,7 +209,7 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")
 
 
-def numbers(raw: Any, where: str, node: Node | None = None) -> npt.NDArray[np.float64]:
+def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
     """Return a list of finite numbers, at least one.
 
     Raises
@@ -245,7 +246,7 @@ def allowed(node: Node) -> str:
     return f"{kind} {' and '.join(parts)}".rstrip() + unit
 
 
-def outside(values: npt.NDArray[np.float64], node: Node) -> npt.NDArray[np.bool_]:
+def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
     """Which values (file units) are not finite or outside the physical range of a parameter."""
     bad = ~np.isfinite(values)
     if node.low > -math.inf:

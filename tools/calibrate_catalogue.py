@@ -28,6 +28,7 @@ from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads.friction import friction_mean_effective_pressure, mean_piston_speed
 from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle
 from engine_dyn.pressure.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
+from engine_dyn.units import BAR, RPM
 from sweeps.reading.engine_files import catalogue
 
 RATED = {
@@ -56,8 +57,6 @@ GAS_CONSTANT = 287.0
 
 COLUMN = 40
 """Of the files, where comments begin."""
-
-RPM, BAR = math.pi / 30.0, 1e5
 
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:

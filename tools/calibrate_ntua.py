@@ -44,7 +44,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engine_dyn import Diagram, diagram_from_points, family_from_diagrams, periodic_speed
 from engine_dyn.forces.torque import gas_torque, inertia_torque
@@ -56,14 +55,14 @@ from engine_dyn.loads.friction import (
 )
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
 from engine_dyn.speed.api import PeriodicSpeed
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR
 
-FloatArray = NDArray[np.float64]
 Parameters = dict[str, float]
 Usual = Mapping[str, tuple[float, float]]
-Measure = Callable[[Diagram], FloatArray]
+Measure = Callable[[Diagram], Floats]
 
 ROOT = Path(__file__).resolve().parents[1]
-BAR = 1e5
 PERIOD = 4.0 * math.pi
 STEP = 0.5  # degree, of the tabulated diagrams
 DECIMALS = 6
@@ -181,7 +180,7 @@ def one_pass(diagram: Diagram, load_offset: float = 0.0) -> PeriodicSpeed:
     )
 
 
-def torque(diagram: Diagram) -> FloatArray:
+def torque(diagram: Diagram) -> Floats:
     """Total torque [N m] at 1 degree, absolute pressure on the piston."""
     phi = np.deg2rad(np.arange(-360.0, 360.0))
     family = family_from_diagrams([0.0], [diagram])
@@ -196,7 +195,7 @@ def diagram_of(parameters: Mapping[str, float]) -> Diagram:
     return diagram_from_points(*DieselCycle(**values).points(STEP))
 
 
-def measure_50(diagram: Diagram) -> FloatArray:
+def measure_50(diagram: Diagram) -> Floats:
     """Figures of the fit at 50 % load: bar, N m, N m, N m, rad/s, bar."""
     total, speed = torque(diagram), one_pass(diagram)
     return np.array(
@@ -211,7 +210,7 @@ def measure_50(diagram: Diagram) -> FloatArray:
     )
 
 
-def measure_0(diagram: Diagram) -> FloatArray:
+def measure_0(diagram: Diagram) -> Floats:
     """Figures of the fit at 0 % load: bar, N m, rad/s three times."""
     # On its way to zero the mean torque may be negative, and no load k omega^2 balances that.
     speed = one_pass(diagram, load_offset=one_pass(diagram).torque_mean)
@@ -219,7 +218,7 @@ def measure_0(diagram: Diagram) -> FloatArray:
     return np.array([diagram.peak / BAR, speed.torque_mean, *omegas])
 
 
-def measure_90(diagram: Diagram) -> FloatArray:
+def measure_90(diagram: Diagram) -> Floats:
     """Figures of the fit at 90 % load: bar, rad/s three times."""
     speed = one_pass(diagram)
     return np.array([diagram.peak / BAR, speed.omega_max, speed.omega_min, speed.omega_mean])
@@ -228,7 +227,7 @@ def measure_90(diagram: Diagram) -> FloatArray:
 MEASURES: dict[int, Measure] = {50: measure_50, 0: measure_0, 90: measure_90}
 
 
-def targets() -> dict[int, FloatArray]:
+def targets() -> dict[int, Floats]:
     """Return the printed figures in the order of the measures."""
     p_max = {load: peak_pressure(value) for load, value in FRICTION_TORQUE.items()}
     mean = LOAD_COEFFICIENT * START_SPEED**2
@@ -241,7 +240,7 @@ def targets() -> dict[int, FloatArray]:
     }
 
 
-def together(usual: Usual, fixed: Mapping[str, float], place: FloatArray) -> Parameters:
+def together(usual: Usual, fixed: Mapping[str, float], place: Floats) -> Parameters:
     """Parameters at a place measured in spreads from the usual values."""
     found = dict(fixed)
     for (name, (value, spread)), units in zip(usual.items(), place, strict=True):
@@ -252,12 +251,12 @@ def together(usual: Usual, fixed: Mapping[str, float], place: FloatArray) -> Par
 
 
 def sensitivity(
-    usual: Usual, fixed: Mapping[str, float], measure: Measure, place: FloatArray
-) -> FloatArray:
+    usual: Usual, fixed: Mapping[str, float], measure: Measure, place: Floats
+) -> Floats:
     """Change of each figure per spread of each parameter, by central differences."""
     half = 1e-3
 
-    def figures(at: FloatArray) -> FloatArray:
+    def figures(at: Floats) -> Floats:
         return measure(diagram_of(together(usual, fixed, at)))
 
     columns = [
@@ -268,8 +267,8 @@ def sensitivity(
 
 
 def closest(
-    usual: Usual, fixed: Mapping[str, float], measure: Measure, target: FloatArray
-) -> tuple[Parameters, FloatArray]:
+    usual: Usual, fixed: Mapping[str, float], measure: Measure, target: Floats
+) -> tuple[Parameters, Floats]:
     """Find the parameters closest to the usual ones that meet the figures.
 
     Least |z| subject to F(z) = target, z in spreads: with the Jacobian J of F, each step takes the

@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.first_law import FourStrokeCycle, tabulate
+from engine_dyn.units import DEGREE
 from sweeps.reading.engine_files import load_engine
 
-DEGREE = math.pi / 180.0
 GAMMA = 1.4
 TEMPERATURE = 300.0
 LONGEST_ROD = 1e-4

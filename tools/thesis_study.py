@@ -27,6 +27,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry import masses
 from engine_dyn.loads import friction
 from engine_dyn.status import CONVERGED, MEANINGS
+from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.model import built_in_scenes
 
@@ -36,10 +37,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "tests" / "reference"
 
-DEGREE = math.pi / 180.0
-RPM = math.pi / 30.0
 PERIOD = 4.0 * math.pi
-BAR = 1e5
 SLIP = 57.32  # printed in (4.2b) for 180/pi
 CUT_SPEED = 125.6  # omega_n of 1200 rpm as the thesis cuts it, rad/s
 

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import sweeps
+from engine_dyn.types import Complexes, Floats
 from sweeps.exploring.torsion import QUANTITIES, Excitation, excitation
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,8 +24,6 @@ TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "torsional_vibration.md"
 FIGURE = ROOT / "docs" / "figures" / "torsional_vibration.png"
 
-Floats = npt.NDArray[np.float64]
-Complexes = npt.NDArray[np.complex128]
 
 # doi:10.1243/14644193JMBD126, Fig. 4, digitised in the example data of openTorsion (MIT licence,
 # Copyright (c) 2020 Sampo Laine, Urho Hakonen), from which the damping is taken too.

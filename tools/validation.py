@@ -28,13 +28,10 @@ import mechanism_study
 import numpy as np
 from thesis_study import (
     AGREEMENT,
-    BAR,
     CUT_SPEED,
-    DEGREE,
     MOST_CYCLES,
     PERIOD,
     ROOT,
-    RPM,
     SLIP,
     SPEEDS,
     WITHOUT_SPEED,
@@ -62,6 +59,7 @@ from thesis_study import (
 
 import sweeps
 from engine_dyn.geometry import slider_crank
+from engine_dyn.units import BAR, DEGREE, RPM
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "validation.md"

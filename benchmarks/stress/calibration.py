@@ -13,16 +13,14 @@ from random import Random
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn import Family, diagram_from_points
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.types import Floats
 from sweeps.reading.engine_files import load_engine
 from tests.oracle import spline
 from tests.oracle.designs import smooth_pressure, table
-
-Floats = npt.NDArray[np.float64]
 
 CURVES = 12
 STEPS = (0.5, 1.0)

@@ -17,9 +17,8 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
+from engine_dyn.types import Booleans
 from tests.oracle.solution import IDLE
-
-Mask = npt.NDArray[np.bool_]
 
 CYCLE = 4.0 * math.pi
 ROUNDING = 1e-8
@@ -48,11 +47,11 @@ CHECKS = {
 def check(
     columns: dict[str, npt.NDArray[Any]], closure: str, bounds: Bounds, found: dict[str, Any],
     tolerance: float = 1e-6,
-) -> dict[str, Mask]:  # fmt: skip
+) -> dict[str, Booleans]:  # fmt: skip
     """Masks of designs that break a rule; all arrays of one length."""
     status = found["status"]
     numbers = np.isin(status, (CONVERGED, TOLERANCE_NOT_MET))
-    broken: dict[str, Mask] = {}
+    broken: dict[str, Booleans] = {}
     broken["outcome"] = ~np.isin(
         status,
         (CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED, INVALID_INPUT, TOLERANCE_NOT_MET),

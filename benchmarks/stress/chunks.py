@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from benchmarks.stress import draw
 from benchmarks.stress.checks import CHECKS, check
 from engine_dyn.speed import dispatch
-
-Integers = npt.NDArray[np.int64]
+from engine_dyn.types import Integers
 
 MODULE = "benchmarks.stress"
 LIMIT = 900.0

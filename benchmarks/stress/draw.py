@@ -15,10 +15,9 @@ import numpy.typing as npt
 from benchmarks.stress.shapes import Shapes
 from engine_dyn.pressure.diagram import Family
 from engine_dyn.speed import dispatch
+from engine_dyn.types import Floats
 from sweeps.reading.engine_files import load_engine
 from tests.oracle.spline import Designs
-
-Floats = npt.NDArray[np.float64]
 
 ENGINE = "ntua"
 CHUNK = 2**17

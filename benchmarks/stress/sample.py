@@ -11,7 +11,6 @@ from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from benchmarks.stress import draw
 from benchmarks.stress.chunks import example
@@ -25,8 +24,6 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
 )
 from tests.oracle import spline
-
-Mask = npt.NDArray[np.bool_]
 
 QUANTITIES = ("delta", "omega_max", "omega_min", "omega_mean")
 TOLERANCE = 1e-6

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.pressure.diagram import Family
+from engine_dyn.types import Floats
 from tests.oracle.spline import acceleration, velocity
-
-Floats = npt.NDArray[np.float64]
 
 CYCLE = 4.0 * math.pi
 MOST_CYLINDERS = 16

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from benchmarks.stress import draw
 from benchmarks.stress.sample import BORDER, TOLERANCE
@@ -21,9 +20,8 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
+from engine_dyn.types import Floats
 from tests.oracle import spline
-
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("spike", "noise", "steps")
 

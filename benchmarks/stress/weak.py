@@ -12,15 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from benchmarks.stress import draw
 from engine_dyn import PeriodicSpeed, periodic_speed
 from engine_dyn.status import CONVERGED, NOT_CONVERGED
+from engine_dyn.types import Floats
 from tests.oracle import spline
 from tests.oracle.solution import CYCLE
-
-Floats = npt.NDArray[np.float64]
 
 BORE, STROKE, RATIO, MASS, INERTIA, FRICTION, CRANKCASE = (
     0.14, 0.18, 0.2571, 6.67, 1.5, 32.776, 101325.0,

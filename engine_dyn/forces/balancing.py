@@ -33,6 +33,7 @@ import numpy.typing as npt
 
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.types import Complexes, Floats
 
 __all__ = [
     "Best",
@@ -46,8 +47,6 @@ __all__ = [
     "unbalanced_mass",
 ]
 
-Floats = npt.NDArray[np.float64]
-Complexes = npt.NDArray[np.complex128]
 
 SAMPLES = 1024
 """Of a revolution, for harmonics: those up to half of it; the trapezoidal rule leaves rounding."""

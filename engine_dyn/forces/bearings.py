@@ -49,6 +49,7 @@ from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.diagram import Family
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "EXTREMES",
@@ -62,7 +63,6 @@ __all__ = [
     "turned",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 PARTS = 4
 """Gas pressure, crankcase pressure, reciprocating and rotating masses."""
@@ -350,7 +350,7 @@ def _distinct(columns: Floats) -> tuple[Floats, Any]:
     return columns[:, first], which
 
 
-def _pieces(size: int) -> Iterator[npt.NDArray[np.int64]]:
+def _pieces(size: int) -> Iterator[Integers]:
     for begin in range(0, size, DESIGNS_AT_ONCE):
         yield np.arange(begin, min(begin + DESIGNS_AT_ONCE, size))
 

@@ -32,13 +32,13 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.diagram import Diagram, Family
 from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.types import Complexes, Floats
 
 __all__ = [
     "INERTIA",
@@ -57,8 +57,6 @@ __all__ = [
     "velocity_harmonics",
 ]
 
-Floats = npt.NDArray[np.float64]
-Complexes = npt.NDArray[np.complex128]
 
 TURN = 2.0 * np.pi
 LONGEST_PIECE = TURN / 180.0

@@ -76,7 +76,6 @@ __all__ = [
     "two_mass_rod_inertia",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2] (CGPM 1901)."""

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import friction_parts, mean_parts
 from engine_dyn.pressure.diagram import Family
 from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.types import Floats
 
 __all__ = [
     "friction_over_stroke",
@@ -32,7 +32,6 @@ __all__ = [
     "torque_after_throw",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 MEANS_AT_ONCE = 64
 """Designs whose means of the friction are taken together: each has some thousand points."""

@@ -26,6 +26,8 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.firing_orders import CUSTOMARY_ORDERS, customary_order
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
 
 __all__ = [
     "CUSTOMARY_ORDERS",
@@ -40,12 +42,10 @@ __all__ = [
     "symmetry",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 MOST_CYLINDERS = 16
 
 TURN = 2.0 * math.pi
-DEGREE = math.pi / 180.0
 
 SAME_ANGLE = 0.01 * DEGREE
 """Angles this close are the same: files give sevenths and ninths of a turn with few digits."""

@@ -50,6 +50,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry import slider_crank
+from engine_dyn.types import Floats
 
 __all__ = [
     "REMAINDER",
@@ -65,7 +66,6 @@ __all__ = [
     "velocity_coefficients",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 MOST_TERMS = 1_000_000
 AT_ONCE = 1024

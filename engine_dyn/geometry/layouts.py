@@ -23,7 +23,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engine_dyn.geometry.arrangement import DEGREE, SAME_ANGLE, TURN, Arrangement, Cylinder, Throw
+from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.firing_orders import (
     BOXER_ORDERS,
     IN_LINE_ORDERS,
@@ -33,6 +33,7 @@ from engine_dyn.geometry.firing_orders import (
     in_line_order_by_rule,
     two_stroke_in_line_order_by_rule,
 )
+from engine_dyn.units import DEGREE
 
 __all__ = [
     "arrangement_from_text",

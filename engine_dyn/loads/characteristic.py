@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["CHARACTERISTICS", "PROPELLER", "Characteristic", "load_for_torque"]
+from engine_dyn.types import Floats
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["CHARACTERISTICS", "PROPELLER", "Characteristic", "load_for_torque"]
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.pressure.diagram import periodic_spline_slopes
+from engine_dyn.types import Floats
 
 __all__ = [
     "NOTHING_DRIVEN",
@@ -43,7 +44,6 @@ __all__ = [
     "whole_ratio",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 REVOLUTION = 2.0 * math.pi
 FEWEST_POINTS = 8

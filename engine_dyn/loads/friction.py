@@ -20,10 +20,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, RPM
 
 __all__ = [
     "FrictionShape",
@@ -36,10 +38,6 @@ __all__ = [
     "tabulated_auxiliary_torque",
 ]
 
-FloatArray = NDArray[np.float64]
-
-BAR = 1e5
-RPM = math.pi / 30.0
 
 PANELS = 180
 """Panels of a stroke over which means are taken."""
@@ -126,7 +124,7 @@ def tabulated_auxiliary_torque(speeds: ArrayLike, torques: ArrayLike, speed: Arr
     return np.interp(wanted, given, torque)
 
 
-def friction_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> FloatArray:
+def friction_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
     """Torques of the four branches of `FrictionShape`, not scaled, shape (4, ...).
 
     `load` on the rings [Pa], `speed` of the piston over r omega, `sine` of the cylinder's angle.
@@ -137,7 +135,7 @@ def friction_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> FloatA
     return np.stack(np.broadcast_arrays(dry, dry * slow, np.sqrt(dry) * fast, fast * fast))
 
 
-def mean_parts(parts: Callable[[FloatArray], FloatArray], period: float) -> FloatArray:
+def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
     """Cycle means of `friction_parts`, a function of the cylinder's angle [rad], shape (4, ...).
 
     Means are taken stroke by stroke with Gauss's points; the angle is stretched so that the roots
@@ -151,7 +149,7 @@ def mean_parts(parts: Callable[[FloatArray], FloatArray], period: float) -> Floa
     total: Any = 0.0
     for stroke in range(round(period / math.pi)):
         total = total + parts((stroke + place) * math.pi) @ (share * stretch)
-    means: FloatArray = total / round(period / math.pi)
+    means: Floats = total / round(period / math.pi)
     return means
 
 
@@ -209,7 +207,7 @@ class FrictionShape:
 
     def __call__(
         self, phi: ArrayLike, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
-    ) -> FloatArray:
+    ) -> Floats:
         """Friction torque over its cycle mean [1] at crank angles [rad].
 
         Parameters
@@ -227,9 +225,7 @@ class FrictionShape:
         parts = self._parts(phi, crank_ratio, diagram, crankcase_pressure)
         return np.asarray(self.rest + np.tensordot(weights, parts, axes=1))
 
-    def weights(
-        self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
-    ) -> FloatArray:
+    def weights(self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float) -> Floats:
         """Share over cycle mean of each of the four parts, shape (4,)."""
         means = mean_parts(
             lambda phi: self._parts(phi, crank_ratio, diagram, crankcase_pressure), diagram.period
@@ -238,7 +234,7 @@ class FrictionShape:
 
     def _parts(
         self, phi: ArrayLike, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
-    ) -> FloatArray:
+    ) -> Floats:
         """Torques of the four branches, not scaled, shape (4, ...)."""
         angle = np.asarray(phi, dtype=np.float64)
         load = self.ring_pressure + diagram(angle) - crankcase_pressure

@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.piecewise_cubic import piece_at
+from engine_dyn.types import Floats
 
 __all__ = [
     "FLOOR",
@@ -26,7 +24,6 @@ __all__ = [
     "shape_at",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 FLOOR = 1e-6
 """Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass

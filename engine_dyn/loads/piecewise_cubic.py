@@ -5,14 +5,10 @@ Tables of loads over angle and of loads and drivers over speed are such curves.
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
+from engine_dyn.types import Floats
 
 __all__ = ["piece_at"]
-
-Floats = npt.NDArray[np.float64]
 
 
 @inlined

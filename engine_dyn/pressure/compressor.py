@@ -30,14 +30,11 @@ from engine_dyn.geometry.slider_crank import position_at, velocity_at
 from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
 from engine_dyn.pressure.first_law import table_angles
 from engine_dyn.pressure.first_law_kernel import smooth_step, turned, weighted
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = ["FILE_UNITS", "CompressorCycle", "CompressorDiagrams", "tabulate"]
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-DEGREE = math.pi / 180.0
-BAR = 1e5
 
 LARGEST_STEP = 0.5 * DEGREE
 STEPS_OF_LAG = 6.0

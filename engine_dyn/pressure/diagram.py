@@ -17,7 +17,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = [
     "FOUR_STROKE",
@@ -32,14 +35,10 @@ __all__ = [
     "periodic_spline_slopes",
 ]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FOUR_STROKE = 4.0 * math.pi
 TWO_STROKE = 2.0 * math.pi
 
-BAR = 1e5
-DEGREE = math.pi / 180.0
 
 # What a diagram must look like to be taken for one. Measured files are sparse in the gas
 # exchange, so the gap allowed there is wide; where the pressure is made it is narrow.
@@ -60,7 +59,7 @@ LARGEST_SHIFT = 60.0 * DEGREE
 COMMON_STEP = 0.25 * DEGREE
 
 
-def periodic_spline_slopes(angle: FloatArray, pressure: FloatArray, period: float) -> FloatArray:
+def periodic_spline_slopes(angle: Floats, pressure: Floats, period: float) -> Floats:
     """Slopes at the knots of the periodic cubic spline through given points.
 
     Continuity of the second derivative at knot i, with h_i the step after it and d_i the divided
@@ -142,29 +141,29 @@ class Diagram:
         Makes the diagram without combustion, where that is known: see `pressure.motored`.
     """
 
-    angle: FloatArray
-    pressure: FloatArray
-    slope: FloatArray
+    angle: Floats
+    pressure: Floats
+    slope: Floats
     period: float = FOUR_STROKE
     motored: Callable[[], Diagram] | None = field(default=None, repr=False)
 
-    def __call__(self, phi: ArrayLike) -> FloatArray:
+    def __call__(self, phi: ArrayLike) -> Floats:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
         p0, p1, s0, s1, step, t = self._pieces(phi)
         rest = 1.0 - t
         # Hermite's basis is 1, 0, 0, 0 at a knot, so tabulated pressures come back exactly.
-        result: FloatArray = (
+        result: Floats = (
             p0 * (rest * rest * (1.0 + 2.0 * t))
             + p1 * (t * t * (3.0 - 2.0 * t))
             + step * (s0 * (t * rest * rest) - s1 * (t * t * rest))
         )
         return result
 
-    def derivative(self, phi: ArrayLike) -> FloatArray:
+    def derivative(self, phi: ArrayLike) -> Floats:
         """dp/dphi [Pa/rad] of the spline at any crank angle [rad]; the angle wraps."""
         p0, p1, s0, s1, step, t = self._pieces(phi)
         rest = 1.0 - t
-        result: FloatArray = (
+        result: Floats = (
             6.0 * t * rest * (p1 - p0) / step
             + s0 * (rest * (1.0 - 3.0 * t))
             + s1 * (t * (3.0 * t - 2.0))
@@ -228,7 +227,7 @@ class Diagram:
             self.angle, self.pressure * factor, self.slope * factor, self.period, motored
         )
 
-    def _pieces(self, phi: ArrayLike) -> tuple[FloatArray, ...]:
+    def _pieces(self, phi: ArrayLike) -> tuple[Floats, ...]:
         """Find values, slopes, step and local coordinate of the interval of each angle."""
         wrapped = _wrap(np.asarray(phi, dtype=np.float64), self.period)
         count = len(self.angle)
@@ -305,7 +304,7 @@ def diagram_from_points(
     return diagram
 
 
-def _check_values(phi: FloatArray, p: FloatArray, period: float) -> None:
+def _check_values(phi: Floats, p: Floats, period: float) -> None:
     """Refuse points that are wrong by themselves or by their order."""
     half = period / 2.0
     slack = 1e-9 * period
@@ -345,7 +344,7 @@ def _check_values(phi: FloatArray, p: FloatArray, period: float) -> None:
         )
 
 
-def _unit_hint(p: FloatArray) -> str:
+def _unit_hint(p: Floats) -> str:
     """Name the unit the values were probably in: gas exchange happens near one atmosphere."""
     low = float(p.min()) / BAR
     if 50.0 <= low <= 400.0:
@@ -357,7 +356,7 @@ def _unit_hint(p: FloatArray) -> str:
     return ""
 
 
-def _join_ends(phi: FloatArray, p: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
+def _join_ends(phi: Floats, p: Floats, period: float) -> tuple[Floats, Floats]:
     """Make one point of both ends of the cycle, with the mean of their pressures."""
     half = period / 2.0
     slack = 1e-9 * period
@@ -382,7 +381,7 @@ def _join_ends(phi: FloatArray, p: FloatArray, period: float) -> tuple[FloatArra
     return phi[:-1], p[:-1]
 
 
-def _check_coverage(phi: FloatArray, period: float) -> None:
+def _check_coverage(phi: Floats, period: float) -> None:
     """Refuse gaps too wide for a spline to bridge."""
     step = np.diff(phi, append=phi[0] + period)
     end = phi + step
@@ -403,7 +402,7 @@ def _check_coverage(phi: FloatArray, period: float) -> None:
             )
 
 
-def _check_phase(phi: FloatArray, p: FloatArray, period: float) -> None:
+def _check_phase(phi: Floats, p: Floats, period: float) -> None:
     """Refuse a peak away from firing dead centre, or no compression before it."""
     top = int(np.argmax(p))
     place = float(phi[top])
@@ -452,7 +451,7 @@ class Family:
         One for each load, all with the same knots and period.
     """
 
-    loads: FloatArray
+    loads: Floats
     diagrams: tuple[Diagram, ...]
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
 
@@ -472,7 +471,7 @@ class Family:
         return int(self._first_rows[-1]) + 1
 
     @property
-    def row_loads(self) -> FloatArray:
+    def row_loads(self) -> Floats:
         """Load [percent] of every row, ascending."""
         pieces = [
             np.linspace(self.loads[i], self.loads[i + 1], count, endpoint=False)
@@ -480,7 +479,7 @@ class Family:
         ]
         return np.concatenate([*pieces, self.loads[-1:]])
 
-    def locate(self, load: ArrayLike) -> tuple[IntArray, FloatArray]:
+    def locate(self, load: ArrayLike) -> tuple[Integers, Floats]:
         """Where loads lie in the table.
 
         Parameters
@@ -519,7 +518,7 @@ class Family:
         nearest = np.rint(place)
         place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
         whole = np.floor(place)
-        row: IntArray = (first[segment] + whole).astype(np.int64)
+        row: Integers = (first[segment] + whole).astype(np.int64)
         return row, np.asarray(place - whole, dtype=np.float64)
 
     def row(self, index: int) -> Diagram:
@@ -562,7 +561,7 @@ class Family:
         lower, share = self.row(below), place - below
         return lower if share == 0.0 else blend(lower, self.row(below + 1), share)
 
-    def peak(self, load: ArrayLike) -> FloatArray:
+    def peak(self, load: ArrayLike) -> Floats:
         """Return p_max [Pa] of the diagram at each load [percent], as `at(load).peak` gives it.
 
         Raises
@@ -573,7 +572,7 @@ class Family:
         row, weight = self.locate(load)
         return self.peak_between(row + weight)
 
-    def peak_between(self, place: ArrayLike) -> FloatArray:
+    def peak_between(self, place: ArrayLike) -> Floats:
         """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
         wanted = np.asarray(place, dtype=np.float64)
         values, places = np.unique(wanted, return_inverse=True)
@@ -585,15 +584,15 @@ class Family:
         return family_from_diagrams(self.loads.tolist(), [change(d) for d in self.diagrams])
 
     @cached_property
-    def _row_steps(self) -> IntArray:
+    def _row_steps(self) -> Integers:
         """Count the table steps between each two given loads."""
-        steps: IntArray = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
+        steps: Integers = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
         return steps
 
     @cached_property
-    def _first_rows(self) -> IntArray:
+    def _first_rows(self) -> Integers:
         """Find the row of each given load."""
-        rows: IntArray = np.concatenate(([0], np.cumsum(self._row_steps))).astype(np.int64)
+        rows: Integers = np.concatenate(([0], np.cumsum(self._row_steps))).astype(np.int64)
         return rows
 
 
@@ -644,7 +643,7 @@ def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
     if all(np.array_equal(d.angle, first.angle) for d in diagrams):
         return tuple(diagrams)
     count = round(first.period / COMMON_STEP)
-    phi: FloatArray = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
+    phi: Floats = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
     phi *= first.period / count
     common = [(d(phi), d.period, d.motored) for d in diagrams]
     return tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common)
@@ -681,9 +680,7 @@ def morph(start: Diagram, end: Diagram, share: float) -> Diagram:
     return Diagram(start.angle, pressure, slope, start.period)
 
 
-def _stationary(
-    p0: FloatArray, p1: FloatArray, s0: FloatArray, s1: FloatArray, step: FloatArray
-) -> FloatArray:
+def _stationary(p0: Floats, p1: Floats, s0: Floats, s1: Floats, step: Floats) -> Floats:
     """Find where in (0, 1) each cubic is stationary, shape (K, 2), NaN where it is not."""
     # Derivative of the Hermite cubic in t: 3 a t^2 + 2 b t + c.
     c = step * s0
@@ -698,10 +695,10 @@ def _stationary(
     return np.where(real[:, None] & (t > 0.0) & (t < 1.0), t, np.nan)
 
 
-def _wrap(phi: ArrayLike, period: float) -> FloatArray:
+def _wrap(phi: ArrayLike, period: float) -> Floats:
     """Bring angles into -period/2 <= phi < period/2; those already there stay as they are."""
     value = np.asarray(phi, dtype=np.float64)
-    wrapped: FloatArray = value - period * np.floor(value / period + 0.5)
+    wrapped: Floats = value - period * np.floor(value / period + 0.5)
     return wrapped
 
 

@@ -19,16 +19,14 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.slider_crank import dead_centres, position, velocity
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = ["FILE_UNITS", "DieselCycle"]
 
-FloatArray = NDArray[np.float64]
-
-DEGREE = math.pi / 180.0
-BAR = 1e5
 
 # Wiebe's constant for a duration that ends when 99.9 % have burnt (Heywood: a = 5 and 6.9 occur).
 WIEBE = math.log(1000.0)
@@ -198,7 +196,7 @@ class DieselCycle:
         """Return the cycle without combustion: no heat, no burnt gas to change the exponent."""
         return replace(self, heat=0.0, expansion_exponent=self.compression_exponent)
 
-    def volume(self, phi: ArrayLike) -> FloatArray:
+    def volume(self, phi: ArrayLike) -> Floats:
         """Cylinder volume over the swept volume [1] at crank angles [rad]."""
         travel = position(phi, self.crank_ratio, self.offset_ratio) / self._half_stroke
         return np.asarray(1.0 / (self.compression_ratio - 1.0) + 0.5 * travel, dtype=np.float64)
@@ -210,7 +208,7 @@ class DieselCycle:
             return 1.0
         return float(dead_centres(self.crank_ratio, self.offset_ratio).stroke)
 
-    def burnt_fraction(self, phi: ArrayLike) -> FloatArray:
+    def burnt_fraction(self, phi: ArrayLike) -> Floats:
         """Part of the heat released by each crank angle [rad, -pi..pi], 0..1 (double Wiebe)."""
         angle = np.asarray(phi, dtype=np.float64)
         early, late, share = self._wiebe_arguments(angle)
@@ -218,12 +216,12 @@ class DieselCycle:
         slow = -np.expm1(-WIEBE * late ** (self.diffusion_form + 1.0))
         return np.asarray(share * fast + (1.0 - share) * slow, dtype=np.float64)
 
-    def burning_rate(self, phi: ArrayLike) -> FloatArray:
+    def burning_rate(self, phi: ArrayLike) -> Floats:
         """Return the derivative of `burnt_fraction` [1/rad]."""
         angle = np.asarray(phi, dtype=np.float64)
         early, late, share = self._wiebe_arguments(angle)
 
-        def rate(t: FloatArray, form: float, duration: float) -> FloatArray:
+        def rate(t: Floats, form: float, duration: float) -> Floats:
             peak = WIEBE * (form + 1.0) / duration
             return np.asarray(peak * t**form * np.exp(-WIEBE * t ** (form + 1.0)))
 
@@ -231,19 +229,19 @@ class DieselCycle:
         slow = rate(late, self.diffusion_form, self.diffusion_duration)
         return np.asarray(share * fast + (1.0 - share) * slow, dtype=np.float64)
 
-    def exponent(self, phi: ArrayLike) -> FloatArray:
+    def exponent(self, phi: ArrayLike) -> Floats:
         """Effective polytropic exponent [1] at crank angles [rad, -pi..pi]."""
         change = self.expansion_exponent - self.compression_exponent
         return self.compression_exponent + change * self.burnt_fraction(phi)
 
-    def closed(self, phi: ArrayLike) -> FloatArray:
+    def closed(self, phi: ArrayLike) -> Floats:
         """1 where the valves are closed, 0 where one is open [rad, -pi..pi], smooth between."""
         angle = np.asarray(phi, dtype=np.float64)
         closing = _smooth_step((angle - self.intake_closing) / self.valve_ramp + 1.0)
         opening = _smooth_step((angle - self.exhaust_opening) / self.valve_ramp)
         return np.asarray(closing * (1.0 - opening), dtype=np.float64)
 
-    def points(self, step_degrees: float = 0.5) -> tuple[FloatArray, FloatArray]:
+    def points(self, step_degrees: float = 0.5) -> tuple[Floats, Floats]:
         """Tabulate the cycle for a Diagram.
 
         The equation is linear in p, so it is integrated with its integrating factor, by Gauss's
@@ -297,17 +295,17 @@ class DieselCycle:
             p = p * f + g
         # Bring the table from its own start to -2 pi.
         index = first + np.arange(count)
-        angle: FloatArray = np.arange(-(count // 2), count - count // 2) * np.float64(step)
+        angle: Floats = np.arange(-(count // 2), count - count // 2) * np.float64(step)
         return angle, np.roll(pressure, index[0] + count // 2)
 
-    def _wiebe_arguments(self, angle: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    def _wiebe_arguments(self, angle: Floats) -> tuple[Floats, Floats, float]:
         """Reduced times of both parts, 0 before the start, and the share of the first."""
         early = np.maximum(angle - self.premixed_start, 0.0) / self.premixed_duration
         late = np.maximum(angle - self.diffusion_start, 0.0) / self.diffusion_duration
         # Beyond this nothing is left to burn, and large powers would overflow.
         return np.minimum(early, 4.0), np.minimum(late, 4.0), self.premixed_share
 
-    def _coefficients(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _coefficients(self, phi: Floats) -> tuple[Floats, Floats]:
         """Coefficients of p' = -decay p + source at angles from -3/2 pi to 5/2 pi."""
         shut = self.closed(phi)
         volume = self.volume(phi)
@@ -327,7 +325,7 @@ class DieselCycle:
         return decay, source
 
 
-def _smooth_step(u: FloatArray) -> FloatArray:
+def _smooth_step(u: Floats) -> Floats:
     """Rise from 0 at u = 0 to 1 at u = 1 with two derivatives zero at both ends."""
     t = np.clip(u, 0.0, 1.0)
     return np.asarray(t**3 * (10.0 + t * (6.0 * t - 15.0)), dtype=np.float64)

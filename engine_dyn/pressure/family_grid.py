@@ -16,10 +16,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from engine_dyn.pressure.diagram import (
-    DEGREE,
     LARGEST_SHIFT,
     Diagram,
     Family,
@@ -27,13 +26,11 @@ from engine_dyn.pressure.diagram import (
     morph,
     on_common_knots,
 )
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import DEGREE, RPM
 
 __all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_diagrams"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-RPM = math.pi / 30.0
 
 SPEED_STEP = 0.02
 """Largest step between rows over speed, as a share of the lower of two given speeds."""
@@ -47,9 +44,9 @@ class Place(NamedTuple):
     the share `over_load`. A share of exactly 0 needs no other row, which then need not exist.
     """
 
-    row: IntArray
-    over_load: FloatArray
-    over_speed: FloatArray
+    row: Integers
+    over_load: Floats
+    over_speed: Floats
     along: int
     across: int = 1
 
@@ -69,11 +66,11 @@ class FamilyGrid:
     """
 
     columns: tuple[Family, ...]
-    speeds: FloatArray
+    speeds: Floats
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
 
     @property
-    def loads(self) -> FloatArray:
+    def loads(self) -> Floats:
         """Given loads [percent], strictly ascending."""
         return self.columns[0].loads
 
@@ -208,7 +205,7 @@ class FamilyGrid:
             first.period,
         )
 
-    def peak(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+    def peak(self, load: ArrayLike, speed: ArrayLike) -> Floats:
         """Return p_max [Pa] of the diagram at each load [percent] and speed [rad/s].
 
         Raises
@@ -226,16 +223,16 @@ class FamilyGrid:
         return peaks[places.reshape(-1)].reshape(wanted.shape)
 
     @cached_property
-    def _steps(self) -> IntArray:
+    def _steps(self) -> Integers:
         """Count the table steps between each two given speeds."""
         relative = np.diff(self.speeds) / (SPEED_STEP * self.speeds[:-1])
-        steps: IntArray = np.ceil(relative - 1e-9).astype(np.int64)
+        steps: Integers = np.ceil(relative - 1e-9).astype(np.int64)
         return steps
 
     @cached_property
-    def _first(self) -> IntArray:
+    def _first(self) -> Integers:
         """Find the row, over speed, of each given speed."""
-        rows: IntArray = np.concatenate(([0], np.cumsum(self._steps))).astype(np.int64)
+        rows: Integers = np.concatenate(([0], np.cumsum(self._steps))).astype(np.int64)
         return rows
 
 
@@ -248,7 +245,7 @@ class FamilyAtSpeeds(Family):
     """
 
     grid: FamilyGrid
-    speeds: FloatArray
+    speeds: Floats
 
     @property
     def row_count(self) -> int:
@@ -259,7 +256,7 @@ class FamilyAtSpeeds(Family):
     def _rows_of_speed(self) -> int:
         return self.grid.columns[0].row_count
 
-    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+    def place(self, load: ArrayLike, speed: ArrayLike) -> Floats:
         """Return the places in the table of loads [percent] at speeds [rad/s] out of `speeds`."""
         row, weight = self.locate(load)
         wanted = np.asarray(speed, dtype=np.float64)
@@ -314,13 +311,13 @@ class FamilyStack(Family):
         """Number of rows of the table."""
         return self.members[0].row_count * len(self.members)
 
-    def place(self, load: ArrayLike, speed: ArrayLike) -> FloatArray:
+    def place(self, load: ArrayLike, speed: ArrayLike) -> Floats:
         """Places of loads and speeds in the table of one member, where they have speeds."""
         first = self.members[0]
         assert isinstance(first, FamilyAtSpeeds)
         return first.place(load, speed)
 
-    def row_of(self, number: ArrayLike, place: ArrayLike) -> FloatArray:
+    def row_of(self, number: ArrayLike, place: ArrayLike) -> Floats:
         """Places in the table of the members `number`, by the places in their own tables."""
         before = np.asarray(number, dtype=np.float64) * self.members[0].row_count
         return np.asarray(before + np.asarray(place))

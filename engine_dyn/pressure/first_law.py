@@ -28,7 +28,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from engine_dyn import status
 from engine_dyn.geometry import slider_crank
@@ -43,6 +43,8 @@ from engine_dyn.pressure.first_law_kernel import (
     Case,
     integrate,
 )
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = [
     "FIELDS_OF_WALL",
@@ -56,11 +58,6 @@ __all__ = [
     "tabulate",
 ]
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-DEGREE = math.pi / 180.0
-BAR = 1e5
 
 WALLS = ("adiabatic", "polytropic", "woschni")
 """Models of the heat that goes to the walls."""

@@ -11,9 +11,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.geometry.slider_crank import (
@@ -24,6 +21,8 @@ from engine_dyn.geometry.slider_crank import (
     turned,
     velocity_at,
 )
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import DEGREE
 
 __all__ = [
     "EXPONENT_REACH",
@@ -39,10 +38,6 @@ __all__ = [
     "weighted",
 ]
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-DEGREE = math.pi / 180.0
 
 ADIABATIC, POLYTROPIC, WOSCHNI = range(3)
 

@@ -32,12 +32,12 @@ from engine_dyn.pressure.diagram import (
     diagram_from_points,
     periodic_spline_slopes,
 )
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
 
 __all__ = ["motored", "peak_with_factor", "row_with_factor"]
 
-Floats = npt.NDArray[np.float64]
 
-DEGREE = math.pi / 180.0
 FIT_FROM, FIT_TO, JOINED = 80.0 * DEGREE, 30.0 * DEGREE, 50.0 * DEGREE
 RATIO = 0.28
 SAMPLES = 121

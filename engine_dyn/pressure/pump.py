@@ -18,18 +18,16 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from engine_dyn.geometry import slider_crank
 from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
 from engine_dyn.pressure.first_law import table_angles
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = ["FILE_UNITS", "PumpCycle"]
 
-Floats = NDArray[np.float64]
-
-DEGREE = math.pi / 180.0
-BAR = 1e5
 
 # Unit, its size in SI, lowest and highest value in that unit, whether both belong.
 _FIELDS: dict[str, tuple[str, float, float, float, bool]] = {

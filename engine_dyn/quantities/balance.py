@@ -9,7 +9,8 @@ import numpy as np
 
 from engine_dyn.forces import balancing
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import DEGREE, Node
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import DEGREE
 
 __all__ = ["DIRECTIONS", "NEUTRAL", "NODES", "PARAMETERS"]
 

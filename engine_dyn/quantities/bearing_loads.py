@@ -13,7 +13,8 @@ import numpy as np
 from engine_dyn.forces import bearings, torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinders import even_cylinders
-from engine_dyn.quantities.node import DEGREE, Node, hidden
+from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.units import DEGREE
 
 __all__ = ["NODES"]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine_dyn.quantities.node import RPM, Node
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import RPM
 
 __all__ = ["NODES", "PARAMETERS"]
 

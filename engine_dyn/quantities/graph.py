@@ -35,7 +35,8 @@ from engine_dyn.quantities import (
     series,
     single_cylinders,
 )
-from engine_dyn.quantities.node import BAR, DEGREE, RPM, Dimension, Node
+from engine_dyn.quantities.node import Dimension, Node
+from engine_dyn.units import BAR, DEGREE, RPM
 
 __all__ = [
     "ALONG_SHAFT",

@@ -9,7 +9,8 @@ from typing import Any
 
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
-from engine_dyn.quantities.node import BAR, DEGREE, Node, hidden
+from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.units import BAR, DEGREE
 
 __all__ = ["NODES"]
 

@@ -1,4 +1,4 @@
-"""What the graph of parameters and quantities is made of: nodes, dimensions, units of files."""
+"""What the graph of parameters and quantities is made of: nodes and dimensions."""
 
 from __future__ import annotations
 
@@ -7,12 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["BAR", "DEGREE", "RPM", "Dimension", "Node", "hidden"]
-
-BAR = 1e5
-RPM = math.pi / 30.0
-DEGREE = math.pi / 180.0
-"""SI values of the units of files."""
+__all__ = ["Dimension", "Node", "hidden"]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.forces import harmonics, torque
-from engine_dyn.quantities.node import DEGREE, Node, hidden
+from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.units import DEGREE
 
 __all__ = ["NODES"]
 

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders
-from engine_dyn.quantities.node import DEGREE, Node
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import DEGREE
 
 __all__ = ["OF_CYLINDER", "PARAMETERS", "PATTERNS", "Place", "with_values"]
 

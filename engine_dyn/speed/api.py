@@ -25,6 +25,7 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.types import Floats
 
 __all__ = ["PeriodicSpeed", "energy_swing", "periodic_speed"]
 
@@ -66,8 +67,8 @@ class PeriodicSpeed:
     load_coefficient: float
     driver_factor: float
     iterations: int
-    crank_angle: npt.NDArray[np.float64]
-    omega: npt.NDArray[np.float64]
+    crank_angle: Floats
+    omega: Floats
 
 
 @lru_cache(maxsize=8)

@@ -121,6 +121,7 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "Choice",
@@ -138,8 +139,6 @@ __all__ = [
     "write_traces",
 ]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 AUTO, THESIS, PICARD, NEWTON, CLOSED = range(5)
 

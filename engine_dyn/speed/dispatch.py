@@ -63,6 +63,7 @@ from engine_dyn.speed.tables.work_tables import (
     steps_per_cycle,
 )
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NOT_CONVERGED, TOLERANCE_NOT_MET
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "CLOSURES",
@@ -75,8 +76,6 @@ __all__ = [
     "torque_extremes",
 ]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 METHODS = ("auto", "thesis", "picard", "newton", "closed")
 INERTIA_MODELS = ("constant", "variable")

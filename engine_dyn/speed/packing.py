@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "INPUT_NAMES",
@@ -25,7 +26,6 @@ __all__ = [
     "split",
 ]
 
-Integers = npt.NDArray[np.int64]
 Progress = Callable[[int], None]
 
 INPUT_NAMES = (
@@ -117,7 +117,7 @@ def split(shape: tuple[int, ...], keys: Sequence[npt.NDArray[Any]]) -> list[Part
 class Packed:
     """All inputs of a sweep in one flat array, with strides along each axis of the sweep."""
 
-    values: npt.NDArray[np.float64]
+    values: Floats
     start: Integers
     strides: Integers
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["INPUTS", "Product", "offsets_at", "value_at"]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 # Inputs of a design. The first ten make the table that designs share; STROKE is two crank radii,
 # OFFSET_RATIO the offset of the pin's line over one, BOUNDARY to RING the friction over the stroke;

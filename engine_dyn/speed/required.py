@@ -25,10 +25,10 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
     has_numbers,
 )
+from engine_dyn.types import Floats
 
 __all__ = ["Required", "search", "solve_for_inertia"]
 
-Floats = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
 Places = npt.NDArray[np.intp]
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
+from engine_dyn.types import Floats, Integers
 from sweeps.archive.netcdf import open_archive, slabs
 from sweeps.errors import SceneError, counted, not_known, one_line, plain_number, shown
 from sweeps.reading.guards import check_file, opened_archive
@@ -123,9 +124,7 @@ def _joined(parts: Parts) -> xr.Dataset:
     return joined
 
 
-def _backend_array(
-    variables: Sequence[xr.Variable], along: int, places: Sequence[npt.NDArray[np.int64]]
-) -> Any:
+def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequence[Integers]) -> Any:
     """Variables of several files as one array that xarray reads when it is used.
 
     xarray's own way to join files is dask, which need not be installed.
@@ -174,7 +173,7 @@ def _backend_array(
     return Joined()
 
 
-def _slice_of(places: npt.NDArray[np.int64]) -> Any:
+def _slice_of(places: Integers) -> Any:
     """Return places that follow each other as a range: a file reads that far more quickly."""
     if (np.diff(places) == 1).all():
         return slice(int(places[0]), int(places[-1]) + 1)
@@ -400,7 +399,7 @@ def pareto(
     return archive.isel({d: xr.Variable((FRONT,), i) for d, i in zip(search.dims, at, strict=True)})
 
 
-def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> Integers:
     """Positions of the pairs that no other is below in one number and not above in the other.
 
     In order of the first number, equal ones as they come. Sorting takes O(n log n), the rest O(n).
@@ -417,9 +416,7 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray[n
     return np.asarray(order[kept], dtype=np.int64)
 
 
-def _unbeaten(
-    front: npt.NDArray[np.float64], pairs: npt.NDArray[np.float64]
-) -> npt.NDArray[np.bool_]:
+def _unbeaten(front: Floats, pairs: Floats) -> npt.NDArray[np.bool_]:
     """Which pairs no pair of a front is below in the second number, and not above in the first.
 
     Quicker than sorting them: the second number falls along a front.
@@ -455,7 +452,7 @@ class _Search:
         self.alone = [0] * len(self.conditions)
         self.solved = 0
 
-    def designs(self) -> Iterator[tuple[npt.NDArray[np.int64], list[npt.NDArray[Any]]]]:
+    def designs(self) -> Iterator[tuple[Integers, list[npt.NDArray[Any]]]]:
         """Places of the designs that fulfil all conditions, and their values of the names."""
         for begin, extent, arrays in ranges(self.variables, self.dims, self.shape):
             good = np.ones(extent, dtype=bool)
@@ -476,7 +473,7 @@ class _Search:
                     [np.broadcast_to(arrays[n], extent)[kept].reshape(-1) for n in self.names],
                 )
 
-    def _places(self, kept: npt.NDArray[np.bool_], begin: tuple[int, ...]) -> npt.NDArray[np.int64]:
+    def _places(self, kept: npt.NDArray[np.bool_], begin: tuple[int, ...]) -> Integers:
         """Return numbers of designs in the whole."""
         inside = np.flatnonzero(kept)
         if not kept.shape:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.types import Floats
 from sweeps.errors import SceneError
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["QUANTITIES", "Excitation", "excitation"]
 
-Floats = npt.NDArray[np.float64]
 
 QUANTITIES = ("throw_torque_order", "throw_torque_phase", "order_frequency")
 """What an archive needs to hold."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.types import Floats
 from sweeps.figures.sheet import (
     DASHES,
     GREY,
@@ -25,7 +26,7 @@ from sweeps.figures.sheet import (
     x_label,
     y_label,
 )
-from sweeps.figures.views import FloatArray, Study, View, key_text, pick, picked_text, stem_of
+from sweeps.figures.views import Study, View, key_text, pick, picked_text, stem_of
 from sweeps.figures.wording import title_of, unit_in_brackets
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ NOTHING = 1e-9
 SMALLEST = 1e-6
 """N or N m: what no engine has is rounding of sums that cancel."""
 
-Pair = tuple[FloatArray, FloatArray]
+Pair = tuple[Floats, Floats]
 
 SIDES = ("Along cylinder 1", "Across")
 
@@ -106,7 +107,7 @@ def _is_vector(view: View, name: str) -> bool:
     return view.has(name) and {"crank_angle", "direction"} <= set(view.array(name).dims)
 
 
-def _components(view: View, name: str, index: Mapping[str, int]) -> tuple[FloatArray, FloatArray]:
+def _components(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floats]:
     """Components along and across over one turn, closed by the first point."""
     array = view.array(name)
     array = array.isel({d: i for d, i in index.items() if d in array.dims})
@@ -114,7 +115,7 @@ def _components(view: View, name: str, index: Mapping[str, int]) -> tuple[FloatA
     return np.append(values[0], values[0][0]), np.append(values[1], values[1][0])
 
 
-def _angles(view: View) -> FloatArray:
+def _angles(view: View) -> Floats:
     degrees = np.asarray(view.array("crank_angle").values, dtype=float)
     return np.append(degrees, 2.0 * degrees[-1] - degrees[-2] + 0.0)
 
@@ -224,14 +225,14 @@ def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:
     sizes = [np.nanmax(np.abs(v), initial=0.0) for panel in curves for pair in panel for v in pair]
     least = NOTHING * max(sizes)
 
-    def clean(values: FloatArray) -> FloatArray:
+    def clean(values: Floats) -> Floats:
         return np.where(np.abs(values) < least, 0.0, values)
 
     return [[(clean(up), clean(side)) for up, side in panel] for panel in curves]
 
 
 def _hodograph(
-    panel: Axes, up: FloatArray, side: FloatArray, label: str, style: dict[str, Any], view: View,
+    panel: Axes, up: Floats, side: Floats, label: str, style: dict[str, Any], view: View,
     entries: Entries,
 ) -> None:  # fmt: skip
     (line,) = panel.plot(side, up, **style)
@@ -240,7 +241,7 @@ def _hodograph(
     panel.plot(side[start], up[start], marker="o", color=style["color"], linestyle="none")
 
 
-def _square(panel: Axes, curves: Sequence[tuple[FloatArray, FloatArray]]) -> None:
+def _square(panel: Axes, curves: Sequence[tuple[Floats, Floats]]) -> None:
     """Equal scales on both axes, with the origin in the middle."""
     known = [np.abs(values[np.isfinite(values)]) for pair in curves for values in pair]
     most = max((float(values.max()) for values in known if values.size), default=1.0) or 1.0

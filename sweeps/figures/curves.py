@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn import status as outcome
+from engine_dyn.types import Floats
 from sweeps.figures.sheet import (
     DASHES,
     OWN_ORDINATES,
@@ -37,7 +38,6 @@ from sweeps.figures.views import (
     MOST_PANELS,
     NO_VALUE,
     RUNNING,
-    FloatArray,
     Study,
     StudyAxis,
     View,
@@ -80,7 +80,7 @@ def _cycle(view: View) -> tuple[float, float]:
 
 def _trace(
     view: View, name: str, index: Mapping[str, int], running: str
-) -> tuple[FloatArray, FloatArray, str]:
+) -> tuple[Floats, Floats, str]:
     """One curve: abscissa, ordinate, and the outcome if there is no curve.
 
     Over the crank angle it is closed by its first point, unless the design is a number of passes
@@ -133,8 +133,8 @@ def draw_curves(
     axis: StudyAxis | None,
     fixed: Mapping[str, int],
     entries: Entries,
-    change: Callable[[FloatArray], FloatArray] | None = None,
-) -> list[FloatArray]:
+    change: Callable[[Floats], Floats] | None = None,
+) -> list[Floats]:
     """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
     running = running_of(view, name)
     picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
@@ -245,7 +245,7 @@ def _running_axis(axes: Axes, view: View, running: str, room: float) -> None:
         x_label(axes, axis_label(variable, running), room)
 
 
-def _far_apart(curves: Sequence[FloatArray]) -> bool:
+def _far_apart(curves: Sequence[Floats]) -> bool:
     """Whether lines lie so far apart that their own swings can hardly be seen."""
     curves = [curve[np.isfinite(curve)] for curve in curves]
     curves = [curve for curve in curves if curve.size]
@@ -256,7 +256,7 @@ def _far_apart(curves: Sequence[FloatArray]) -> bool:
     return max(means) - min(means) > 1.5 * max(swings) > 0
 
 
-def _deviation(values: FloatArray) -> FloatArray:
+def _deviation(values: Floats) -> Floats:
     known = np.isfinite(values)
     known[-1] = False  # the first value again
     mean = values[known].mean() if known.any() else np.nan

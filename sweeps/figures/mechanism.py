@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.types import Floats
 from sweeps.figures.curves import _set_cycle, _trace, over_angle
 from sweeps.figures.sheet import (
     OWN_ORDINATES,
@@ -31,7 +32,6 @@ from sweeps.figures.sheet import (
 from sweeps.figures.views import (
     MOST_LINES,
     MOST_PANELS,
-    FloatArray,
     Study,
     StudyAxis,
     View,
@@ -230,7 +230,7 @@ def _at(axis: StudyAxis | None, index: int) -> dict[str, int]:
     return {axis.name: index} if axis else {}
 
 
-def _order_values(view: View, name: str, place: Mapping[str, int]) -> FloatArray:
+def _order_values(view: View, name: str, place: Mapping[str, int]) -> Floats:
     array = view.array(name)
     array = array.isel({dim: i for dim, i in place.items() if dim in array.dims})
     return np.asarray(array.values, dtype=float)

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
+from engine_dyn.types import Floats
 from sweeps.figures.sheet import (
     GREY,
     LOST,
@@ -45,7 +46,6 @@ from sweeps.figures.views import (
     MOST_READ,
     NO_VALUE,
     SOUND,
-    FloatArray,
     Study,
     StudyAxis,
     View,
@@ -110,10 +110,10 @@ class _Line:
     """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside."""
 
     text: str
-    y: FloatArray
+    y: Floats
     said: NDArray[Any]
-    published: FloatArray | None
-    x: FloatArray | None = None  # if not the axis's own values
+    published: Floats | None
+    x: Floats | None = None  # if not the axis's own values
     strong: bool = False
 
 
@@ -244,7 +244,7 @@ def _scalar_figure(
     )
 
 
-def _edges(axis: StudyAxis) -> FloatArray:
+def _edges(axis: StudyAxis) -> Floats:
     """Borders of cells around the values of an axis, half way on its scale."""
     places = np.log(axis.values) if axis.log else axis.values
     if places.size == 1:
@@ -255,7 +255,7 @@ def _edges(axis: StudyAxis) -> FloatArray:
     return np.exp(borders) if axis.log else borders
 
 
-def _levels(values: FloatArray, log: bool) -> FloatArray:
+def _levels(values: Floats, log: bool) -> Floats:
     """Round values for contours, strictly inside the range."""
     from matplotlib.ticker import MaxNLocator
 
@@ -332,11 +332,11 @@ def _map_panel(
     panel: Axes,
     x: StudyAxis,
     y: StudyAxis,
-    table: FloatArray,
+    table: Floats,
     why: NDArray[Any],
     whys: Sequence[str],
     norm: Normalize,
-    levels: FloatArray,
+    levels: Floats,
 ) -> None:
     """Cells for designs, contours through their middles, hatching for what is lost."""
     panel.grid(False)
@@ -393,8 +393,8 @@ def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
 
 def _hatch(
     panel: Axes,
-    x: FloatArray,
-    y: FloatArray,
+    x: Floats,
+    y: Floats,
     where: NDArray[Any],
     hatch: str,
     ground: str = "white",
@@ -431,7 +431,7 @@ def _colour_bar(
     figure: Figure,
     panels: Sequence[Axes],
     norm: Normalize,
-    levels: FloatArray,
+    levels: Floats,
     label: str,
     height: float,
 ) -> None:

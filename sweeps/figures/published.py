@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from engine_dyn.types import Floats
 from sweeps.figures.numbers import MOST_ROWS
 from sweeps.figures.sheet import (
     GREY,
@@ -23,7 +24,7 @@ from sweeps.figures.sheet import (
     shade,
     x_label,
 )
-from sweeps.figures.views import MOST_PANELS, FloatArray, Study, StudyAxis, View
+from sweeps.figures.views import MOST_PANELS, Study, StudyAxis, View
 from sweeps.figures.wording import axis_label, number_text, title_of, wrap
 
 if TYPE_CHECKING:
@@ -61,14 +62,14 @@ def published(study: Study) -> Plates:
             yield "published", _differences(view, pairs, axis, rows)
 
 
-def _both(view: View, name: str, other: str) -> tuple[FloatArray, FloatArray]:
+def _both(view: View, name: str, other: str) -> tuple[Floats, Floats]:
     """Computed and published values, of one shape: a computed one may hold for many designs."""
     known = view.array(other)
     computed = view.array(name).set_dims(dict(known.sizes)).transpose(*known.dims)
     return computed.values.astype(float), known.values.astype(float)
 
 
-def _percent(computed: FloatArray, known: FloatArray) -> FloatArray:
+def _percent(computed: Floats, known: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
 

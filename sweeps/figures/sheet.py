@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from sweeps.figures.views import LEAST_SPAN, NO_VALUE, FloatArray, StudyAxis
+from engine_dyn.types import Floats
+from sweeps.figures.views import LEAST_SPAN, NO_VALUE, StudyAxis
 from sweeps.figures.wording import axis_label, digits_of, number_text, wrap
 
 if TYPE_CHECKING:
@@ -256,7 +257,7 @@ def mark_lost(panel: Axes, why: str, colour: Any = GREY, rank: int = 0) -> None:
     panel.plot([0.04 + 0.05 * rank], [0.95], transform=panel.transAxes, **lost_look(why, colour))
 
 
-def lost_points(panel: Axes, x: FloatArray, why: str, colour: Any = GREY) -> None:
+def lost_points(panel: Axes, x: Floats, why: str, colour: Any = GREY) -> None:
     """Marks on the lower border for designs without an answer."""
     panel.plot(
         x,
@@ -303,7 +304,7 @@ def x_label(axes: Axes, text: str, width: float) -> None:
     axes.set_xlabel(wrap(text, max(14, int(width * 15.5))))
 
 
-def _value_ticks(axis: Axis, values: FloatArray, log: bool, which: str, room: float) -> None:
+def _value_ticks(axis: Axis, values: Floats, log: bool, which: str, room: float) -> None:
     """Ticks at the values of a short axis of `room` inches, at round numbers otherwise."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
@@ -365,7 +366,7 @@ def parameter_ticks(axes: Axes, axis: StudyAxis, which: str, room: float) -> Non
     _value_ticks(line, axis.values, axis.log, which, room)
 
 
-def free_scale(axes: Axes, values: Sequence[FloatArray]) -> None:
+def free_scale(axes: Axes, values: Sequence[Floats]) -> None:
     """A logarithmic ordinate where positive values span more than a decade and a bit."""
     known = np.concatenate([v[np.isfinite(v)] for v in values]) if values else np.empty(0)
     if known.size and np.all(known > 0) and known.max() > 20 * known.min():
@@ -383,7 +384,7 @@ def degree_ticks(axes: Axes, variable: xr.Variable) -> None:
         axes.yaxis.set_major_locator(MaxNLocator(9, steps=[1, 1.5, 3, 4.5, 9, 10]))
 
 
-def comparable(panels: Sequence[Sequence[FloatArray]]) -> bool:
+def comparable(panels: Sequence[Sequence[Floats]]) -> bool:
     """Whether panels can have one ordinate without being flattened by the widest of them."""
     known = [
         values[np.isfinite(values)]

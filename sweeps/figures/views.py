@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
+from engine_dyn.types import Floats, Integers
 from sweeps.errors import SceneError, did_you_mean, shown
 from sweeps.figures.wording import (
     axis_label,
@@ -26,7 +27,6 @@ from sweeps.figures.wording import (
     value_text,
 )
 
-FloatArray = NDArray[np.float64]
 MOST_LINES = 8  # more cannot be told apart without colour
 MOST_PANELS = 9
 # Dimensions that a curve runs along; all others are axes of the study.
@@ -60,7 +60,7 @@ class StudyAxis:
     """One dimension of an archive: its numbers or words, and how they are spoken of."""
 
     name: str
-    values: FloatArray
+    values: Floats
     words: tuple[str, ...]  # empty for numbers
     label: str
     variable: xr.Variable
@@ -102,7 +102,7 @@ def _strings(variable: xr.Variable) -> list[str]:
     return [shorten(v.decode() if isinstance(v, bytes) else str(v)) for v in values]
 
 
-def is_log(values: FloatArray) -> bool:
+def is_log(values: Floats) -> bool:
     """Whether values are spaced by ratio rather than by difference, over a wide range."""
     if values.size < 3 or not np.all(values > 0):
         return False
@@ -400,7 +400,7 @@ def parameters_of(data: xr.Dataset) -> list[str]:
     ]
 
 
-def _codes(variable: xr.Variable) -> NDArray[np.int64]:
+def _codes(variable: xr.Variable) -> Integers:
     """Equal values get equal whole numbers (twelve digits count)."""
     if is_words(variable):
         values = variable.values.astype(str)
@@ -444,9 +444,9 @@ def families_of(data: xr.Dataset) -> list[Family]:
 
 def _asides(
     values: xr.Variable,
-    codes: Mapping[str, NDArray[np.int64]],
+    codes: Mapping[str, Integers],
     name: str,
-    groups: NDArray[np.int64],
+    groups: Integers,
 ) -> list[Family]:
     """Families of a parameter that the nominal design is not in."""
     sizes = np.bincount(groups)
@@ -460,9 +460,7 @@ def _asides(
     return [found[i] for i in pick(len(found), MOST_LINES - 1)]
 
 
-def _distinct(
-    values: xr.Variable, codes: NDArray[np.int64], rows: NDArray[np.intp]
-) -> tuple[int, ...]:
+def _distinct(values: xr.Variable, codes: Integers, rows: NDArray[np.intp]) -> tuple[int, ...]:
     """The first design of each value, by rising value (words: in their own order)."""
     rows = rows[np.sort(np.unique(codes[rows], return_index=True)[1])]
     if not is_words(values):

@@ -7,7 +7,8 @@ from functools import cache
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+
+from engine_dyn.types import Floats
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"
@@ -106,7 +107,7 @@ def number_text(value: float, digits: int = 4) -> str:
     return text.replace("-", "\N{MINUS SIGN}")
 
 
-def digits_of(values: NDArray[np.float64]) -> int:
+def digits_of(values: Floats) -> int:
     """Significant digits, 4 or more, at which different numbers have different texts."""
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size > MOST_TOLD_APART:

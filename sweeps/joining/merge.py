@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.types import Floats, Integers
 from sweeps.archive import netcdf
 from sweeps.archive.contents import Held, held, plan_of, sound
 from sweeps.archive.labels import Labels, describe
@@ -32,7 +33,7 @@ from sweeps.scene.model import DESIGN
 
 __all__ = ["Parts", "extend", "merge", "together"]
 
-Places = npt.NDArray[np.int64]
+Places = Integers
 
 
 def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
@@ -309,7 +310,7 @@ def _check_same(first: Held, other: Held, *, axis: str = "", but_part: bool = Fa
         raise SceneError(f"{other.path}: of another scene than {first.path}: {'; '.join(found)}")
 
 
-def _ordered(values: Sequence[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+def _ordered(values: Sequence[Floats]) -> Floats:
     """All values once: sorted where each is, else in the order in which they come."""
     together = np.concatenate(values)
     if all((np.diff(v) > 0).all() for v in values):
@@ -320,7 +321,7 @@ def _ordered(values: Sequence[npt.NDArray[np.float64]]) -> npt.NDArray[np.float6
     return np.asarray(together[np.sort(index)])
 
 
-def _places_in(union: npt.NDArray[np.float64], values: Any) -> Places:
+def _places_in(union: Floats, values: Any) -> Places:
     order = np.argsort(union)
     return np.asarray(order[np.searchsorted(union, values, sorter=order)], dtype=np.int64)
 

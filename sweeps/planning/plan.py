@@ -34,6 +34,7 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.single_cylinders import with_values
+from engine_dyn.types import Floats, Integers
 from sweeps.errors import SceneError, size_text
 from sweeps.planning.blocks import bytes_beside
 from sweeps.scene.model import DESIGN, Scene, cylinders_of_count
@@ -277,7 +278,7 @@ def _throws(scene: Scene) -> int:
     return max(len(engine.along_shaft or ()) for engine in engines)
 
 
-def _crank_angles(scene: Scene) -> npt.NDArray[np.float64]:
+def _crank_angles(scene: Scene) -> Floats:
     """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
     cycle = math.degrees(scene.engine.period)
     count = round(cycle / scene.angle_step)
@@ -411,9 +412,7 @@ def _with_cycles(
     return FamilyStack.of(members), Value(place[number], dims), whole
 
 
-def _combinations(
-    scene: Scene, values: list[Value]
-) -> tuple[tuple[str, ...], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
     """Axes on which any of the values depends, their combinations there, and which stands where.
 
     The combinations are rows of a table, each once.

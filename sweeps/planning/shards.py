@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from engine_dyn.types import Integers
 from sweeps.errors import SceneError, counted
 from sweeps.planning.plan import Plan
 from sweeps.scene.model import DESIGN
@@ -45,7 +45,7 @@ def shard(plan: Plan, number: int, count: int) -> Plan:
     return part(plan, axis, np.arange(begin, end), json.dumps(about))
 
 
-def part(plan: Plan, axis: str, places: npt.NDArray[np.int64], piece: str) -> Plan:
+def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
     """Plan of some positions along one axis; `piece` says which, for the archive."""
 
     def taken(dims: tuple[str, ...], data: Any) -> Any:
@@ -68,7 +68,7 @@ def part(plan: Plan, axis: str, places: npt.NDArray[np.int64], piece: str) -> Pl
     )
 
 
-def _scene_of(plan: Plan, axis: str, places: npt.NDArray[np.int64]) -> Any:
+def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:
     """Scene with the values of a part."""
     scene = plan.scene
     reference = scene.reference

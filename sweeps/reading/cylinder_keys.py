@@ -7,7 +7,6 @@ numbers take the customary even-firing order in line.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +17,7 @@ from engine_dyn.geometry.arrangement import MOST_CYLINDERS, Arrangement, Cylinde
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.units import DEGREE
 from sweeps.checks import Strict, check_structure, mentioned, numbers
 from sweeps.errors import SceneError, shown
 
@@ -32,7 +32,6 @@ __all__ = [
     "resolve",
 ]
 
-DEGREE = math.pi / 180.0
 
 KEYS: Mapping[str, str] = {
     "arrangement": "the engine's arrangement: a text such as 'V8 cross-plane' or 'in-line 4', or a "

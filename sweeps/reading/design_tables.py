@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.quantities.node import Node
+from engine_dyn.types import Floats
 from sweeps.checks import allowed, check_range, known_key, outside
 from sweeps.errors import SceneError, counted, one_line, shown
 from sweeps.reading.guards import TEXT_REFERENCE, check_chunks, check_rows, netcdf, opened_file
@@ -28,7 +29,6 @@ from sweeps.reading.tables import Table, find_header, parse_rows, reading
 
 __all__ = ["LABELS", "SUFFIXES", "read_designs"]
 
-FloatArray = npt.NDArray[np.float64]
 
 LABELS = ("case",)
 """Columns that hold texts and name the designs."""
@@ -62,7 +62,7 @@ class _Columns:
 
     name: str
     nodes: Mapping[str, Node | None]
-    pieces: dict[str, list[FloatArray]] = field(default_factory=dict)
+    pieces: dict[str, list[Floats]] = field(default_factory=dict)
     texts: dict[str, list[str]] = field(default_factory=dict)
 
     def take(self, key: str, values: Any) -> None:
@@ -72,7 +72,7 @@ class _Columns:
         else:
             self.pieces.setdefault(key, []).append(values)
 
-    def whole(self) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+    def whole(self) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
         """Columns of numbers and of labels; the pieces are given up."""
         numbers = {}
         for key in [key for key, node in self.nodes.items() if node is not None]:
@@ -80,7 +80,7 @@ class _Columns:
         return numbers, {key: tuple(texts) for key, texts in self.texts.items()}
 
 
-def read_designs(path: Path, name: str) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
     """Read the table of [designs] file.
 
     Parameters

@@ -11,7 +11,6 @@ give; `[[source]]` with the citations.
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from collections.abc import Mapping
@@ -35,6 +34,7 @@ from engine_dyn.pressure.diagram import (
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import CYCLE_KEYS, INERTIA_PARTS, PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.catalogue import ENGINES
 from sweeps.checks import (
     Strict,
@@ -55,9 +55,6 @@ from sweeps.reading.tables import keep, kept, kept_files, read_table, read_text,
 __all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
 
 ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
-DEGREE = math.pi / 180.0
-RPM = math.pi / 30.0
-BAR = 1e5
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")

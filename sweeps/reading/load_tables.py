@@ -19,7 +19,7 @@ from engine_dyn.loads.driven_machine import (
     torque_over_angle,
     torque_over_speed,
 )
-from engine_dyn.quantities.node import DEGREE, RPM
+from engine_dyn.units import DEGREE, RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.tables import Table, read_table, referred, with_line

@@ -27,6 +27,7 @@ import numpy.typing as npt
 import psutil
 
 from engine_dyn.status import MEANINGS
+from engine_dyn.types import Integers
 from sweeps.archive import netcdf
 from sweeps.archive.labels import Labels, describe, to_file_units
 from sweeps.archive.netcdf import slabs
@@ -136,9 +137,7 @@ class Options:
 class Finished:
     """What a run did: outcomes by their codes, blocks, seconds."""
 
-    codes: npt.NDArray[np.int64] = field(
-        default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64)
-    )
+    codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
     blocks: int = 1
     before: int = 0
     computing: float = 0.0

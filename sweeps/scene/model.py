@@ -52,6 +52,8 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
+from engine_dyn.types import Floats
+from engine_dyn.units import RPM
 from sweeps.catalogue import SCENES
 from sweeps.checks import (
     Strict,
@@ -99,7 +101,6 @@ __all__ = [
     "scene_of",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 DESIGN = "design"
 METHODS = ("auto", "thesis", "picard", "newton", "closed")
@@ -114,7 +115,6 @@ SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 SMALLEST_STEP = 0.01
 LARGEST_ORDER = 360.0
 LARGEST_AXIS = 10_000_000
-RPM = math.pi / 30.0
 MOST_VALUES = 2 * LARGEST_AXIS
 MOST_DESIGNS = 10**15
 MOST_DIAGRAMS = 1024
@@ -210,7 +210,7 @@ class Reference:
 
     file: str
     dimensions: tuple[str, ...]
-    columns: dict[str, FloatArray]
+    columns: dict[str, Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,8 +277,8 @@ class Scene:
     title: str
     engine: Engine
     dimensions: tuple[str, ...]
-    axes: dict[str, FloatArray | tuple[str, ...]]
-    designs: dict[str, FloatArray]
+    axes: dict[str, Floats | tuple[str, ...]]
+    designs: dict[str, Floats]
     labels: dict[str, tuple[str, ...]]
     settings: dict[str, float]
     own_cylinders: Cylinders | None
@@ -504,7 +504,7 @@ def _scene(raw: dict[str, Any], name: str, base: Path, path: Path | None) -> Sce
     )
     keys = read_keys(given.set, f"{name}: [set] ")
     tables = read_tables(given.set, base, f"{name}: [set] ")
-    axes: dict[str, FloatArray | tuple[str, ...]] = {}
+    axes: dict[str, Floats | tuple[str, ...]] = {}
     arranged: tuple[str | ArrangementTable, ...] = ()
     for key, item in given.axes.items():
         if key == "arrangement":
@@ -754,7 +754,7 @@ def _instead(key: str) -> str:
     return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
 
 
-def _axis(key: str, raw: Any, name: str) -> FloatArray:
+def _axis(key: str, raw: Any, name: str) -> Floats:
     """One axis: a list, or a range with start, stop, num and spacing."""
     node = _key(key, "axes", name)
     where = f"{name}: [axes] {key}"
@@ -775,7 +775,7 @@ def _axis(key: str, raw: Any, name: str) -> FloatArray:
     return values
 
 
-def _range(raw: dict[str, Any], where: str) -> FloatArray:
+def _range(raw: dict[str, Any], where: str) -> Floats:
     """Values of start/stop/num."""
     given = check_structure(Range, raw, where)
     if given.start == given.stop:
@@ -795,9 +795,9 @@ def _range(raw: dict[str, Any], where: str) -> FloatArray:
 
 def _designs(
     raw: Mapping[str, Any] | None, name: str, base: Path
-) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
     """[designs]: columns of numbers and labels."""
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     labels: dict[str, tuple[str, ...]] = {}
     if raw is None:
         return columns, labels
@@ -839,7 +839,7 @@ def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
 
 def _designs_from_file(
     raw: Mapping[str, Any], name: str, base: Path
-) -> tuple[dict[str, FloatArray], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
     """[designs] file = "table.csv": its columns are named as keys."""
     file = raw["file"]
     if not isinstance(file, str) or not file:
@@ -996,7 +996,7 @@ def _check_output(output: _Output, engine: Engine, name: str) -> None:
         )
 
 
-def _places(scene: Scene, key: str) -> tuple[str, FloatArray] | None:
+def _places(scene: Scene, key: str) -> tuple[str, Floats] | None:
     """Table of the scene that gives a parameter, and its values there."""
     if key in scene.settings:
         return "set", np.array([scene.settings[key]])
@@ -1063,9 +1063,7 @@ def _check_cycles(scene: Scene, name: str) -> None:
         )
 
 
-def _check_speeds(
-    table: str, speeds: FloatArray, family: FamilyGrid, scene: Scene, name: str
-) -> None:
+def _check_speeds(table: str, speeds: Floats, family: FamilyGrid, scene: Scene, name: str) -> None:
     """Check that the engine's diagrams over speed cover all speeds."""
     low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
     bad = (speeds < low * (1.0 - 1e-12)) | (speeds > high * (1.0 + 1e-12))
@@ -1188,7 +1186,7 @@ def _check_offset(scene: Scene, name: str) -> None:
         return
     rod = _places(scene, "rod_length")
     key = "crank_ratio" if rod is None else "rod_length"
-    columns: dict[str, list[FloatArray]] = {}
+    columns: dict[str, list[Floats]] = {}
     for parameter in ("pin_offset", "crank_offset", "stroke", key):
         given = _places(scene, parameter)
         table, values = ("", np.array([scene.engine.values.get(parameter, np.nan)]))
@@ -1425,7 +1423,7 @@ def _reference(table: Table, scene: Scene, file: str) -> Reference:
             f"{table.name}: {counted(len(table.rows), 'row')} of published values over "
             f"{' x '.join(map(str, shape))} points; must be at most {LARGEST_AXIS} values"
         )
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     for quantity in quantities:
         columns[quantity] = np.full(shape, np.nan)
         for place, value in zip(places, table.numbers(quantity, blanks=True), strict=True):

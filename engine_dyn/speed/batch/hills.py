@@ -10,9 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import (
     SQUARE_SIDE,
     formula,
@@ -93,11 +90,10 @@ from engine_dyn.speed.batch.levels import (
 )
 from engine_dyn.speed.tables.extremes import interpolate, refine
 from engine_dyn.speed.tables.work_tables import QUINTIC
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["candidates", "clear_ripple", "extremes"]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TWO_ROWS, FOUR_ROWS, FIVE_ROWS, SIX_ROWS = 2 * LANES, 4 * LANES, 5 * LANES, 6 * LANES
 EIGHT_ROWS = 8 * LANES

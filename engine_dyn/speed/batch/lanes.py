@@ -30,9 +30,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import formula, inlined, on_stack, wide_vectors
 from engine_dyn.speed.batch.levels import (
     ALIAS_P,
@@ -66,6 +63,7 @@ from engine_dyn.speed.batch.levels import (
     P,
     V,
 )
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "CANCELLED",
@@ -92,8 +90,6 @@ __all__ = [
     "solve_linear",
 ]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Form = tuple[int, ...]
 Inertia = tuple[int, ...]
 

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.tables.work_tables import (
@@ -25,6 +24,7 @@ from engine_dyn.speed.tables.work_tables import (
     SQUARE_SLOPE,
     SQUARE_TILT,
 )
+from engine_dyn.types import Floats
 
 __all__ = [
     "CHUNK",
@@ -41,7 +41,6 @@ __all__ = [
     "make_levels",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 CHUNK = 4
 """Coarse nodes that one pass over the lanes takes at once; their number is a multiple of it."""

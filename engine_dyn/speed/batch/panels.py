@@ -15,7 +15,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel, wide_vectors
 from engine_dyn.speed.batch.lanes import (
@@ -76,6 +75,7 @@ from engine_dyn.speed.tables.work_tables import (
     Grid,
     bounds_of,
 )
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "LEAST",
@@ -92,8 +92,6 @@ __all__ = [
     "take_table",
 ]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 MOST_PANELS = 256
 """More than there are panels for crank ratios up to 0.9999, halved ones too."""

@@ -18,7 +18,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import (
     SQUARE_SIDE,
@@ -73,6 +72,7 @@ from engine_dyn.speed.tables.work_tables import (
     work_of_half,
 )
 from engine_dyn.status import CONVERGED
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "Angles",
@@ -86,8 +86,6 @@ __all__ = [
     "write_block",
 ]
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 KEPT_DESIGNS, KEPT_TABLES = 1024, 64
 """Designs and tables that are solved before their curves are written: what is kept of them should

@@ -9,9 +9,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined, rows_on_stack
 from engine_dyn.geometry.slider_crank import (
     acceleration_at,
@@ -38,11 +35,9 @@ from engine_dyn.speed.product import (
 )
 from engine_dyn.speed.tables.work_tables import Blend, friction_parts, rubs, scaled
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, PASSES_DONE, STALLED, TOLERANCE_NOT_MET
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["SAMPLE_ROWS", "Samples", "outcome", "run_euler", "sample_shapes"]
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 class Samples(NamedTuple):

@@ -9,14 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
+from engine_dyn.types import Floats
 
 __all__ = ["CLOSED", "march_cycles"]
 
-Floats = npt.NDArray[np.float64]
 
 CLOSED = 1e-6
 """Cycles end when the speed at the end of one is within this of its start [rad/s] (section 4.2)."""

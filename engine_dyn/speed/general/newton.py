@@ -18,15 +18,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, is_shape, load_terms
+from engine_dyn.types import Floats
 
 __all__ = ["POWER_MEAN", "CYCLE_TIME", "closure_terms", "newton"]
 
-Floats = npt.NDArray[np.float64]
 
 POWER_MEAN = 0
 CYCLE_TIME = 1

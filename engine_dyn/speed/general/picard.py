@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, Power, Shape, load_terms
+from engine_dyn.types import Floats
 
 __all__ = ["MOST_CYCLES", "repeat_cycles"]
 
-Floats = npt.NDArray[np.float64]
 
 MOST_CYCLES = 30000
 MOST_CORRECTIONS = 20

@@ -26,12 +26,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, load_terms
 from engine_dyn.speed.general.newton import CYCLE_TIME
 from engine_dyn.speed.tables.work_tables import GAS_TORQUE, GAS_WORK, SQUARE, SQUARE_SLOPE
+from engine_dyn.types import Floats
 
 __all__ = [
     "MOST_SWEEPS",
@@ -47,7 +47,6 @@ __all__ = [
     "spread",
 ]
 
-Floats = npt.NDArray[np.float64]
 
 SEGMENTS = 16
 """Pieces of a period; its nodes are a multiple of them."""

@@ -16,9 +16,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
 from engine_dyn.speed.general.segments import POWERS, SEGMENTS, Q, place_of
 from engine_dyn.speed.tables.extremes import interpolate
@@ -33,10 +30,10 @@ from engine_dyn.speed.tables.work_tables import (
     SQUARE_SLOPE,
     SQUARE_TILT,
 )
+from engine_dyn.types import Floats
 
 __all__ = ["follow_work"]
 
-Floats = npt.NDArray[np.float64]
 
 DEEP = 20
 """Order from which the recurrence goes back where x < 1: what it starts with is lost."""

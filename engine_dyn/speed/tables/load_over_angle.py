@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.piecewise_cubic import piece_at
 from engine_dyn.speed.tables.work_tables import (
@@ -21,10 +18,10 @@ from engine_dyn.speed.tables.work_tables import (
     GAS_WORK_TILT,
     TORQUE,
 )
+from engine_dyn.types import Floats
 
 __all__ = ["PLAIN_ROWS", "join_load", "keep_gas", "work_at"]
 
-Floats = npt.NDArray[np.float64]
 
 PLAIN_ROWS = 6
 """Rows of scratch: the gas alone (work, torque, middle, torque with its mean), the load, and the

@@ -22,7 +22,6 @@ from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import numpy.typing as npt
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry.cylinders import EQUAL, Member
@@ -38,6 +37,7 @@ from engine_dyn.geometry.slider_crank import (
 )
 from engine_dyn.pressure.diagram import Diagram, Family
 from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "FEWEST_NODES",
@@ -65,8 +65,6 @@ _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss-Legendre with three points on [0, 1]."""
-
-Floats = npt.NDArray[np.float64]
 
 
 class Grid(NamedTuple):
@@ -158,7 +156,7 @@ def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
 
 def make_grid(
     family: Family,
-    rows: npt.NDArray[np.int64],
+    rows: Integers,
     steps: int,
     members: tuple[Member, ...] = (EQUAL,),
 ) -> Grid:

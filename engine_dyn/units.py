@@ -1,0 +1,16 @@
+"""SI values of the units of files: the only place where they stand."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["BAR", "DEGREE", "RPM"]
+
+BAR = 1e5
+"""Pascal in a bar."""
+
+DEGREE = math.pi / 180.0
+"""Radians in a degree."""
+
+RPM = math.pi / 30.0
+"""Radians per second in a revolution per minute."""
