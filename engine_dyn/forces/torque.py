@@ -7,14 +7,13 @@ last dimension. Torque is positive in the sense of rotation and is the whole eng
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
-from engine_dyn.loads.friction import friction_parts, mean_parts
+from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.diagram import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats
@@ -27,7 +26,6 @@ __all__ = [
     "piston_area",
     "pressure",
     "pressure_of_first",
-    "StrokeFriction",
     "superpose",
     "torque_after_throw",
 ]
@@ -190,19 +188,6 @@ def inertia_torque_actual(
     return mass * (0.5 * stroke) ** 2 * superpose(one, phi, cylinders, period, by_count)
 
 
-@dataclass(frozen=True)
-class StrokeFriction:
-    """What spreads the friction over the stroke, in broadcasting arrays, all [Pa].
-
-    `levels` are those of the four parts of `friction.FrictionShape`: mean torque of each for one
-    cylinder over piston area and crank radius. `ring` is the pressure of the rings by their own
-    tension.
-    """
-
-    levels: tuple[Any, Any, Any, Any]
-    ring: Any
-
-
 def friction_over_stroke(
     phi: Any,
     crank_ratio: Any,
@@ -240,7 +225,7 @@ def _friction_of_one(
         ratio, row, scale, crankcase, ring, offset = inputs
         load = ring + pressure(angle, family, row, scale, member.pressure_factor) - crankcase
         speed = slider_crank.velocity(angle, *member.own(ratio, offset))
-        return friction_parts(load, speed, np.sin(angle))
+        return stacked_parts(load, speed, np.sin(angle))
 
     def means(member: Member) -> Floats:
         columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))

@@ -38,7 +38,6 @@ __all__ = [
     "customary_order",
     "firing_phases",
     "phase_sums",
-    "phases_along_shaft",
     "symmetry",
 ]
 
@@ -58,15 +57,6 @@ def firing_phases(cylinders: int, period: float) -> Any:
     order does not matter to the sum over all cylinders.
     """
     return -np.arange(cylinders) * (period / cylinders)
-
-
-def phases_along_shaft(order: tuple[int, ...], period: float) -> Any:
-    """Phase [rad] of cylinders 1, 2, ... Z as they stand along the shaft, from the firing order."""
-    cylinders = len(order)
-    phases = np.empty(cylinders)
-    for place, cylinder in enumerate(order):
-        phases[cylinder - 1] = -place * (period / cylinders)
-    return phases
 
 
 def symmetry(phases: npt.ArrayLike, period: float, weights: npt.ArrayLike | None = None) -> int:

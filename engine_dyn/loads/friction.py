@@ -17,30 +17,42 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from engine_dyn.compilation import inlined
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, RPM
+from engine_dyn.units import BAR
 
 __all__ = [
+    "FRICTIONLESS",
     "FrictionShape",
+    "StrokeFriction",
     "auxiliary_torque",
     "friction_mean_effective_pressure",
-    "friction_parts",
     "friction_torque",
+    "level_over_mean_at",
     "mean_parts",
     "mean_piston_speed",
-    "tabulated_auxiliary_torque",
+    "stacked_parts",
+    "stroke_friction_parts",
+    "stroke_friction_parts_at",
+    "stroke_friction_slopes_at",
+    "total_level_at",
+    "varies_at",
+    "weighted_sum_at",
 ]
 
 
 PANELS = 180
 """Panels of a stroke over which means are taken."""
+
+DEAD_CENTRE = 1e-9
+"""Reduced speed, and sine, up to which only rounding tells them from 0."""
 
 
 def mean_piston_speed(stroke: Any, speed: Any) -> Any:
@@ -86,57 +98,122 @@ def auxiliary_torque(
     return constant + (speed_share + speed_square_share * speed) * speed
 
 
-def tabulated_auxiliary_torque(speeds: ArrayLike, torques: ArrayLike, speed: ArrayLike) -> Any:
-    """Torque of the auxiliaries [N m] from a table over crank speed, linear in between.
+class StrokeFriction(NamedTuple):
+    """Friction that varies over the stroke: levels of its four parts, all [Pa].
+
+    A level is the mean torque of its part, for one cylinder, over piston area and crank radius.
+    Kernels take numbers, curves take arrays that broadcast.
+
+    Attributes
+    ----------
+    boundary, mixed, hydrodynamic, skirt : array_like
+        Levels of the parts of `FrictionShape`.
+    ring : array_like
+        Pressure of the rings on the liner by their own tension.
+    """
+
+    boundary: Any
+    mixed: Any
+    hydrodynamic: Any
+    skirt: Any
+    ring: Any
+
+    @property
+    def levels(self) -> tuple[Any, Any, Any, Any]:
+        """Levels of the four parts."""
+        return self.boundary, self.mixed, self.hydrodynamic, self.skirt
+
+
+FRICTIONLESS = StrokeFriction(0.0, 0.0, 0.0, 0.0, 0.0)
+"""No friction but what is constant over the cycle."""
+
+Parts = tuple[Any, Any, Any, Any]
+"""A number or an array for each part: boundary, mixed, hydrodynamic, skirt."""
+
+
+def stroke_friction_parts(load: Any, speed: Any, sine: Any) -> Parts:
+    """Torques of the four parts of `FrictionShape`, not scaled; numbers or arrays alike.
+
+    N u, N u (1 - |sin(phi)|), sqrt(N u) u and u^2, with u = |c/(r omega)| (see `FrictionShape`).
 
     Parameters
     ----------
-    speeds, torques : array_like, shape (K,)
-        Crank speeds [rad/s], strictly ascending, and torques [N m], 0 or more.
-    speed : array_like
-        Speeds [rad/s] within the table.
-
-    Raises
-    ------
-    ValueError
-        For tables of other lengths, speeds that do not ascend, negative torques, and a speed that
-        the table does not cover.
+    load : float or ndarray
+        N, the pressure on the rings [Pa]: none where it would lift them.
+    speed : float or ndarray
+        c/(r omega) of the piston [1].
+    sine : float or ndarray
+        Sine of the cylinder's own crank angle [1].
     """
-    given, torque = np.asarray(speeds, dtype=np.float64), np.asarray(torques, dtype=np.float64)
-    if given.ndim != 1 or given.shape != torque.shape or given.size == 0:
-        raise ValueError(
-            f"{given.size} speeds and {torque.size} torques of auxiliaries: must be equally many"
-        )
-    if not np.isfinite(given).all() or (np.diff(given) <= 0.0).any():
-        raise ValueError("speeds of the auxiliaries' torques: must ascend strictly")
-    if not (torque >= 0.0).all():
-        bad = float(torque[~(torque >= 0.0)][0])
-        raise ValueError(f"auxiliary torque = {bad:g} N m: must be 0 or more")
-    wanted = np.asarray(speed, dtype=np.float64)
-    slack = 1e-12 * float(given[-1])
-    outside = ~((wanted >= given[0] - slack) & (wanted <= given[-1] + slack))
-    if outside.any():
-        value = float(wanted[outside].flat[0]) / RPM
-        raise ValueError(
-            f"speed = {value:g} rpm: must be within the table of the auxiliaries' torques, "
-            f"{given[0] / RPM:g} to {given[-1] / RPM:g} rpm"
-        )
-    return np.interp(wanted, given, torque)
-
-
-def friction_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
-    """Torques of the four branches of `FrictionShape`, not scaled, shape (4, ...).
-
-    `load` on the rings [Pa], `speed` of the piston over r omega, `sine` of the cylinder's angle.
-    """
-    fast = np.abs(np.asarray(speed, dtype=np.float64))
+    fast = abs(speed)
     dry = np.maximum(load, 0.0) * fast
-    slow = 1.0 - np.abs(np.asarray(sine, dtype=np.float64))
-    return np.stack(np.broadcast_arrays(dry, dry * slow, np.sqrt(dry) * fast, fast * fast))
+    return dry, dry * (1.0 - abs(sine)), np.sqrt(dry) * fast, fast * fast
+
+
+stroke_friction_parts_at = inlined(stroke_friction_parts)
+"""`stroke_friction_parts` of numbers, for kernels."""
+
+
+@inlined
+def stroke_friction_slopes_at(
+    load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
+) -> Parts:
+    """Slopes of `stroke_friction_parts` over the angle; `rise` and `rate` are of load and speed.
+
+    In a dead centre, where they jump, the value half way.
+    """
+    if load <= 0.0:
+        load, rise = 0.0, 0.0
+    fast, faster = abs(speed), 0.0
+    if fast > DEAD_CENTRE:
+        faster = rate if speed > 0.0 else -rate
+    turn = 0.0
+    if abs(sine) > DEAD_CENTRE:
+        turn = -cosine if sine > 0.0 else cosine
+    dry, drier = load * fast, rise * fast + load * faster
+    wet = 0.0
+    if dry > 0.0:
+        wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
+    slow = 1.0 - abs(sine)
+    return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
+
+
+@inlined
+def total_level_at(friction: StrokeFriction) -> float:
+    """Level of all parts together [Pa], for kernels."""
+    total: float = friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
+    return total
+
+
+@inlined
+def varies_at(friction: StrokeFriction) -> bool:
+    """Whether any friction varies over the cycle, for kernels."""
+    return total_level_at(friction) != 0.0
+
+
+@inlined
+def level_over_mean_at(level: float, mean: float) -> float:
+    """Factor that gives a part of cycle mean `mean` its level; 0 where there is nothing."""
+    return level / mean if level > 0.0 and mean > 0.0 else 0.0
+
+
+@inlined
+def weighted_sum_at(weights: Parts, parts: Parts) -> float:
+    """Sum of the four parts, each times its weight, for kernels."""
+    total: float = (
+        weights[0] * parts[0] + weights[1] * parts[1] + weights[2] * parts[2]
+        + weights[3] * parts[3]
+    )  # fmt: skip
+    return total
+
+
+def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
+    """`stroke_friction_parts` of arrays that broadcast, shape (4, ...)."""
+    return np.stack(np.broadcast_arrays(*stroke_friction_parts(load, speed, sine)))
 
 
 def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
-    """Cycle means of `friction_parts`, a function of the cylinder's angle [rad], shape (4, ...).
+    """Cycle means of `stacked_parts`, a function of the cylinder's angle [rad], shape (4, ...).
 
     Means are taken stroke by stroke with Gauss's points; the angle is stretched so that the roots
     of the piston's speed at dead centre do not matter.
@@ -238,4 +315,4 @@ class FrictionShape:
         """Torques of the four branches, not scaled, shape (4, ...)."""
         angle = np.asarray(phi, dtype=np.float64)
         load = self.ring_pressure + diagram(angle) - crankcase_pressure
-        return friction_parts(load, velocity(angle, crank_ratio), np.sin(angle))
+        return stacked_parts(load, velocity(angle, crank_ratio), np.sin(angle))

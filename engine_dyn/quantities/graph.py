@@ -639,10 +639,9 @@ def _product(**needs: Any) -> Any:
     return math.prod(needs.values())
 
 
-def _stroke_friction(needs: dict[str, Any]) -> torque.StrokeFriction:
+def _stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
     """Take the friction over the stroke out of the needs of a curve."""
-    *levels, ring = (needs.pop(name) for name in NO_STROKE_FRICTION)
-    return torque.StrokeFriction(tuple(levels), ring)
+    return friction.StrokeFriction._make(needs.pop(name) for name in NO_STROKE_FRICTION)
 
 
 def _curve_inputs(needs: dict[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from engine_dyn.compilation import (
     rows_on_stack,
     wide_vectors,
 )
+from engine_dyn.loads.friction import FRICTIONLESS, StrokeFriction
 from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, is_shape, load_terms, shape_at
 from engine_dyn.speed.batch import hills, lanes, panels, traces
 from engine_dyn.speed.batch.levels import CHUNK, Levels, fill_levels, make_levels
@@ -91,7 +92,6 @@ from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.extremes import interpolate, refine, slope_between
 from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.tables.work_tables import (
-    FRICTIONLESS,
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
@@ -109,7 +109,6 @@ from engine_dyn.speed.tables.work_tables import (
     TORQUE_MIDDLE,
     TORQUE_SLOPE,
     Blend,
-    Friction,
     Grid,
 )
 from engine_dyn.status import (
@@ -309,7 +308,7 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
     weight = row - whole
     first = row_of[whole]
     second = row_of[whole + 1] if weight > 0.0 else first
-    friction = Friction(
+    friction = StrokeFriction(
         values[at[BOUNDARY]], values[at[MIXED]], values[at[HYDRODYNAMIC]], values[at[SKIRT]],
         values[at[RING]],
     )  # fmt: skip

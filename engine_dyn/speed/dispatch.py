@@ -24,6 +24,7 @@ from engine_dyn.loads.driven_machine import (
     repeats_of,
     whole_ratio,
 )
+from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.pressure.motored import row_with_factor
@@ -49,7 +50,6 @@ from engine_dyn.speed.product import Product
 from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS
 from engine_dyn.speed.tables.work_tables import (
     FEWEST_NODES,
-    FRICTIONLESS,
     GAS_WORK,
     GAS_WORK_MIDDLE,
     GAS_WORK_TILT,
@@ -98,7 +98,7 @@ FRICTION_NAMES = (
     "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
     "ring_pressure",
 )  # fmt: skip
-"""Inputs that spread the friction over the stroke, see `tables.Friction`."""
+"""Inputs that spread the friction over the stroke, see `friction.StrokeFriction`."""
 
 NOT_GIVEN = {
     "start_speed": 0.0, "passes": 0.0, "start_angle": -np.pi, "offset_ratio": 0.0,
@@ -272,7 +272,7 @@ def solve(
         says that a design has no diagram: its status is "invalid input"),
         crankcase_pressure, offset_ratio (of the pin's line over the crank radius, 0 unless given),
         boundary_friction, mixed_friction, hydrodynamic_friction, skirt_friction (see
-        `tables.Friction`, 0 unless given), ring_pressure (needed by the first three),
+        `friction.StrokeFriction`, 0 unless given), ring_pressure (needed by the first three),
         bore, stroke (two crank radii, where there is an offset), mass, speed (nominal, rad/s),
         inertia, exponent, offset, mean_torque, friction_torque; for methods thesis and picard also
         start_speed (0: nominal), passes (0: until the cycle closes) and start_angle [rad]; for a

@@ -16,7 +16,6 @@ from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads import friction
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
-from engine_dyn.speed.tables import work_tables
 from tests.engine_dyn.test_first_law import case
 
 BAR = 1e5
@@ -166,8 +165,8 @@ def test_rings_that_lift(fired: Diagram) -> None:
     )
 
 
-def test_the_kernels_have_the_same_parts(fired: Diagram) -> None:
-    """Scalar formulas of `speed.tables` against the arrays, and their slopes by differences."""
+def test_the_slopes_of_the_parts_by_differences(fired: Diagram) -> None:
+    """And the compiled parts against the same formula in Python."""
     phi, h = np.linspace(-6.0, 6.0, 61) + 0.01, 1e-6
 
     def at(angle: float) -> tuple[float, float]:
@@ -175,20 +174,20 @@ def test_the_kernels_have_the_same_parts(fired: Diagram) -> None:
 
     for angle in phi.tolist():
         load, speed = at(angle)
-        parts = work_tables.friction_parts(load, speed, math.sin(angle))
-        expected = friction.friction_parts(load, speed, math.sin(angle))
+        parts = friction.stroke_friction_parts_at(load, speed, math.sin(angle))
+        expected = friction.stroke_friction_parts(load, speed, math.sin(angle))
         np.testing.assert_allclose(parts, expected, rtol=1e-14)
-        slopes = work_tables.friction_slopes(
+        slopes = friction.stroke_friction_slopes_at(
             load, float(fired.derivative(angle)), speed, float(acceleration(angle, 0.28)),
             math.sin(angle), math.cos(angle),
         )  # fmt: skip
         ends = [
-            np.array(friction.friction_parts(*at(angle + way), math.sin(angle + way)))
+            np.array(friction.stroke_friction_parts(*at(angle + way), math.sin(angle + way)))
             for way in (h, -h)
         ]
         np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / (2.0 * h), rtol=2e-5, atol=1.0)
-    assert work_tables.friction_slopes(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
-    assert work_tables.friction_slopes(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
+    assert friction.stroke_friction_slopes_at(2e5, 1e6, 0.0, 1.0, 0.0, 1.0) == (0.0, 0.0, 0.0, 0.0)
+    assert friction.stroke_friction_slopes_at(-1.0, 1e6, 0.5, 1.0, 0.5, 0.8)[:3] == (0.0, 0.0, 0.0)
 
 
 # Means
@@ -217,24 +216,3 @@ def test_a_motored_engine_has_the_friction_of_its_motored_peak() -> None:
 def test_auxiliaries() -> None:
     assert friction.auxiliary_torque(3.0, 100.0) == 3.0
     assert friction.auxiliary_torque(3.0, 100.0, 0.01, 2e-4) == pytest.approx(3.0 + 1.0 + 2.0)
-    table = ([100.0, 200.0, 400.0], [2.0, 3.0, 7.0])
-    np.testing.assert_allclose(
-        friction.tabulated_auxiliary_torque(*table, [100.0, 150.0, 300.0, 400.0]),
-        [2.0, 2.5, 5.0, 7.0],
-    )
-
-
-@pytest.mark.parametrize(
-    ("speeds", "torques", "speed", "words"),
-    [
-        ([100.0, 200.0], [1.0, 2.0], 250.0,
-         "must be within the table of the auxiliaries' torques, 954.93 to 1909.86 rpm"),
-        ([100.0, 200.0], [1.0], 150.0, "2 speeds and 1 torques of auxiliaries: must be equally"),
-        ([200.0, 100.0], [1.0, 2.0], 150.0, "must ascend strictly"),
-        ([100.0, 200.0], [-1.0, 2.0], 150.0, "auxiliary torque = -1 N m: must be 0 or more"),
-    ],
-)  # fmt: skip
-def test_bad_tables(speeds: list[float], torques: list[float], speed: float, words: str) -> None:
-    with pytest.raises(ValueError) as caught:
-        friction.tabulated_auxiliary_torque(speeds, torques, speed)
-    assert words in str(caught.value)

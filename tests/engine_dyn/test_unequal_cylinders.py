@@ -16,6 +16,7 @@ from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
+from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.diagram import Diagram, family_from_diagrams
 from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
 from engine_dyn.speed import dispatch
@@ -192,7 +193,7 @@ def test_energy_balance_and_torque(name: str) -> None:
     )
     if design.friction_shares is not None:
         levels = [inputs[name] for name in dispatch.FRICTION_NAMES]
-        shape = forces.StrokeFriction(tuple(levels[:4]), levels[4])
+        shape = StrokeFriction(*levels)
         curve = forces.friction_over_stroke(
             phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
             throw, design.friction_torque, shape, design.cylinders, CYCLE, offset, by_count,

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined, kernel, wide_vectors
+from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.speed.batch.lanes import (
     CRANKCASE,
     LANES,
@@ -66,7 +67,6 @@ from engine_dyn.speed.batch.levels import (
 )
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.work_tables import (
-    FRICTIONLESS,
     SHAPE,
     SQUARE,
     TABLE_ROWS,

@@ -35,6 +35,12 @@ from engine_dyn.geometry.slider_crank import (
     sine_of_top,
     turned,
 )
+from engine_dyn.loads.friction import (
+    stroke_friction_parts_at,
+    total_level_at,
+    varies_at,
+    weighted_sum_at,
+)
 from engine_dyn.pressure.diagram import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.speed.batch.lanes import (
@@ -63,12 +69,8 @@ from engine_dyn.speed.tables.work_tables import (
     Blend,
     Grid,
     blended,
-    friction_parts,
-    level_of,
-    rubs,
     steps_of,
-    weighted,
-    weights_of_friction,
+    stroke_friction_weights,
     work_of_half,
 )
 from engine_dyn.status import CONVERGED
@@ -284,14 +286,14 @@ def fill_points(
     folds = steps_of(grid) // nodes
     members = grid.masses.size
     friction = blend.friction
-    rubbing, level = rubs(friction), level_of(friction)
+    varies, level = varies_at(friction), total_level_at(friction)
     weights = rows_on_stack(4 * members)
     for i in range(4 * members):
         weights[i] = 0.0
-    if rubbing:
+    if varies:
         for i in range(members):
             radius = grid.radii[i]
-            found = weights_of_friction(ratio * radius, shift / radius, blend, grid, i, speeds)
+            found = stroke_friction_weights(ratio * radius, shift / radius, blend, grid, i, speeds)
             for j in range(4):
                 weights[4 * i + j] = found[j]
     mean = table[TORQUE, 0] - table[GAS_TORQUE, 0]
@@ -325,9 +327,9 @@ def fill_points(
             v = offset_velocity_at(sine, cosine, own, beside)
             pressure = blended(blend, angles.pressure, at) - blend.crankcase
             torque += radius * pressure * v
-            if rubbing:
-                parts = friction_parts(friction.ring + pressure, v, angles.sine[at])
-                torque -= weighted(of_member, parts) - level
+            if varies:
+                parts = stroke_friction_parts_at(friction.ring + pressure, v, angles.sine[at])
+                torque -= weighted_sum_at(of_member, parts) - level
             square += mass * v * v
             turn += 2.0 * mass * v * offset_acceleration_at(sine, cosine, own, beside)
             for g in range(3):
@@ -338,9 +340,10 @@ def fill_points(
                 v = offset_velocity_at(sine, cosine, own, beside)
                 pressure = blended(blend, angles.between, here) - blend.crankcase
                 rates[g] = radius * pressure * v
-                if rubbing:
-                    parts = friction_parts(friction.ring + pressure, v, angles.between_sine[here])
-                    rates[g] -= weighted(of_member, parts) - level
+                if varies:
+                    load, sine = friction.ring + pressure, angles.between_sine[here]
+                    parts = stroke_friction_parts_at(load, v, sine)
+                    rates[g] -= weighted_sum_at(of_member, parts) - level
             rate += work_of_half(rates, 0)
         offset = angles.offset[j]
         node = angles.node[j]

@@ -18,6 +18,11 @@ from engine_dyn.geometry.slider_crank import (
     turned,
     velocity_at,
 )
+from engine_dyn.loads.friction import (
+    level_over_mean_at,
+    stroke_friction_parts_at,
+    varies_at,
+)
 from engine_dyn.speed.general.euler import march_cycles
 from engine_dyn.speed.general.picard import MOST_CYCLES
 from engine_dyn.speed.product import (
@@ -33,7 +38,7 @@ from engine_dyn.speed.product import (
     START_SPEED,
     STROKE,
 )
-from engine_dyn.speed.tables.work_tables import Blend, friction_parts, rubs, scaled
+from engine_dyn.speed.tables.work_tables import Blend
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, PASSES_DONE, STALLED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats, Integers
 
@@ -103,9 +108,9 @@ def sample_shapes(
     mean /= count
     for j in range(count):
         sampled[SQUARES, j] -= mean
-    if rubs(blend.friction):
+    if varies_at(blend.friction):
         for i in range(cylinders):
-            rub(ratio, offset, blend, samples, i, sampled)
+            subtract_stroke_friction(ratio, offset, blend, samples, i, sampled)
 
 
 @inlined
@@ -118,7 +123,7 @@ def sample_of(blend: Blend, samples: Samples, cylinder: int, place: int) -> floa
 
 
 @inlined
-def rub(
+def subtract_stroke_friction(
     ratio: float, offset: float, blend: Blend, samples: Samples, cylinder: int, sampled: Floats
 ) -> None:
     """Take the friction of one cylinder, less its mean, from the gas's part."""
@@ -132,7 +137,7 @@ def rub(
         sine = samples.sine[cylinder, j]
         s, c = turned(sine, samples.cosine[cylinder, j], top, upright)
         load = friction.ring + sample_of(blend, samples, cylinder, j) - blend.crankcase
-        found = friction_parts(load, offset_velocity_at(s, c, own, beside), sine)
+        found = stroke_friction_parts_at(load, offset_velocity_at(s, c, own, beside), sine)
         for k in range(4):
             parts[k * count + j] = found[k]
     levels = friction.boundary, friction.mixed, friction.hydrodynamic, friction.skirt
@@ -142,7 +147,7 @@ def rub(
         for j in range(count):
             mean += part[j] / count
         for j in range(count):
-            sampled[GAS_SHAPE, j] -= scaled(levels[k], mean) * (part[j] - mean)
+            sampled[GAS_SHAPE, j] -= level_over_mean_at(levels[k], mean) * (part[j] - mean)
 
 
 @inlined

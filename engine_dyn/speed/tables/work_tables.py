@@ -35,17 +35,24 @@ from engine_dyn.geometry.slider_crank import (
     turned,
     velocity_at,
 )
+from engine_dyn.loads.friction import (
+    StrokeFriction,
+    level_over_mean_at,
+    stroke_friction_parts_at,
+    stroke_friction_slopes_at,
+    total_level_at,
+    varies_at,
+    weighted_sum_at,
+)
 from engine_dyn.pressure.diagram import Diagram, Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "FEWEST_NODES",
-    "FRICTIONLESS",
     "GAUSS_POINTS",
     "MOST_NODES",
     "Blend",
-    "Friction",
     "Grid",
     "build",
     "build_equal",
@@ -57,9 +64,6 @@ FEWEST_NODES = 720
 """Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
 
 MOST_NODES = 23040
-
-AT_REST = 1e-9
-"""Reduced speed, and sine, that are rounding: a dead centre."""
 
 _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
@@ -89,24 +93,6 @@ class Grid(NamedTuple):
     radii: Floats
 
 
-class Friction(NamedTuple):
-    """Levels [Pa] of the parts of `friction.FrictionShape`: friction torque over area and radius.
-
-    Each is the mean of its part, for one cylinder; `ring` is the pressure of the rings by their own
-    tension [Pa].
-    """
-
-    boundary: float
-    mixed: float
-    hydrodynamic: float
-    skirt: float
-    ring: float
-
-
-FRICTIONLESS = Friction(0.0, 0.0, 0.0, 0.0, 0.0)
-"""No friction but what is constant over the cycle."""
-
-
 class Blend(NamedTuple):
     """The diagram of a table: (1 - weight) row `first` + weight row `second` of a grid, scaled.
 
@@ -118,7 +104,7 @@ class Blend(NamedTuple):
     weight: float
     scale: float
     crankcase: float
-    friction: Friction
+    friction: StrokeFriction
 
 
 @inlined
@@ -297,68 +283,7 @@ def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None
 
 
 @inlined
-def level_of(friction: Friction) -> float:
-    """Level of all parts together."""
-    return friction.boundary + friction.mixed + friction.hydrodynamic + friction.skirt
-
-
-@inlined
-def rubs(friction: Friction) -> bool:
-    """Whether any friction varies over the cycle."""
-    return level_of(friction) != 0.0
-
-
-@inlined
-def friction_parts(
-    load: float, speed: float, sine: float
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Torques of the four branches, not scaled: see `friction.FrictionShape`.
-
-    `load` is the pressure on the rings (none where it would lift them), `speed` the reduced one of
-    the piston, `sine` that of the cylinder's own angle.
-    """
-    fast = abs(speed)
-    dry = max(load, 0.0) * fast
-    return dry, dry * (1.0 - abs(sine)), math.sqrt(dry) * fast, fast * fast
-
-
-@inlined
-def friction_slopes(
-    load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Slopes of `friction_parts` over the angle; `rise` and `rate` are those of load and speed.
-
-    In a dead centre, where they jump, what lies in the middle.
-    """
-    if load <= 0.0:
-        load, rise = 0.0, 0.0
-    fast, faster = abs(speed), 0.0
-    if fast > AT_REST:
-        faster = rate if speed > 0.0 else -rate
-    turn = 0.0
-    if abs(sine) > AT_REST:
-        turn = -cosine if sine > 0.0 else cosine
-    dry, drier = load * fast, rise * fast + load * faster
-    wet = 0.0
-    if dry > 0.0:
-        wet = 0.5 * drier * fast / math.sqrt(dry) + math.sqrt(dry) * faster
-    slow = 1.0 - abs(sine)
-    return drier, drier * slow + dry * turn, wet, 2.0 * fast * faster
-
-
-@inlined
-def weighted(
-    weights: tuple[float, float, float, float], parts: tuple[float, float, float, float]
-) -> float:
-    """Sum of the parts of the friction by their weights."""
-    return (
-        weights[0] * parts[0] + weights[1] * parts[1] + weights[2] * parts[2]
-        + weights[3] * parts[3]
-    )  # fmt: skip
-
-
-@inlined
-def weights_of_friction(
+def stroke_friction_weights(
     ratio: float, offset: float, blend: Blend, grid: Grid, member: int, speeds: Floats
 ) -> tuple[float, float, float, float]:
     """Level over cycle mean of each part of the friction of one representative cylinder.
@@ -379,7 +304,7 @@ def weights_of_friction(
         s, c = turned(sine[i], cosine[i], top, upright)
         speeds[i] = offset_velocity_at(s, c, ratio, offset)
         load = before * first[i] + behind * second[i] + lift
-        parts = friction_parts(load, speeds[i], sine[i])
+        parts = stroke_friction_parts_at(load, speeds[i], sine[i])
         boundary += share * parts[0]
         mixed += share * parts[1]
         hydrodynamic += share * parts[2]
@@ -387,16 +312,18 @@ def weights_of_friction(
     share = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
     for i in range(1, count, 3):
         load = before * first[i] + behind * second[i] + lift
-        parts = friction_parts(load, speeds[i], sine[i])
+        parts = stroke_friction_parts_at(load, speeds[i], sine[i])
         boundary += share * parts[0]
         mixed += share * parts[1]
         hydrodynamic += share * parts[2]
         skirt += share * parts[3]
     friction = blend.friction
     return (
-        scaled(friction.boundary, boundary), scaled(friction.mixed, mixed),
-        scaled(friction.hydrodynamic, hydrodynamic), scaled(friction.skirt, skirt),
-    )  # fmt: skip
+        level_over_mean_at(friction.boundary, boundary),
+        level_over_mean_at(friction.mixed, mixed),
+        level_over_mean_at(friction.hydrodynamic, hydrodynamic),
+        level_over_mean_at(friction.skirt, skirt),
+    )
 
 
 @inlined
@@ -413,12 +340,6 @@ def points_of(
         grid.quadrature_sine[here], grid.quadrature_cosine[here],
         grid.at_quadrature[blend.first, here], grid.at_quadrature[blend.second, here],
     )  # fmt: skip
-
-
-@inlined
-def scaled(level: float, mean: float) -> float:
-    """Level over mean; nothing of nothing."""
-    return level / mean if level > 0.0 and mean > 0.0 else 0.0
 
 
 @inlined
@@ -442,7 +363,7 @@ def rates_of_member(
     count = sine.size
     mine = rates[member * count : (member + 1) * count]
     before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
-    if not rubs(friction):
+    if not varies_at(friction):
         top = sine_of_top(own, beside)
         upright = math.sqrt(1.0 - top * top)
         for i in range(count):
@@ -450,12 +371,12 @@ def rates_of_member(
             pressure = before * first[i] + behind * second[i] - blend.crankcase
             mine[i] = radius * pressure * offset_velocity_at(s, c, own, beside)
         return 0.0, 0.0, 0.0, 0.0
-    weights = weights_of_friction(own, beside, blend, grid, member, mine)
-    level = level_of(friction)
+    weights = stroke_friction_weights(own, beside, blend, grid, member, mine)
+    level = total_level_at(friction)
     for i in range(count):
         pressure = before * first[i] + behind * second[i] - blend.crankcase
-        parts = friction_parts(friction.ring + pressure, mine[i], sine[i])
-        mine[i] = radius * pressure * mine[i] - (weighted(weights, parts) - level)
+        parts = stroke_friction_parts_at(friction.ring + pressure, mine[i], sine[i])
+        mine[i] = radius * pressure * mine[i] - (weighted_sum_at(weights, parts) - level)
     return weights
 
 
@@ -534,7 +455,7 @@ def build_unequal(
     clear(table, middles)
     steps = steps_of(grid)
     friction = blend.friction
-    rubbing, level = rubs(friction), level_of(friction)
+    varies, level = varies_at(friction), total_level_at(friction)
     for member in range(grid.masses.size):
         weights = rates_of_member(ratio, offset, blend, grid, member, rates)
         radius = grid.radii[member]
@@ -560,11 +481,12 @@ def build_unequal(
             table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, beside))
             table[SQUARE, j] += mass * v * v
             table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
-            if rubbing:
+            if varies:
                 load, s, c = friction.ring + pressure, grid.node_sine[step], grid.node_cosine[step]
-                table[TORQUE, j] -= weighted(weights, friction_parts(load, v, s)) - level
-                table[TORQUE_SLOPE, j] -= weighted(
-                    weights, friction_slopes(load, slope, v, b, s, c)
+                parts = stroke_friction_parts_at(load, v, s)
+                table[TORQUE, j] -= weighted_sum_at(weights, parts) - level
+                table[TORQUE_SLOPE, j] -= weighted_sum_at(
+                    weights, stroke_friction_slopes_at(load, slope, v, b, s, c)
                 )
 
             sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
@@ -573,9 +495,10 @@ def build_unequal(
             middles[1, j] += mass * v * v
             middles[2, j] += radius * pressure * v
             middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, beside) * v
-            if rubbing:
-                parts = friction_parts(friction.ring + pressure, v, grid.middle_sine[step])
-                middles[2, j] -= weighted(weights, parts) - level
+            if varies:
+                load, s = friction.ring + pressure, grid.middle_sine[step]
+                parts = stroke_friction_parts_at(load, v, s)
+                middles[2, j] -= weighted_sum_at(weights, parts) - level
     finish(nodes, width, table, middles)
 
 
@@ -633,7 +556,7 @@ def build(
     middles: Floats, rates: Floats,
 ) -> None:  # fmt: skip
     """Fill a table: by `build_equal` where that holds, else by `build_unequal`."""
-    plain = offset == 0.0 and not rubs(blend.friction)
+    plain = offset == 0.0 and not varies_at(blend.friction)
     for member in range(grid.masses.size):
         plain = plain and grid.masses[member] == 1.0 and grid.radii[member] == 1.0
     if plain:
