@@ -363,14 +363,14 @@ def check_scene(data: bytes) -> None:
 
 
 def check_engine(data: bytes) -> None:
-    from sweeps.cli.main import _engine_text
+    from sweeps.presenting.engines import engine_text
     from sweeps.reading.engine_files import load_engine
 
     home = sandbox()
     path = home / "scenes" / "mutated.toml"
     path.write_bytes(data)
     with unchanged(home):
-        if refused_or_taken(lambda: _engine_text(load_engine(path))):
+        if refused_or_taken(lambda: engine_text(load_engine(path))):
             scene = {"engine": str(path), "output": {"quantities": ["delta", "imep"]}}
             refused_or_taken(lambda: _read_scene(scene))  # type: ignore[arg-type]
 

@@ -183,7 +183,7 @@ def characteristic_table() -> str:
 
 def draw_shaft(path: Path) -> None:
     """Draw the curve of the shaking force's vector for shafts of several masses."""
-    from sweeps.figures.draw import draw
+    from sweeps.figures import draw
 
     archive = asgari()[["reciprocating_force", "shaking_force"]]
     with tempfile.TemporaryDirectory() as folder:

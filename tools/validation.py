@@ -710,7 +710,7 @@ def draw_differences(study: Study, printed: Printed, path: Path) -> None:
 
 def draw_thesis(path: Path) -> None:
     """Draw torque, load torque and speed of the nominal row, as `engine-dyn plot` does."""
-    from sweeps.figures.draw import draw
+    from sweeps.figures import draw
 
     scene = thesis_scene()
     scene["designs"] = {key: column[:1] for key, column in scene["designs"].items()}

@@ -1,1 +1,1 @@
-"""The command `engine-dyn`."""
+"""The command `engine-dyn`: thin commands around the functions of the package."""

@@ -523,7 +523,7 @@ def test_output_is_checked_before_anything_is_computed(
     def never(*_: Any, **__: Any) -> None:
         raise AssertionError("must not be called")
 
-    monkeypatch.setattr("sweeps.cli.main._streamed", never)
+    monkeypatch.setattr("sweeps.cli.running.writing", never)
     existing = tmp_path / "out.nc"
     existing.write_text("kept")
     one_line(invoke("run", "first", "-o", existing), "out.nc", "exists", "--overwrite")

@@ -14,8 +14,8 @@ from engine_dyn import flywheel
 from engine_dyn.forces import balancing
 from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
+from sweeps.figures import draw
 from sweeps.figures.balance import _without_rounding, shaking
-from sweeps.figures.draw import draw
 from sweeps.figures.views import study_of
 from sweeps.reading.engine_files import load_engine
 

@@ -20,7 +20,8 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
-from sweeps.exploring.published import text as reference_text
+from sweeps.presenting.lists import symbol_text
+from sweeps.presenting.published import text as reference_text
 from sweeps.reading.cylinder_keys import KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.load_tables import KEYS as TABLE_KEYS
@@ -192,7 +193,7 @@ def test_a_failure_leaves_the_old_archive_and_one_line(
     def broken(*_: Any, **__: Any) -> None:
         raise RuntimeError("something\nwent wrong")
 
-    monkeypatch.setattr("sweeps.cli.main._streamed", broken)
+    monkeypatch.setattr("sweeps.cli.running.writing", broken)
     out = tmp_path / "out.nc"
     out.write_text("kept")
     result = invoke("run", "first", "-o", out, "--overwrite")
@@ -320,6 +321,34 @@ def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) ->
     assert set(lines[0].split()[0] for _ in lines) <= set(names)
     everything = {line.split()[0] for line in succeeded("list").splitlines()}
     assert set(names) <= everything
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text"),
+    [
+        (r"\beta_\nu", "beta_nu"),
+        (r"\Theta_\triangle/\Theta_w-1", "Theta_triangle/Theta_w-1"),
+        (r"\psi_{M{g1,\nu}}", "psi_Mg1,nu"),
+        (r"\varphi_{C,max}", "phi_C,max"),
+        (r"\bar\mu_\sigma", "bar mu_sigma"),
+        (r"k\omega_n^\alpha", "k omega_n^alpha"),
+        (r"\theta_\delta-\theta^*_\delta", "theta_delta-theta*_delta"),
+        (r"|\sum e^{i\nu\psi_k}|", "|sum e^(i nu psi_k)|"),
+        ("M_{max}-M_{min}", "M_max-M_min"),
+    ],
+)
+def test_symbols_are_written_in_plain_letters(symbol: str, text: str) -> None:
+    assert symbol_text(symbol) == text
+
+
+def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
+    lines = dict(line.split(maxsplit=1) for line in succeeded("list", "quantities").splitlines())
+    for name, node in QUANTITIES.items():
+        text = symbol_text(node.symbol)
+        assert f", {text} (" in lines[name] or not text
+        assert not set(text) & set("\\{}"), name
+        # An underscore stands between a sign and its index, and nowhere else.
+        assert not re.search(r"(?<![A-Za-z0-9)*'])_|_(?![A-Za-z0-9])", text), name
 
 
 def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:

@@ -18,9 +18,9 @@ from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.archive import labels as dataset
 from sweeps.errors import SceneError
-from sweeps.figures import arrangement
+from sweeps.figures import arrangement, draw
 from sweeps.figures.curves import curve_figure, draw_curves
-from sweeps.figures.draw import _plates, draw
+from sweeps.figures.files import _plates
 from sweeps.figures.sheet import STYLE, crank_axis, new_sheet
 from sweeps.figures.views import families_of, pick, study_of
 from sweeps.figures.wording import axis_label, number_text, unit_text, wrap
@@ -953,10 +953,10 @@ def test_pyplot_is_never_imported_and_matplotlib_only_to_draw(tmp_path) -> None:
     code = f"""
 import sys
 import xarray as xr
-import sweeps.figures.draw
+import sweeps.figures.files
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 data = xr.Dataset({{"delta": ("inertia", [1.0, 2.0])}}, coords={{"inertia": [1.0, 3.0]}})
-assert sweeps.figures.draw.draw(data, {str(tmp_path)!r})
+assert sweeps.figures.draw(data, {str(tmp_path)!r})
 assert "matplotlib.figure" in sys.modules
 assert "matplotlib.pyplot" not in sys.modules
 """

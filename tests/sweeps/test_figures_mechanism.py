@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.text import Text
 
-from sweeps.figures.draw import _plates
+from sweeps.figures.files import _plates
 from sweeps.figures.mechanism import polar_names
 from sweeps.figures.sheet import STYLE
 from sweeps.figures.views import View, study_of

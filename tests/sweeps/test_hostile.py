@@ -255,7 +255,7 @@ LIMITED = """
 import resource, sys
 import click.testing
 from sweeps.cli.main import main
-import sweeps.figures.draw, sweeps.joining.merge, sweeps.running.into_archive
+import sweeps.figures.files, sweeps.joining.merge, sweeps.running.into_archive
 import netCDF4, pyarrow.parquet
 limit = 6 << 30
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

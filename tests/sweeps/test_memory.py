@@ -30,7 +30,7 @@ PROGRAM = r"""
 import json, re, sys
 from pathlib import Path
 import numpy as np
-import sweeps, sweeps.archive.netcdf, sweeps.cli.main
+import sweeps, sweeps.archive.netcdf, sweeps.presenting.archives
 from engine_dyn.speed import dispatch as sweep
 
 def solve(*, wanted, family, method, inertia_model, closure, tolerance, cylinders, crank_angle,
@@ -48,7 +48,7 @@ def peak():
 def run(scene):
     dataset = sweeps.run(scene)
     sweeps.archive.netcdf.write(dataset, "out.nc", overwrite=True)
-    sweeps.cli.main._outcomes(dataset)
+    sweeps.presenting.archives.outcome_counts(dataset)
     return sum(variable.nbytes for variable in dataset.variables.values())
 
 def stream(scene):

@@ -1,0 +1,129 @@
+"""Options that several commands share, and the values of options that are written as a text.
+
+A text is parsed by the command and not by click, so that what is wrong with it is told in one line
+like all other bad input.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from sweeps.errors import SceneError, one_line, plain_number
+
+__all__ = [
+    "PATH",
+    "archive_argument",
+    "axis_slice",
+    "compression_option",
+    "difference",
+    "memory_size",
+    "new_points",
+    "output_option",
+    "overwrite_option",
+    "quiet_option",
+    "resume_option",
+    "shard_number",
+    "threads_option",
+]
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+SMALLEST_MEMORY = 100e6
+"""Bytes; with less, a block of designs could not be held."""
+
+PATH = click.Path(path_type=Path)
+
+archive_argument = click.argument("archive", type=PATH)
+
+resume_option = click.option(
+    "--resume",
+    is_flag=True,
+    help="Complete an interrupted run. If there is none, start from the beginning.",
+)
+threads_option = click.option(
+    "--threads", type=click.IntRange(min=1), help="Number of threads. Default: one for each core."
+)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+compression_option = click.option(
+    "--compression",
+    "level",
+    type=click.IntRange(0, 9),
+    help="Level of compression, 0 to 9. Default: that of the archive that is read.",
+)
+
+
+def output_option(help: str = "The archive to write.") -> Decorator:
+    """Option -o, which names the file to write."""
+    return click.option("-o", "--output", required=True, type=PATH, help=help)
+
+
+def overwrite_option(help: str = "Replace the archive if it exists.") -> Decorator:
+    """Option --overwrite, without which nothing that exists is replaced."""
+    return click.option("--overwrite", is_flag=True, help=help)
+
+
+def memory_size(text: str) -> float:
+    """Return the bytes of "500MB" or "1.5 GB", decimal units."""
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
+    size = float(found[1]) * {"MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    if not SMALLEST_MEMORY <= size < math.inf:
+        raise SceneError(
+            f"--memory {one_line(text, 60)}: must be a number and MB or GB, such as 500MB or 2GB, "
+            "100MB or more"
+        )
+    return size
+
+
+def shard_number(text: str) -> tuple[int, int]:
+    """Return the number and the count of "2/8", the second of eight shards."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
+    number, count = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= number <= count:
+        raise SceneError(
+            f"--shard {one_line(text, 60)}: must be I/N, such as 2/8: the second of eight parts"
+        )
+    return number, count
+
+
+def new_points(text: str) -> tuple[str, list[float]]:
+    """Return the axis and the values of "speed=1600,1700"."""
+    name, _, values = text.partition("=")
+    try:
+        found = [plain_number(value) for value in values.split(",")]
+    except ValueError:
+        found = []
+    if not name.strip() or not found or not all(math.isfinite(value) for value in found):
+        raise SceneError(
+            f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
+        )
+    return name.strip(), found
+
+
+def difference(text: str) -> float:
+    """Return a relative difference such as 1e-6."""
+    try:
+        limit = plain_number(text)
+    except ValueError:
+        limit = math.nan
+    if not 0.0 <= limit < math.inf:
+        raise SceneError(
+            f"--tolerance {one_line(text, 60)}: must be a number of 0 or more, such as 1e-6"
+        )
+    return limit
+
+
+def axis_slice(text: str) -> tuple[str, float | str]:
+    """Return the axis and the number or word of "load=50" or "method=newton"."""
+    axis, separator, value = text.partition("=")
+    if not separator or not axis.strip() or not value.strip():
+        raise SceneError(f"--select {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")
+    try:
+        return axis.strip(), plain_number(value)
+    except ValueError:
+        return axis.strip(), value.strip()

@@ -1,0 +1,60 @@
+"""How a command ends: its exit status, and one line on stderr for each failure."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import traceback
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import click
+
+from sweeps.errors import SceneError, one_line, printable
+
+__all__ = ["BAD_INPUT", "DESIGNS_FAILED", "FAILURE", "end", "guarded", "say"]
+
+FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
+
+LONGEST_MESSAGE = 2000
+"""Characters of a message about bad input."""
+
+
+def say(text: object, *, err: bool = False) -> None:
+    """Print a text, parts of which may come from files: what steers a terminal is escaped."""
+    click.echo(printable(str(text)), err=err)
+
+
+def end(message: str, exit_status: int) -> NoReturn:
+    """Print one line on stderr and exit."""
+    say(f"engine-dyn: {message}", err=True)
+    sys.exit(exit_status)
+
+
+def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Turn the exceptions of a command into one line on stderr and an exit status."""
+
+    @click.option("--debug", is_flag=True, help="Show the traceback of a failure.")
+    @functools.wraps(function)
+    def command(*args: Any, debug: bool, **options: Any) -> None:
+        try:
+            function(*args, **options)
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except KeyboardInterrupt:
+            end("interrupted; nothing was written", FAILURE)
+        except Exception as error:
+            if debug:
+                traceback.print_exc()
+            end(*_message_and_status(error))
+
+    return command
+
+
+def _message_and_status(error: Exception) -> tuple[str, int]:
+    if isinstance(error, SceneError):
+        return one_line(error, LONGEST_MESSAGE), BAD_INPUT
+    if isinstance(error, MemoryError):
+        reason = one_line(error, 200)
+        return f"out of memory{f' ({reason})' if reason else ''}", FAILURE
+    return f"failed: {type(error).__name__}: {one_line(error)} (--debug shows where)", FAILURE

@@ -1,0 +1,128 @@
+"""Files as commands use them: outputs that can be written, archives that can be read."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sweeps.cli.exits import FAILURE, end
+from sweeps.errors import SceneError, one_line
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.scene.model import Scene
+
+__all__ = ["check_output", "files_of", "not_written", "opened", "writing"]
+
+CANNOT_WRITE = (
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+    errno.ELOOP, errno.EINVAL,
+)  # fmt: skip
+"""What the system says of an output that the user named badly; all else is a failure."""
+
+
+def files_of(scene: Scene) -> Iterator[Path]:
+    """Files that a scene is made of, as far as they are on this disk; the scene itself first."""
+    if scene.path is not None:
+        yield scene.path
+    yield from map(Path, scene.files)
+    table = (scene.source.get("designs") or {}).get("file")
+    if isinstance(table, str):
+        yield Path(scene.folder) / table
+
+
+def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
+    """Refuse, before anything is computed, an output that could not be written or is an input.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+    overwrite : bool
+        Whether it may exist.
+    inputs : Path
+        Files that the command reads; the first is what the user named.
+
+    Raises
+    ------
+    SceneError
+        With the reason.
+    """
+    try:
+        str(path.absolute()).encode()
+    except UnicodeEncodeError:
+        raise SceneError(f"{path}: the name must be UTF-8, or netCDF cannot write it") from None
+    try:
+        if path.is_dir():
+            raise SceneError(f"{path}: is a folder; -o must name a file")
+        if path.exists():
+            if not path.is_file():
+                raise SceneError(f"{path}: is a pipe or a device; -o must name a file")
+            for given in inputs:
+                if given.exists() and path.samefile(given):
+                    what = "the scene itself" if given == inputs[0] else "read by the scene"
+                    raise SceneError(f"{path}: is {what}; -o must name another file")
+        if os.path.lexists(path) and not overwrite:
+            raise SceneError(f"{path}: exists; use --overwrite to replace it")
+        folder = path.parent
+        while not folder.exists():
+            folder = folder.parent
+        # Asking for permission is not enough: a file system can be read-only for its owner.
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except SceneError:
+        raise
+    except (OSError, ValueError) as error:
+        raise not_written(path, error) from None
+
+
+def not_written(path: Path, error: Exception) -> SceneError:
+    """Return the error that says why a file cannot be written."""
+    reason = getattr(error, "strerror", None) or error
+    return SceneError(f"{path}: cannot be written ({one_line(reason)})")
+
+
+@contextmanager
+def writing(output: Path) -> Iterator[None]:
+    """Tell how the writing of an output failed, or where it was stopped."""
+    from sweeps.running.into_archive import Stopped
+
+    try:
+        yield
+    except Stopped as error:
+        end(one_line(error, 2000), FAILURE)
+    except OSError as error:
+        if error.errno not in CANNOT_WRITE:
+            raise
+        raise not_written(output, error) from None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[xr.Dataset]:
+    """Open an archive for reading.
+
+    An archive that was made by other programs, or is damaged, may hold anything under the names of
+    quantities: whatever fails while it is open is told as a fault of the archive.
+    """
+    from sweeps.exploring import search
+
+    with search.open(path) as dataset:
+        try:
+            yield dataset
+        except (SceneError, MemoryError, click.exceptions.Exit):
+            raise
+        except Exception as error:
+            if isinstance(error, OSError) and (error.errno or 0) > 0:
+                raise  # errors of netCDF itself have numbers below 0
+            raise SceneError(
+                f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
+                f"{one_line(error, 200)} (--debug shows where)"
+            ) from error

@@ -1,0 +1,166 @@
+"""Commands that look into archives: info, compare, export, plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from sweeps.cli.arguments import (
+    PATH,
+    archive_argument,
+    axis_slice,
+    difference,
+    output_option,
+    overwrite_option,
+    quiet_option,
+)
+from sweeps.cli.exits import FAILURE, end, guarded, say
+from sweeps.cli.files import check_output, not_written, opened, writing
+from sweeps.errors import SceneError, counted, size_text
+
+__all__ = ["compare", "export", "info", "plot"]
+
+
+@click.command()
+@click.argument("what")
+@guarded
+def info(what: str) -> None:
+    """Describe WHAT: an archive (netCDF) or an engine (its name or its TOML file).
+
+    For the folder OUTPUT.partial of an interrupted run, info tells how much of it is finished.
+    """
+    from sweeps.reading.engine_files import catalogue, load_engine
+
+    if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
+        from sweeps.presenting.engines import engine_text
+
+        say(engine_text(load_engine(what)))
+        return
+    from sweeps.presenting.interrupted import interrupted_run, interrupted_text
+
+    folder = interrupted_run(Path(what))
+    if folder is not None:
+        say(interrupted_text(folder))
+        return
+    with opened(Path(what)) as dataset:
+        from sweeps.presenting.archives import archive_text
+
+        described = archive_text(dataset, what)
+    say(described)
+
+
+@click.command()
+@click.argument("first", type=PATH)
+@click.argument("second", type=PATH)
+@click.option(
+    "--tolerance",
+    metavar="NUMBER",
+    help="End with status 1 if a relative difference is larger than NUMBER, or if an axis or a "
+    "quantity differs.",
+)
+@guarded
+def compare(first: Path, second: Path, tolerance: str | None) -> None:
+    """Compare two archives: axes, quantities, and the largest differences and where they are.
+
+    Where axes differ, the values that both archives have are compared. A relative difference is
+    taken over the greater of the two magnitudes.
+    """
+    limit = None if tolerance is None else difference(tolerance)
+    with opened(first) as one, opened(second) as two:
+        from sweeps.exploring import compare as comparing
+
+        found = comparing.compare(one, two)
+        described = comparing.text(found)
+    say(described)
+    if limit is not None and not found.within(limit):
+        end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
+
+
+@click.command()
+@archive_argument
+@output_option("The table to write, FILE.csv or FILE.parquet.")
+@click.option(
+    "--quantities",
+    metavar="NAMES",
+    help="Quantities to write, such as delta,imep. Default: all that have one number for each "
+    "design.",
+)
+@overwrite_option("Replace the table if it exists.")
+@quiet_option
+@guarded
+def export(
+    archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
+) -> None:
+    """Write ARCHIVE as a table, CSV or Parquet, with one row for each design.
+
+    If the quantities include a curve, such as omega over crank_angle, there is one row for each
+    of its points.
+    """
+    from sweeps.reading.guards import check_file
+
+    check_file(archive)
+    from sweeps.exploring.export import check_format
+    from sweeps.exploring.export import export as write
+
+    check_format(output)
+    check_output(output, overwrite, archive)
+    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    with opened(archive) as dataset, writing(output):
+        done = write(dataset, output, quantities=names, overwrite=overwrite)
+    if quiet:
+        return
+    if done.left_out:
+        say(
+            f"not in the table, because they are not one number for each design: "
+            f"{', '.join(done.left_out)}",
+            err=True,
+        )
+    size = size_text(output.stat().st_size)
+    say(f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}")
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for the figures. Default: a folder beside the archive, with its name.",
+)
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(["png", "svg", "pdf"]),
+    default="png",
+    show_default=True,
+    help="Format of the files.",
+)
+@click.option(
+    "--select",
+    "slices",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Value of an axis that is not drawn along. May be given several times.",
+)
+@guarded
+def plot(archive: Path, output: Path | None, file_format: str, slices: tuple[str, ...]) -> None:
+    """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
+    select = dict(axis_slice(text) for text in slices)
+    from sweeps.reading.guards import check_file
+
+    check_file(archive)
+    folder = archive.with_suffix("") if output is None else output
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+    except (OSError, ValueError) as error:
+        raise not_written(folder, error) from None
+    from sweeps.figures import draw
+
+    with opened(archive) as dataset, writing(folder):
+        paths = draw(dataset, folder, file_format, select=select)
+    for path in paths:
+        say(path)
+    if not paths:
+        click.echo("nothing to draw: no quantity varies", err=True)

@@ -1,0 +1,312 @@
+"""Commands that compute or put together archives: run, extend, merge, rerun."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sweeps.cli.arguments import (
+    PATH,
+    archive_argument,
+    compression_option,
+    memory_size,
+    new_points,
+    output_option,
+    overwrite_option,
+    quiet_option,
+    resume_option,
+    shard_number,
+    threads_option,
+)
+from sweeps.cli.exits import DESIGNS_FAILED, end, guarded, say
+from sweeps.cli.files import check_output, files_of, writing
+from sweeps.errors import SceneError, counted, size_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from sweeps.planning.plan import Plan
+    from sweeps.running.into_archive import Finished
+    from sweeps.scene.model import Scene
+
+__all__ = ["extend", "merge", "rerun", "run"]
+
+LARGEST_TABLE = 200e6
+"""Bytes of the variables of an archive up to which published values are printed."""
+
+
+@click.command()
+@click.argument("scene")
+@output_option()
+@overwrite_option()
+@resume_option
+@click.option(
+    "--memory",
+    metavar="SIZE",
+    help="Memory that arrays may take, such as 500MB or 2GB (decimal units, 100MB or more).",
+)
+@click.option(
+    "--compression",
+    "level",
+    type=click.IntRange(0, 9),
+    default=0,
+    help="Compress the archive, from 1 (fastest) to 9 (smallest). Default: 0, no compression.",
+)
+@click.option("--float32", "single", is_flag=True, help="Store results in 32 bits, not in 64.")
+@threads_option
+@click.option(
+    "--shard",
+    metavar="I/N",
+    help="Compute only the I-th of N parts. The command `merge` joins the parts.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Compute on the workers of a dask scheduler (tcp://host:8786) or in N processes "
+    "(local:N).",
+)
+@quiet_option
+@guarded
+def run(
+    scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
+    single: bool, threads: int | None, shard: str | None, scheduler: str | None, quiet: bool,
+) -> None:  # fmt: skip  # one parameter for each option
+    """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
+
+    Blocks of designs are written as they are computed. An interrupted run leaves its blocks in
+    the folder OUTPUT.partial, and the same command with --resume completes it.
+    """
+    allowed = None if memory is None else memory_size(memory)
+    part = None if shard is None else shard_number(shard)
+    if scheduler is not None:
+        from sweeps.running.cluster import check_address
+
+        check_address(scheduler)
+        if threads is not None:
+            raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
+    from sweeps.scene.model import read_scene
+
+    read = read_scene(scene)
+    check_output(output, overwrite or resume, *files_of(read))
+
+    from sweeps.planning.plan import make_plan
+    from sweeps.planning.shards import shard as shard_of
+    from sweeps.running import into_archive
+
+    _announce_compiling(quiet)
+    plan = make_plan(read)
+    if part is not None:
+        plan = shard_of(plan, *part)
+    again = ["engine-dyn", "run", scene, "-o", str(output), "--resume"]
+    again += [] if memory is None else ["--memory", memory]
+    again += ["--compression", str(level)] if level else []
+    again += ["--float32"] if single else []
+    again += [] if shard is None else ["--shard", shard]
+    again += [] if scheduler is None else ["--scheduler", scheduler]
+    again += ["--overwrite"] if overwrite and output.exists() else []
+    options = into_archive.Options(
+        resume=resume, overwrite=overwrite, memory=allowed, threads=threads,
+        progress=_shows_progress(quiet), level=level, single=single, command=_command_line(),
+        again=shlex.join(again), scheduler=scheduler or "",
+        tell=lambda line: None if quiet else click.echo(line, err=True),
+    )  # fmt: skip
+    with writing(output):
+        done = into_archive.run(plan, output, options)
+    if not quiet:
+        _print_published(plan, output)
+        _print_outcomes(read, plan, done)
+        say(_size_line(output))
+    _end_if_designs_failed(read, done.outcomes, output)
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--axis", required=True, metavar="AXIS=VALUES", help="New points, such as speed=1600,1700."
+)
+@overwrite_option("Discard an extension that was interrupted.")
+@compression_option
+@threads_option
+@quiet_option
+@guarded
+def extend(
+    archive: Path, axis: str, overwrite: bool, level: int | None, threads: int | None, quiet: bool
+) -> None:
+    """Add points to an axis of ARCHIVE and compute only these.
+
+    The archive is replaced when the new one is complete; its earlier results stay as they are.
+    After an interruption the same command continues with the blocks that are finished.
+    """
+    name, values = new_points(axis)
+    _check_archive(archive)
+    from sweeps.joining import merge as joining
+    from sweeps.running.into_archive import Options
+
+    _announce_compiling(quiet)
+    again = ["engine-dyn", "extend", str(archive), "--axis", axis]
+    again += [] if level is None else ["--compression", str(level)]
+    options = Options(
+        threads=threads, level=level, command=_command_line(), overwrite=overwrite,
+        progress=_shows_progress(quiet), again=shlex.join(again),
+    )  # fmt: skip
+    with writing(archive):
+        plan = joining.extend(archive, name, values, options)
+    if not quiet:
+        say(
+            f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
+            f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
+        )
+
+
+@click.command()
+@click.argument("archives", nargs=-1, required=True, type=PATH)
+@output_option()
+@overwrite_option()
+@compression_option
+@quiet_option
+@guarded
+def merge(
+    archives: tuple[Path, ...], output: Path, overwrite: bool, level: int | None, quiet: bool
+) -> None:
+    """Join ARCHIVES of one scene: all its shards, or archives that differ in one axis.
+
+    Results that several archives hold must be the same in all of them.
+    """
+    for path in archives:
+        _check_archive(path)
+    check_output(output, overwrite)
+    from sweeps.joining import merge as joining
+    from sweeps.running.into_archive import Options
+
+    options = Options(overwrite=overwrite, level=level, command=_command_line())
+    with writing(output):
+        plan = joining.merge(archives, output, options)
+    if not quiet:
+        say(_designs_line(plan, output))
+
+
+@click.command()
+@archive_argument
+@output_option()
+@overwrite_option()
+@resume_option
+@compression_option
+@threads_option
+@quiet_option
+@guarded
+def rerun(
+    archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,
+    threads: int | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Compute ARCHIVE again, from the scene and the files that are stored in it."""
+    _check_archive(archive)
+    check_output(output, overwrite or resume, archive)
+    from sweeps.joining.rerun import rerun as run_again
+    from sweeps.running.into_archive import Options
+
+    _announce_compiling(quiet)
+    again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
+    options = Options(
+        overwrite=overwrite, resume=resume, level=level, threads=threads, command=_command_line(),
+        progress=_shows_progress(quiet), again=shlex.join(again),
+    )  # fmt: skip
+    with writing(output):
+        plan, differences = run_again(archive, output, options)
+    if differences:
+        say(f"made otherwise than {archive}: {'; '.join(differences)}", err=True)
+    if not quiet:
+        say(_designs_line(plan, output))
+
+
+# --- before and after a run ---------------------------------------------------------------------
+
+
+def _check_archive(path: Path) -> None:
+    from sweeps.reading.guards import check_file
+
+    check_file(path)
+
+
+def _announce_compiling(quiet: bool) -> None:
+    """Print one line when kernels must be compiled, which takes a while."""
+    from engine_dyn.compilation import on_compiling
+
+    if not quiet:
+        on_compiling(
+            lambda: click.echo(
+                "compiling kernels (once for this version; later runs start at once)", err=True
+            )
+        )
+
+
+def _shows_progress(quiet: bool) -> bool:
+    return not quiet and sys.stderr.isatty()
+
+
+def _command_line() -> str:
+    """Return the command line as it is kept in an archive."""
+    words = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    # The name of a file need not be valid text.
+    return words.encode("utf-8", "replace").decode("utf-8")
+
+
+def _print_published(plan: Plan, output: Path) -> None:
+    """Print published beside computed values, where the scene has some."""
+    if plan.scene.reference is None:
+        return
+    if plan.output_bytes > LARGEST_TABLE:
+        click.echo(
+            f"published values are in the archive; {plan.designs} designs are too many to print"
+        )
+        return
+    from sweeps.archive.netcdf import open_archive
+    from sweeps.presenting.published import text
+
+    with open_archive(output) as dataset:
+        published = text(dataset)
+    if published:
+        say(published + "\n")
+
+
+def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
+    """Print how many designs there were, what became of them, and how long it took."""
+    say(f"{scene.title}: {counted(plan.designs, 'design')}")
+    if plan.unused:
+        say(f"nothing that is asked for depends on: {', '.join(plan.unused)}")
+    if done.outcomes:
+        click.echo("outcomes: " + _listed(done.outcomes))
+    if scene.inertia_follows and "stalled" in done.outcomes:
+        click.echo(
+            "stalled: no inertia gives the wanted delta; the engine would have to be so light "
+            "that it stops"
+        )
+    if done.already:
+        click.echo("complete already; nothing to do")
+        return
+    resumed = f" ({done.before} of {done.blocks} blocks were there)" if done.before else ""
+    click.echo(f"computing {done.computing:.2f} s, writing {done.writing:.2f} s{resumed}")
+
+
+def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Path) -> None:
+    failed = {name: count for name, count in outcomes.items() if name in scene.fail_on}
+    if failed:
+        end(
+            f"designs failed: {_listed(failed)} ([output] fail_on); {output} is written",
+            DESIGNS_FAILED,
+        )
+
+
+def _listed(outcomes: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in outcomes.items())
+
+
+def _size_line(output: Path) -> str:
+    return f"{output} ({size_text(output.stat().st_size)})"
+
+
+def _designs_line(plan: Plan, output: Path) -> str:
+    return f"{output}: {counted(plan.designs, 'design')}, {size_text(output.stat().st_size)}"

@@ -1,0 +1,1 @@
+"""Texts for people: what an archive, an engine or the package holds."""

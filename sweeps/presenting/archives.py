@@ -1,0 +1,153 @@
+"""What an archive holds, as a text: axes, quantities, outcomes, provenance."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.status import MEANINGS
+from sweeps.errors import counted, one_line, size_text
+from sweeps.exploring.search import ranges
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["archive_text", "outcome_counts"]
+
+COUNTED_AT_ONCE = 1_000_000
+"""Outcomes that are read and counted at a time."""
+
+LONGEST_LINE = 1000
+"""Characters of one line that is printed of an attribute."""
+
+
+def archive_text(dataset: xr.Dataset, name: str) -> str:
+    """Describe an archive: its axes, quantities, outcomes and provenance.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The archive, opened.
+    name : str
+        Its file, as the user named it.
+
+    Returns
+    -------
+    str
+        Lines without a final line feed.
+    """
+    lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
+    lines += [f"  {line}" for line in (_size_line(dataset, name), _run_line(dataset)) if line]
+    lines += ["", "axes"]
+    for dimension, size in dataset.sizes.items():
+        lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
+        columns = [
+            f"{n} [{c.attrs.get('units', '1')}]"
+            for n, c in dataset.coords.items()
+            if c.dims == (dimension,) and n != dimension and c.dtype.kind not in "UOT"
+        ]
+        if columns:
+            lines.append(f"    varying along it: {', '.join(columns)}")
+    lines += ["", "quantities"]
+    names = [str(n) for n in dataset.data_vars]
+    width = max((len(n) for n in names), default=0)
+    for variable in names:
+        data = dataset[variable]
+        over = ", ".join(str(d) for d in data.dims) or "one value"
+        units = data.attrs.get("units", "no single unit")
+        lines.append(
+            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over}), "
+            f"{size_text(data.nbytes)}"
+        )
+    counts = outcome_counts(dataset)
+    if counts:
+        lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
+    lines += ["", "provenance"]
+    for key, value in dataset.attrs.items():
+        if key != "title":
+            lines += _attribute_lines(str(key), value)
+    return "\n".join(lines)
+
+
+def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
+    """Count the designs of each outcome, in the order of the codes; {} without a status."""
+    if "status" not in dataset:
+        return {}
+    codes = dataset["status"].variable
+    dims = [str(d) for d in codes.dims]
+    counts = np.zeros(len(MEANINGS), dtype=np.int64)
+    for _, _, read in ranges({"status": codes}, dims, codes.shape, COUNTED_AT_ONCE):
+        # A range at a time: counting makes an index of eight bytes out of each code.
+        counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
+    return {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+
+
+def _size_line(dataset: xr.Dataset, name: str) -> str:
+    """How large an archive is, in numbers and on the disk, and how it is stored."""
+    designs = math.prod(size for d, size in dataset.sizes.items() if d not in DIMENSIONS)
+    numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
+    levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
+    parts = [
+        counted(designs, "design"),
+        f"{size_text(sum(v.nbytes for v in dataset.data_vars.values()))} of results",
+        *sorted(numbers),
+        f"compression {max(levels)}" if any(levels) else "not compressed",
+        f"{size_text(Path(name).stat().st_size)} on the disk",
+    ]
+    return ", ".join(parts)
+
+
+def _run_line(dataset: xr.Dataset) -> str:
+    """When an archive was made, how long that took, and by which command."""
+    made = str(dataset.attrs.get("history", "")).splitlines()
+    words = [] if not made else [made[-1].partition(": ")[0]]
+    if "seconds" in dataset.attrs:
+        words.append(f"computed in {one_line(dataset.attrs['seconds'], 30)} s")
+    if "command_line" in dataset.attrs:
+        words.append(f"by {one_line(dataset.attrs['command_line'], LONGEST_LINE)}")
+    return ", ".join(words)
+
+
+def _attribute_lines(key: str, value: object) -> list[str]:
+    """One attribute; what is kept as JSON has a line for each of its members."""
+    if isinstance(value, str) and value.startswith("{"):
+        try:
+            members = json.loads(value)
+            if key == "input_files":  # their texts are long
+                members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            members = {}
+        if members:
+            texts = {
+                name: item if isinstance(item, str) else json.dumps(item, ensure_ascii=False)
+                for name, item in members.items()
+            }
+            rows = [f"    {name}: {one_line(text, LONGEST_LINE)}" for name, text in texts.items()]
+            return [f"  {key}:", *rows]
+    return [f"  {key}: {one_line(value, LONGEST_LINE)}"]
+
+
+def _axis_text(dataset: xr.Dataset, dimension: str) -> str:
+    """Values along one dimension: words, or the numbers with their unit."""
+    words = [
+        coordinate
+        for coordinate in dataset.coords.values()
+        if coordinate.dims == (dimension,) and coordinate.dtype.kind in "UOT"
+    ]
+    if words:
+        return one_line(", ".join(str(word) for word in words[0].values), 100)
+    if dimension not in dataset.coords:
+        return ""
+    coordinate = dataset[dimension]
+    values = coordinate.values
+    unit = coordinate.attrs.get("units", "1")
+    if len(values) <= 8:
+        listed = ", ".join(f"{value:g}" for value in values)
+    else:
+        listed = f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
+    return f"{listed} [{unit}]"

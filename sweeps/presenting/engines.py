@@ -1,0 +1,52 @@
+"""What an engine is, as a text: its values, diagrams, assumptions and sources."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.units import BAR, RPM
+from sweeps.errors import one_line
+
+if TYPE_CHECKING:
+    from engine_dyn.engine import Engine
+
+__all__ = ["engine_text"]
+
+
+def engine_text(engine: Engine) -> str:
+    """Describe an engine: its values, which of them are assumed and why, and its sources."""
+    family = engine.family
+    lines = [f"{engine.name}: {engine.title}", "", "values"]
+    for key, value in engine.values.items():
+        node = PARAMETERS[key]
+        mark = "  (assumed)" if key in engine.assumed else ""
+        lines.append(f"  {key} = {value:.10g} [{node.unit}] {node.long_name}{mark}")
+    if engine.firing_order is not None:
+        lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
+    if engine.own_cylinders is not None:
+        lines.append(f"  {engine.own_cylinders.solved}")
+    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
+        if table is not None:
+            lines.append(f"  {what}_table: {table}")
+    lines += ["", "diagrams"]
+    speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
+    points = [(load, speed) for speed in speeds for load in family.loads]
+    for (load, speed), diagram in zip(points, family.diagrams, strict=True):
+        lines.append(
+            f"  load {load:g} percent{speed}: p_max {diagram.peak / BAR:.4g} bar at "
+            f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
+        )
+    if engine.pressure_scale is not None:
+        over, scale = engine.pressure_scale
+        lines.append(
+            f"  scaled over speed from {over[0]:g} to {over[-1]:g} rpm by factors from "
+            f"{min(scale):.4g} to {max(scale):.4g}"
+        )
+    if engine.assumed:
+        lines += ["", "assumed, because the sources do not give it"]
+        lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
+    if engine.sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    return "\n".join(lines)

@@ -1,0 +1,76 @@
+"""What there is to choose from, as lists of names with a text for each."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
+from sweeps.checks import allowed
+from sweeps.reading.cylinder_keys import KEYS
+from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.load_tables import KEYS as TABLE_KEYS
+from sweeps.scene.model import built_in_scenes
+
+__all__ = ["LISTS", "symbol_text"]
+
+Lines = list[tuple[str, str]]
+
+
+def symbol_text(symbol: str) -> str:
+    r"""Write a symbol in plain letters: ``\beta_\nu`` becomes beta_nu, ``M_{max}`` M_max.
+
+    Parameters
+    ----------
+    symbol : str
+        TeX, as in `engine_dyn.quantities.node.Node`.
+
+    Returns
+    -------
+    str
+        Names in place of signs, indices after a single underscore, exponents after ``^``.
+    """
+    text = symbol.replace(r"\var", "\\")  # variants of a letter have its name
+    text = text.replace("^*", "*")
+    # The name of a sign is set apart from a letter, digit or brace before it, not from _ and ^.
+    text = re.sub(r"(?<=[A-Za-z0-9}])\\", " ", text)
+    text = re.sub(r"\^\{([^{}]*)\}", r"^(\1)", text)
+    return re.sub(r"[\\{}]", "", text)
+
+
+def _quantities() -> Lines:
+    lines = []
+    for name, node in QUANTITIES.items():
+        # The unit of the load coefficient depends on the load exponent: the table has none.
+        unit = node.unit or "unit follows the load exponent"
+        symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
+        lines.append((name, f"[{unit}] {node.long_name}{symbol} ({node.source})"))
+    return lines
+
+
+def _keys() -> Lines:
+    nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
+    keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in nodes.items()]
+    return [*keys, *KEYS.items(), *TABLE_KEYS.items()]
+
+
+def _engines() -> Lines:
+    return [(name, load_engine(name).title) for name in catalogue()]
+
+
+def _scenes() -> Lines:
+    return [
+        (name, tomllib.loads(path.read_text(encoding="utf-8"))["title"])
+        for name, path in built_in_scenes().items()
+    ]
+
+
+LISTS: dict[str, Callable[[], Lines]] = {
+    "quantities": _quantities,
+    "engines": _engines,
+    "scenes": _scenes,
+    "keys": _keys,
+}
+"""What `engine-dyn list` takes, and the function that makes its lines: name and text."""
