@@ -19,12 +19,15 @@ the next gas exchange.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.pressure.diagram import (
     FOUR_STROKE,
     Diagram,
@@ -35,7 +38,7 @@ from engine_dyn.pressure.diagram import (
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["motored", "peak_with_factor", "row_with_factor"]
+__all__ = ["motored", "peak_of_cylinders", "peak_with_factor", "row_with_factor"]
 
 
 FIT_FROM, FIT_TO, JOINED = 80.0 * DEGREE, 30.0 * DEGREE, 50.0 * DEGREE
@@ -148,3 +151,29 @@ def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Flo
             pressure = (1.0 - weight) * pressure + weight * after
         peaks[i] = pressure.max()
     return peaks[places].reshape(wanted.shape)
+
+
+def peak_of_cylinders(
+    place: npt.ArrayLike, family: Family, cylinder_set: Any, by_count: CylindersByCount,
+    reduced: Callable[..., Any],
+) -> Any:  # fmt: skip
+    """Largest or mean p_max [Pa] of the cylinders of each design.
+
+    Parameters
+    ----------
+    place : array_like
+        Place of the diagram in the family's table.
+    family : Family
+        Diagrams.
+    cylinder_set, by_count
+        As of `cylinder_means.value_of_sets`.
+    reduced : callable
+        `np.max` or `np.mean`, over the cylinders.
+    """
+
+    def of_engine(engine: Cylinders) -> Any:
+        factors = engine.pressure_factors
+        each = {factor: peak_with_factor(place, family, factor) for factor in set(factors)}
+        return reduced([each[factor] for factor in factors], axis=0)
+
+    return value_of_sets(cylinder_set, by_count, of_engine)

@@ -9,74 +9,65 @@ import numpy as np
 
 from engine_dyn.forces import balancing
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import DEGREE
 
-__all__ = ["DIRECTIONS", "NEUTRAL", "NODES", "PARAMETERS"]
+__all__ = ["DIRECTIONS", "NODES", "PARAMETERS"]
 
 DIRECTIONS = (0.0, 90.0)
 """Points of `direction` [degree]."""
 
 
-def _parameter(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
-    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
-
-
 PARAMETERS = (
-    _parameter(
+    parameter(
         "cylinder_spacing", "a", "m", "distance of neighbouring throws along the shaft",
         "Power units, lecture 18", low=0.0,
     ),
-    _parameter(
+    parameter(
         "bank_offset", "a_b", "m",
         "how far each bank stands behind the one before along the shaft", "this project",
+        unless_given=0.0,
     ),
-    _parameter(
+    parameter(
         "counterweight_fraction", "c", "1",
         "share of the reciprocating mass that counterweights balance, beside all that rotates",
-        "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True,
+        "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True, unless_given=0.0,
     ),
-    _parameter(
+    parameter(
         "counterweight_mass", "B", "kg",
         "counterweight of each cylinder, opposite to its throw, in proportion to its crank radius",
         "Asgari eq. 12", low=0.0, low_included=True,
     ),
-    _parameter(
+    parameter(
         "counterweight_radius", "b", "m",
         "distance of the counterweights' centre of gravity from the shaft's axis",
         "Asgari eq. 12", low=0.0, needs=("throw",), make=lambda throw: 0.5 * throw,
     ),
-    _parameter(
+    parameter(
         "balance_shaft_mass", "m_{s1}", "kg",
         "balance shaft that turns backwards with the crank's speed", "Asgari eq. 13", low=0.0,
-        low_included=True,
+        low_included=True, unless_given=0.0,
     ),
-    _parameter(
+    parameter(
         "balance_shaft_radius", "R_{s1}", "m",
         "distance of the balance shaft's centre of gravity from its axis", "Asgari eq. 13", low=0.0,
     ),
-    _parameter(
+    parameter(
         "second_shaft_mass", "m_{s2}", "kg",
         "each of the two balance shafts at twice the crank's speed",
-        "Lanchester's balancer; derived here", low=0.0, low_included=True,
+        "Lanchester's balancer; derived here", low=0.0, low_included=True, unless_given=0.0,
     ),
-    _parameter(
+    parameter(
         "second_shaft_radius", "R_{s2}", "m",
         "distance of the second shafts' centre of gravity from their axes, at twice the speed",
         "Lanchester's balancer; derived here", low=0.0,
     ),
-    _parameter(
+    parameter(
         "balance_couple", "(mRd)_{s1}", "kg m2",
         "opposed weights on a shaft that turns backwards with the crank's speed: unbalance times "
-        "distance", "this project", low=0.0, low_included=True,
+        "distance", "this project", low=0.0, low_included=True, unless_given=0.0,
     ),
 )  # fmt: skip
-
-NEUTRAL = (
-    "bank_offset", "counterweight_fraction", "balance_shaft_mass", "second_shaft_mass",
-    "balance_couple",
-)  # fmt: skip
-"""Parameters that are 0 unless given."""
 
 _ENGINE = (
     "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinder_set",

@@ -2,30 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from engine_dyn.quantities.node import Node
+import numpy as np
+
+from engine_dyn.loads.characteristic import load_for_torque
+from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import RPM
 
 __all__ = ["NODES", "PARAMETERS"]
 
 
-def _parameter(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
-    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
+def _load_of_characteristic(
+    *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],
+    **needs: Any,
+) -> Any:  # fmt: skip
+    """Load at which the mean torque, with all that it depends on, is part of the characteristic's.
+
+    NaN where the engine's diagrams do not give that torque, and where there is no torque.
+    """
+
+    def torque_of(load: Any) -> Any:
+        known = {**needs, "load": load}
+
+        def value(name: str) -> Any:
+            if name not in known:
+                node = variant_of(name)
+                assert node.make is not None
+                known[name] = node.make(**{need: value(need) for need in node.needs})
+            return known[name]
+
+        return value("torque_mean")
+
+    arrays = [np.asarray(v) for v in needs.values() if isinstance(v, np.ndarray | float | int)]
+    wanted = np.asarray(characteristic_torque) * characteristic_share
+    wanted = np.broadcast_to(
+        wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
+    )
+    return load_for_torque(torque_of, needs["family"].loads, wanted)
 
 
 PARAMETERS = (
-    _parameter(
+    parameter(
         "rated_power", "N_{max}", "W", "power of the speed characteristic at rated speed",
         "Power units, lecture 18", low=0.0,
     ),
-    _parameter(
+    parameter(
         "rated_speed", "n_{max}", "rpm", "rated speed of the speed characteristic",
         "Power units, lecture 18", low=0.0, si=RPM,
     ),
-    _parameter(
+    parameter(
         "characteristic_share", "s", "1", "share of the characteristic's torque", "this project",
         low=0.0, low_included=True, make=lambda: 1.0,
+    ),
+    parameter(
+        "load", "L", "percent", "engine load that names the indicator diagram",
+        "Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
+        needs=(
+            "characteristic_torque", "characteristic_share", "variant_of", "speed", "family",
+            "cycle", "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale",
+            "bore", "throw", "cylinders", "cylinder_set", "cylinders_by_count", "displacement",
+            "period", "stroke_share", "cycle_known", "mean_piston_speed", "friction_constant",
+            "friction_peak_pressure", "friction_mean_piston_speed",
+            "friction_mean_piston_speed_square", "auxiliary_torque",
+        ),
+        make=_load_of_characteristic,
     ),
 )  # fmt: skip
 

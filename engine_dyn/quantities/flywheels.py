@@ -8,13 +8,9 @@ import numpy as np
 
 from engine_dyn import flywheel
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, parameter
 
-__all__ = ["NODES", "PARAMETERS", "both_statuses"]
-
-
-def _parameter(name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any) -> Node:
-    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
+__all__ = ["NODES", "PARAMETERS"]
 
 
 def _limits() -> tuple[tuple[str, float], ...]:
@@ -28,24 +24,24 @@ def _limits() -> tuple[tuple[str, float], ...]:
 
 
 PARAMETERS = (
-    _parameter(
+    parameter(
         "wanted_delta", r"\delta_w", "1",
         "coefficient of speed fluctuation wanted: the inertia follows from it",
         "Kakaitsas section 3.2.2", low=0.0, high=2.0, named=_limits(),
     ),
-    _parameter(
+    parameter(
         "flywheel_outer_diameter", "D_f", "m", "outer diameter of the flywheel's ring",
         "Asgari eq. 15", low=0.0,
     ),
-    _parameter(
+    parameter(
         "flywheel_inner_diameter", "D_i", "m", "inner diameter of the flywheel's ring",
         "Asgari eq. 17", low=0.0, low_included=True,
     ),
-    _parameter(
+    parameter(
         "flywheel_density", r"\rho", "kg m-3", "density of the flywheel", "handbook values",
         low=0.0, named=tuple(flywheel.DENSITIES.items()),
     ),
-    _parameter(
+    parameter(
         "rim_speed_limit", r"v_{max}", "m s-1", "largest speed of the flywheel's rim",
         "Asgari eq. 14", low=0.0,
         named=tuple((name, high) for name, (_, high) in flywheel.RIM_SPEEDS.items()),
@@ -71,12 +67,6 @@ def _triangle(field: str) -> Any:
 def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
                  field: str) -> Node:  # fmt: skip
     return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
-
-
-def both_statuses(outcome: Any, search_status: Any) -> Any:
-    """Status of the search where it failed, else that of the periodic speed."""
-    failed = np.isin(search_status, (1, 2, 3, 4, 5))
-    return np.where(failed, search_status, outcome).astype(np.int8)
 
 
 NODES = (

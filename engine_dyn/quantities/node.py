@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Dimension", "Node", "hidden"]
+from engine_dyn.quantities.variants import check_words
+
+__all__ = ["Dimension", "Node", "hidden", "parameter"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,9 @@ class Node:
     adds : tuple of str
         Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
     make : callable, optional
-        Computes the node from its needs, in SI units, broadcasting.
+        Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
+        needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
+        used), `threads` and `progress`, and returns a dict.
     si : float
         SI value of one file unit.
     kind : str
@@ -55,13 +59,16 @@ class Node:
     gives : tuple of str
         Results of a stage.
     when : str
-        Words of the scene for which this variant of a name holds (its closure, "centred" or
-        "offset", "equal" or "unequal" cylinders): all of them; empty: any.
+        Words of `engine_dyn.quantities.variants`: this variant of the name holds for scenes that
+        have all of them; empty: for any scene.
     can_fail : bool
         The stage writes `status`.
     low, high : float
         Range of a parameter in file units; `low_included`, `high_included` say whether its ends
         belong to it; `whole` that only whole numbers do.
+    unless_given : float, optional
+        Value of a parameter in file units where neither scene nor engine gives it. It may lie
+        outside the range and then says that there is none (`passes` = 0: until the cycle closes).
     public : bool
         Whether scenes may ask for it.
     named : tuple of (str, float)
@@ -70,6 +77,11 @@ class Node:
         The places of the engine's throws must be known.
     width : int
         Bytes of one value, with what `make` keeps beside it, for the size of blocks.
+
+    Raises
+    ------
+    ValueError
+        For a word in `when` that no scene can have.
     """
 
     name: str
@@ -90,10 +102,21 @@ class Node:
     low_included: bool = False
     high_included: bool = False
     whole: bool = False
+    unless_given: float | None = None
     public: bool = True
     named: tuple[tuple[str, float], ...] = ()
     throws: bool = False
     width: int = 8
+
+    def __post_init__(self) -> None:
+        check_words(self.name, self.when)
+
+
+def parameter(
+    name: str, symbol: str, unit: str, long_name: str, source: str, **more: Any
+) -> Node:  # fmt: skip
+    """Return a key of scenes and engine files."""
+    return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
 
 
 def hidden(

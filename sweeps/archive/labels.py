@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, load_coefficient_unit, select
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, select
+from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance

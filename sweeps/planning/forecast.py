@@ -9,7 +9,8 @@ import numpy as np
 import psutil
 
 from engine_dyn.loads.driven_machine import repeats_of
-from engine_dyn.quantities.graph import DIMENSIONS, NO_STROKE_FRICTION, QUANTITIES
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION
+from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.plan import Plan, Stage

@@ -21,18 +21,18 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.pressure.diagram import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import (
     ALONG_SHAFT,
     CONSTANTS,
-    DEFAULTS,
     DIMENSIONS,
-    NEUTRAL,
-    NO_STROKE_FRICTION,
     PARAMETERS,
-    SOLVER_COLUMNS,
+    UNLESS_GIVEN,
+    Variants,
     select,
 )
 from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.types import Floats, Integers
 from sweeps.errors import SceneError, size_text
@@ -312,10 +312,7 @@ def _given(scene: Scene) -> dict[str, Value]:
     if "motor_of_slip" in scene.words:
         engine.pop("motor_synchronous_speed", None)
     given = {
-        "passes": Value(np.float64(0)),
-        "start_speed": Value(np.float64(0)),
-        "start_angle": Value(np.float64(-180.0)),
-        **{key: Value(np.float64(number)) for key, number in {**NEUTRAL, **DEFAULTS}.items()},
+        **{key: Value(np.float64(number)) for key, number in UNLESS_GIVEN.items()},
         **engine,
         **mine,
     }
@@ -356,7 +353,7 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
         "characteristic": scene.characteristic,
-        "words": scene.words,
+        "variant_of": Variants(scene.words),
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:

@@ -32,7 +32,8 @@ from engine_dyn.pressure.diagram import (
     family_from_diagrams,
 )
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
-from engine_dyn.quantities.graph import CYCLE_KEYS, INERTIA_PARTS, PARAMETERS
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.catalogue import ENGINES

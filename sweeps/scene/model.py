@@ -34,23 +34,24 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.motored import motored
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import (
     ALONG_SHAFT,
     CONSTANTS,
-    CYCLE_KEYS,
-    DEFAULTS,
     DIMENSIONS,
-    INERTIA_PARTS,
-    MOTOR_KEYS,
-    NEUTRAL,
-    NO_STROKE_FRICTION,
     PARAMETERS,
     QUANTITIES,
-    SOLVER_COLUMNS,
-    STROKE_SHARES,
+    UNLESS_GIVEN,
     select,
 )
 from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import (
+    CYCLE_KEYS,
+    INERTIA_PARTS,
+    MOTOR_KEYS,
+    SOLVER_COLUMNS,
+    STROKE_SHARES,
+)
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from engine_dyn.types import Floats
 from engine_dyn.units import RPM
@@ -305,7 +306,7 @@ class Scene:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What selects variants of quantities: see `engine_dyn.quantities.graph.Node.when`."""
+        """What selects variants of quantities: see `engine_dyn.quantities.variants`."""
         centred = not (self._has("pin_offset") or self._has("crank_offset"))
         engines = self.described
         varied = {OF_CYLINDER[key].what for key in self.cylinder_keys}
@@ -387,9 +388,10 @@ class Scene:
 
     @property
     def _inertia_words(self) -> tuple[str, ...]:
-        if self.inertia_follows:
-            return ("wanted_delta",)
-        return "given_inertia", "inertia_in_parts" if self._inertia_in_parts else "inertia_whole"
+        return (
+            "wanted_delta" if self.inertia_follows else "given_inertia",
+            "inertia_in_parts" if self._inertia_in_parts else "inertia_whole",
+        )
 
     @property
     def _inertia_in_parts(self) -> bool:
@@ -1107,7 +1109,7 @@ def _check_needs(scene: Scene, name: str) -> None:
     if scene.characteristic is not None:
         given.discard("load")
     # What `sweeps.planning.plan` takes as known, as long as nothing is given.
-    given |= {*NEUTRAL, *DEFAULTS}
+    given |= set(UNLESS_GIVEN)
     given |= {"offset_ratio"} if "centred" in scene.words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in scene.words else set()
     given |= {"stroke_share"} if "equal_throws" in scene.words else set()
@@ -1348,7 +1350,7 @@ def _check_driven(scene: Scene, name: str) -> None:
         low, high = curve.low / RPM, curve.high / RPM
         gears = np.ones(1)
         if curve.own_speed:
-            own_gear = engine.values.get("gear_ratio", NEUTRAL["gear_ratio"])
+            own_gear = engine.values.get("gear_ratio", UNLESS_GIVEN["gear_ratio"])
             of_gear, gears = _places(scene, "gear_ratio") or ("", np.array([own_gear]))
             if not of_gear == table == "designs":  # not column by column: all with all
                 speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
@@ -1362,7 +1364,7 @@ def _check_driven(scene: Scene, name: str) -> None:
             )
     if driven.over_angle is not None:
         given = _places(scene, "gear_ratio")
-        own = engine.values.get("gear_ratio", NEUTRAL["gear_ratio"])
+        own = engine.values.get("gear_ratio", UNLESS_GIVEN["gear_ratio"])
         ratios = np.array([own]) if given is None else given[1]
         try:
             repeats_of(driven.over_angle, ratios, engine.period)

@@ -11,8 +11,9 @@ import math
 from typing import Any
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from sweeps.checks import allowed
 from sweeps.reading.cylinder_keys import KEYS, ArrangementTable
 from sweeps.reading.load_tables import KEYS as TABLE_KEYS

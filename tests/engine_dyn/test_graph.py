@@ -2,27 +2,99 @@
 
 from __future__ import annotations
 
+import inspect
+import itertools
+import re
+
 import cf_units
 import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.quantities.graph import (
-    CYCLE_KEYS,
-    DIMENSIONS,
-    NODES,
-    PARAMETERS,
-    QUANTITIES,
-    check_graph,
-)
+from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES, select
+from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from tests.support import NOT_OF_AN_ENGINE
 
 pytestmark = pytest.mark.compiled
 
+ALL = [node for variants in NODES.values() for node in variants]
 
-def test_needs_exist_and_arguments_are_needs() -> None:
-    check_graph()
+
+def test_needs_exist() -> None:
+    assert [(node.name, need) for node in ALL for need in node.needs if need not in NODES] == []
+
+
+def test_whoever_needs_the_cylinders_needs_to_know_which() -> None:
+    for node in ALL:
+        if "cylinders_by_count" in node.needs:
+            assert "cylinder_set" in node.needs, node.name
+
+
+def test_arguments_are_needs() -> None:
+    for node in ALL:
+        if node.make is None:
+            continue
+        arguments = inspect.signature(node.make).parameters.values()
+        named = {a.name for a in arguments if a.kind in (a.POSITIONAL_OR_KEYWORD, a.KEYWORD_ONLY)}
+        if any(a.kind is a.VAR_KEYWORD for a in arguments):
+            assert named <= set(node.needs), node.name
+        else:
+            assert named == set(node.needs), node.name
+
+
+def test_there_is_no_cycle() -> None:
+    done: set[str] = set()
+
+    def visit(name: str, path: tuple[str, ...]) -> None:
+        assert name not in path, " -> ".join((*path, name))
+        if name not in done:
+            for need in {need for node in NODES[name] for need in node.needs}:
+                visit(need, (*path, name))
+            done.add(name)
+
+    for name in NODES:
+        visit(name, ())
+
+
+def test_words_stand_in_one_group_and_select_something() -> None:
+    assert len(WORDS) == sum(len(group) for group in ALTERNATIVES)
+    assert {word for node in ALL for word in node.when.split()} == set(WORDS)
+
+
+def test_a_word_that_does_not_exist_is_refused() -> None:
+    message = "node 'imep': when = 'equal centered': 'centered' is no word of "
+    message += "engine_dyn.quantities.variants; did you mean 'centred'?"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        Node("imep", "p_i", "bar", "indicated mean effective pressure", when="equal centered")
+
+
+NO_SCENES = (
+    {"power_law", "with_driver"}, {"motor", "no_driver"}, {"equal", "unequal_throws"},
+)  # fmt: skip
+"""Words that no scene has together."""
+
+ONLY_THEN = {
+    "diagram_scale": {"characteristic"}, "inertia_beyond_gear": set(),
+    "shape_at_nominal": {"table", "motor"},
+}  # fmt: skip
+"""Names that nothing needs unless a scene has one of these words."""
+
+
+@pytest.mark.parametrize("name", [name for name in NODES if any(n.when for n in NODES[name])])
+def test_words_of_a_scene_select_one_variant(name: str) -> None:
+    used = {word for node in NODES[name] for word in node.when.split()}
+    groups = [group for group in ALTERNATIVES if not used.isdisjoint(group)]
+    for words in itertools.product(*groups):
+        if any(pair <= set(words) for pair in NO_SCENES):
+            continue
+        if name in ONLY_THEN and ONLY_THEN[name].isdisjoint(words):
+            continue
+        found = [node for node in NODES[name] if set(node.when.split()) <= set(words)]
+        assert len(found) == 1, words
+        assert select(name, *words) is found[0]
 
 
 def test_every_unit_is_read_by_udunits() -> None:

@@ -13,7 +13,8 @@ import pytest
 from engine_dyn.engine import FOUR_STROKE
 from engine_dyn.pressure.diagram import TWO_STROKE
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES, SOLVER_COLUMNS
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from sweeps.errors import SceneError
 from sweeps.reading.engine_files import catalogue, load_engine, read_indicator
 from sweeps.scene.model import read_scene

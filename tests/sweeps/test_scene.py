@@ -13,11 +13,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
-from engine_dyn.quantities.graph import (
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.parameters import (
     CYCLE_KEYS,
     MOTOR_KEYS,
-    PARAMETERS,
-    QUANTITIES,
     SOLVER_COLUMNS,
     STROKE_SHARES,
 )

@@ -8,9 +8,10 @@ from unittest.mock import patch
 import pytest
 
 import sweeps
+from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.scene.model import read_scene
+from sweeps.scene.model import built_in_scenes, read_scene
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -110,3 +111,39 @@ def test_throws_are_needed_along_the_shaft() -> None:
              "output": {"quantities": ["torque_after_throw"]}}  # fmt: skip
     with pytest.raises(sweeps.SceneError, match=r"9"):
         sweeps.run(scene)
+
+
+VARIED: tuple[dict[str, Any], ...] = (
+    {"set": {"pin_offset": 0.001, "misfire": 1, "auxiliary_torque": 1.0}},
+    {"set": {"cylinders": 2, "radius_factor_2": 0.9, "friction_boundary": 0.5,
+             "ring_pressure": 1.0}},
+    {"set": {"load_inertia": 1.0, "gear_ratio": 2.0, "counterweight_mass": 1.0,
+             "balance_shaft_mass": 1.0, "second_shaft_mass": 1.0}},
+    {"set": {"wanted_delta": 0.01}, "solver": {"closure": "cycle_time"}},
+    {"engine": "compressor_79x83"},
+    {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
+    {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
+)  # fmt: skip
+"""Scenes that have, together with the built-in ones, most words that select variants."""
+
+ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles"}
+"""Words of scenes with files or engines of their own: `test_driven`, `test_modelled`."""
+
+
+@pytest.mark.parametrize("scene", [*built_in_scenes(), *VARIED], ids=str)
+def test_a_scene_has_one_word_of_each_group(scene: Any) -> None:
+    words = read_scene(_complete(scene)).words
+    assert len(words) == len(ALTERNATIVES)
+    for group in ALTERNATIVES:
+        assert len(group.keys() & set(words)) == 1, group
+
+
+def test_scenes_have_every_word() -> None:
+    scenes = [read_scene(_complete(scene)) for scene in (*built_in_scenes(), *VARIED)]
+    assert {word for scene in scenes for word in scene.words} | ELSEWHERE == set(WORDS)
+
+
+def _complete(scene: Any) -> Any:
+    if isinstance(scene, str):
+        return scene
+    return {"engine": "ntua", "output": {"quantities": ["imep"]}, **scene}

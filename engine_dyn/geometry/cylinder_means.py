@@ -1,0 +1,118 @@
+"""Means over the cylinders of an engine, for designs whose cylinders differ.
+
+Designs name their cylinders by a number, the key of `CylindersByCount`; each function computes once
+for each of these numbers, and once for cylinders of an engine that are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.masses import mean_square_velocity
+
+__all__ = [
+    "engine_inertia_of_cylinders",
+    "mean_factor",
+    "mean_of_cylinders",
+    "mean_stroke_ratio",
+    "value_of_sets",
+]
+
+
+def value_of_sets(
+    cylinder_set: Any, by_count: CylindersByCount, of_engine: Callable[[Cylinders], Any]
+) -> Any:
+    """Take a value for the cylinders of each design.
+
+    Parameters
+    ----------
+    cylinder_set : array_like of int
+        Keys of `by_count`.
+    by_count : mapping
+        Cylinders of each key.
+    of_engine : callable
+        The value of one set of cylinders; an array broadcasts with `cylinder_set`.
+
+    Returns
+    -------
+    ndarray
+        In the shape that `cylinder_set` and the values broadcast to.
+    """
+    counts = np.asarray(cylinder_set)
+    total: Any = np.nan
+    for count in np.unique(counts):
+        total = np.where(counts == count, of_engine(by_count[int(count)]), total)
+    return total
+
+
+def mean_of_cylinders(
+    cylinder_set: Any, by_count: CylindersByCount, of_one: Callable[[Member], Any]
+) -> Any:
+    """Mean of a value that does not depend on a cylinder's phase, over the cylinders of a design.
+
+    Parameters as of `value_of_sets`; `of_one` is the value of one cylinder.
+    """
+
+    def of_engine(engine: Cylinders) -> Any:
+        members = [member._replace(phase=0.0) for member in engine.members]
+        each = {member: of_one(member) for member in set(members)}
+        return sum(each[member] for member in members) / len(members)
+
+    return value_of_sets(cylinder_set, by_count, of_engine)
+
+
+def mean_factor(name: str, cylinder_set: Any, by_count: CylindersByCount) -> Any:
+    """Mean of a factor of the cylinders [1]: `pressure`, `mass` or `radius`."""
+    return value_of_sets(
+        cylinder_set, by_count, lambda engine: np.mean(getattr(engine, f"{name}_factors"))
+    )
+
+
+def mean_stroke_ratio(
+    crank_ratio: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount
+) -> Any:
+    """Mean stroke of the cylinders over that of the engine's own throw [1].
+
+    Parameters
+    ----------
+    crank_ratio, offset : array_like
+        The engine's crank radius over rod length, and offset of the pin's line over crank radius.
+    cylinder_set, by_count
+        As of `value_of_sets`.
+    """
+
+    def of_one(member: Member) -> Any:
+        own = slider_crank.dead_centres(*member.own(crank_ratio, offset)).stroke
+        return member.radius_factor * own
+
+    mean = mean_of_cylinders(cylinder_set, by_count, of_one)
+    return mean / slider_crank.dead_centres(crank_ratio, offset).stroke
+
+
+def engine_inertia_of_cylinders(
+    reciprocating_mass: Any, rotating_mass: Any, crank_radius: Any, crank_ratio: Any,
+    cylinders: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount,
+) -> Any:  # fmt: skip
+    """Cycle mean of the running gear's inertia [kg m2] where masses or crank radii differ.
+
+    Z r^2 (m mean(f_m f_r^2 v^2) + m_r mean(f_r^2)), with the reduced velocity v of each cylinder
+    and its factors f_m on the mass and f_r on the crank radius: `masses.engine_inertia` with means
+    over the cylinders. Kakaitsas (2015), eq. 3.2, without the auxiliaries.
+    """
+
+    def of_one(member: Member) -> Any:
+        factor = member.mass_factor * member.radius_factor**2
+        return factor * mean_square_velocity(*member.own(crank_ratio, offset))
+
+    reciprocating = mean_of_cylinders(cylinder_set, by_count, of_one)
+    rotating = value_of_sets(
+        cylinder_set, by_count, lambda engine: np.mean(np.square(engine.radius_factors))
+    )
+    return cylinders * crank_radius**2 * (
+        reciprocating_mass * reciprocating + rotating_mass * rotating
+    )  # fmt: skip

@@ -1,0 +1,43 @@
+"""Arithmetic that quantities share where plain operators would not do."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+__all__ = ["balance_of", "power", "product", "quotient"]
+
+ROUNDING = 1e-13
+"""Difference of two numbers, over the second, up to which it is rounding."""
+
+
+def balance_of(plus: Any, minus: Any) -> Any:
+    """Difference of two torques or pressures; what is only rounding is 0 (the engine idles)."""
+    plus, minus = np.asarray(plus), np.asarray(minus)
+    difference = plus - minus
+    return np.where(np.abs(difference) <= ROUNDING * np.abs(minus), 0.0, difference)
+
+
+def quotient(numerator: Any, denominator: Any) -> Any:
+    """Quotient; NaN where the denominator is 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
+
+
+def power(base: Any, exponent: Any) -> Any:
+    """Power whose bits do not depend on how designs are cut into blocks.
+
+    Along a loop with one exponent, NumPy squares where that is 2, and calls `pow` elsewhere: the
+    last digit would depend on the shape of the arrays.
+    """
+    result = base**exponent
+    if np.ndim(exponent) == 0 or not np.any(exponent == 2.0):
+        return result
+    return np.where(exponent == 2.0, np.square(base), result)
+
+
+def product(**factors: Any) -> Any:
+    """Product of all needs of a node."""
+    return math.prod(factors.values())

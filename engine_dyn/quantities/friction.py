@@ -1,0 +1,112 @@
+"""Nodes of the friction: mean effective pressure, mean torque, torque over the crank angle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine_dyn.forces import torque
+from engine_dyn.loads import friction
+from engine_dyn.quantities.arithmetic import product
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import BAR
+
+__all__ = ["NODES", "NO_STROKE_FRICTION", "stroke_friction"]
+
+NO_STROKE_FRICTION = (
+    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
+    "ring_pressure",
+)  # fmt: skip
+"""Nodes that are 0 where all of `parameters.STROKE_SHARES` are."""
+
+_RUBBING = (
+    "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+    "friction_mean_piston_speed_square", "mean_piston_speed",
+)  # fmt: skip
+
+
+def _rubbing(
+    peak: Any, *, friction_constant: Any, friction_peak_pressure: Any,
+    friction_mean_piston_speed: Any, friction_mean_piston_speed_square: Any,
+    mean_piston_speed: Any,
+) -> Any:  # fmt: skip
+    return friction.friction_mean_effective_pressure(
+        friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak,
+        mean_piston_speed, friction_mean_piston_speed_square,
+    )  # fmt: skip
+
+
+def stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
+    """Take the friction over the stroke out of the needs of a curve."""
+    return friction.StrokeFriction._make(needs.pop(name) for name in NO_STROKE_FRICTION)
+
+
+def _friction_over_stroke(*, crank_angle: Any, throw: Any, cylinder_set: Any, **needs: Any) -> Any:
+    shape = stroke_friction(needs)
+    return torque.friction_over_stroke(
+        crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
+        needs["crankcase_pressure"], needs["bore"], throw, needs["friction_torque"], shape,
+        cylinder_set, needs["period"], needs["offset_ratio"], needs["cylinders_by_count"],
+    )  # fmt: skip
+
+
+NODES: tuple[Node, ...] = (
+    Node(
+        "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",
+        public=False, when="equal", needs=(*_RUBBING, "peak_pressure"),
+        make=lambda peak_pressure, **needs: _rubbing(peak_pressure, **needs),
+    ),
+    Node(
+        "rubbing", "", "Pa",
+        "friction mean effective pressure without the auxiliaries, the mean of the cylinders",
+        public=False, when="unequal", needs=(*_RUBBING, "mean_peak_pressure"),
+        make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
+    ),
+    Node(
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
+        when="bare", needs=("rubbing",), make=lambda rubbing: rubbing,
+    ),
+    Node(
+        "fmep", "p_{fr}", "bar", "friction mean effective pressure, with the auxiliaries",
+        "Kakaitsas eq. 3.9", si=BAR, when="auxiliaries",
+        needs=("rubbing", "auxiliary_torque", "displacement", "period"),
+        make=lambda rubbing, auxiliary_torque, displacement, period: rubbing
+        + auxiliary_torque * period / displacement,
+    ),
+    Node(
+        "friction_torque", "M_{fr}", "N m", "mean friction torque, positive, subtracted",
+        "Kakaitsas eq. 3.8", needs=("fmep", "displacement", "period"),
+        make=lambda fmep, displacement, period: friction.friction_torque(
+            fmep, displacement, period
+        ),
+    ),
+    Node(
+        "friction_level", "", "Pa",
+        "mean friction torque of a cylinder over piston area and crank radius", public=False,
+        needs=("rubbing", "stroke", "stroke_share", "throw", "period"),
+        make=lambda rubbing, stroke, stroke_share, throw, period: rubbing * 2.0 * stroke
+        * stroke_share / (throw * period),
+    ),
+    *(
+        Node(
+            f"{part}_friction", "", "Pa", f"level of the {part} part of the friction", public=False,
+            needs=(f"friction_{part}", "friction_level"), make=product,
+        )
+        for part in ("boundary", "mixed", "hydrodynamic", "skirt")
+    ),
+    Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted", "Kakaitsas eq. 3.8",
+        kind="curve", when="uniform_friction", needs=("friction_torque", "crank_angle"),
+        make=lambda friction_torque, crank_angle: friction_torque + 0.0 * crank_angle,
+    ),
+    Node(
+        "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",
+        "friction torque over crank angle, positive, subtracted",
+        "after Rezeka and Henein, SAE 840179",
+        kind="curve", when="stroke_friction",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",
+               "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+        make=_friction_over_stroke,
+    ),
+)  # fmt: skip

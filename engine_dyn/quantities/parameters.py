@@ -1,0 +1,305 @@
+"""The keys of scenes and of engine files that belong to no single subject, as plain data.
+
+Keys of one subject alone stand beside its quantities: `single_cylinders`, `balance`, `flywheels`,
+`characteristics`.
+"""
+
+from __future__ import annotations
+
+from engine_dyn.geometry import arrangement, masses, slider_crank
+from engine_dyn.loads import driven_machine
+from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.units import BAR, DEGREE, RPM
+
+__all__ = [
+    "CYCLE_KEYS",
+    "INERTIA_PARTS",
+    "MOTOR_KEYS",
+    "PARAMETERS",
+    "SOLVER_COLUMNS",
+    "STROKE_SHARES",
+]
+
+PARAMETERS: tuple[Node, ...] = (
+    parameter(
+        "reciprocating_mass", "m", "kg", "reciprocating mass per cylinder",
+        source="Kakaitsas eq. 2.10", low=0.0, low_included=True,
+        needs=("piston_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda piston_mass, rod_mass, rod_centre_of_gravity, rod: masses.reciprocating_mass(
+            piston_mass, rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="wanted_delta", needs=("inertia_required",),
+        make=lambda inertia_required: inertia_required,
+    ),
+    parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_in_parts",
+        needs=("engine_inertia", "auxiliary_inertia", "flywheel_inertia", "inertia_beyond_gear"),
+        make=lambda engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear:
+        masses.inertia_of_parts(
+            engine_inertia, auxiliary_inertia, flywheel_inertia, inertia_beyond_gear
+        ),
+    ),
+    parameter(
+        "inertia", r"\Theta", "kg m2", "moment of inertia of the whole engine with its load",
+        source="Kakaitsas section 3.2", low=0.0, when="given_inertia inertia_whole",
+    ),
+    parameter(
+        "auxiliary_inertia", r"\Theta_{aux}", "kg m2",
+        "moment of inertia of the auxiliaries, at the crank", low=0.0, low_included=True,
+        source="Kakaitsas eq. 3.2", unless_given=0.0,
+    ),
+    parameter(
+        "flywheel_inertia", r"\Theta_{fly}", "kg m2", "moment of inertia of the flywheel",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.2", unless_given=0.0,
+    ),
+    parameter(
+        "load_inertia", r"\Theta_L", "kg m2", "moment of inertia of the load at its own shaft",
+        low=0.0, low_included=True, source="Kakaitsas eq. 3.1", unless_given=0.0,
+    ),
+    parameter(
+        "gear_ratio", "i", "1", "speed of the load's shaft over that of the crank", low=0.0,
+        high=100.0, high_included=True, source="Kakaitsas eq. 3.1", unless_given=1.0,
+    ),
+    parameter(
+        "load_phase", r"\theta_0", "degree",
+        "angle of a load over angle at firing dead centre of cylinder 1", si=DEGREE, low=-720.0,
+        high=720.0, low_included=True, high_included=True, source="this project", unless_given=0.0,
+    ),
+    parameter(
+        "load_table_factor", "f_L", "1", "factor on a load over angle", low=0.0, low_included=True,
+        source="this project", unless_given=1.0,
+    ),
+    parameter(
+        "motor_gear_ratio", "i_m", "1",
+        "driving motor: speed of its shaft over that of the crank", low=0.0, high=100.0,
+        high_included=True, source="this project", unless_given=1.0,
+    ),
+    parameter(
+        "motor_synchronous_speed", "n_s", "rpm",
+        "driving motor: synchronous speed, at its own shaft", si=RPM, low=0.0,
+        source="Kloss's formula", when="motor_of_slip",
+        needs=("speed", "motor_slip", "motor_gear_ratio"), make=driven_machine.synchronous_speed,
+    ),
+    parameter(
+        "motor_synchronous_speed", "n_s", "rpm",
+        "driving motor: synchronous speed, at its own shaft", si=RPM, low=0.0,
+        source="Kloss's formula", when="motor_of_speed",
+    ),
+    parameter(
+        "motor_slip", "s_n", "1",
+        "driving motor: slip at nominal speed, for a gear or supply that follows that speed",
+        low=0.0, high=1.0, source="Kloss's formula",
+    ),
+    parameter(
+        "motor_breakdown_slip", "s_b", "1", "driving motor: slip at the largest torque", low=0.0,
+        high=10.0, source="Kloss's formula",
+    ),
+    parameter(
+        "motor_breakdown_torque", "M_b", "N m", "driving motor: largest torque, at its own shaft",
+        low=0.0, source="Kloss's formula",
+    ),
+    parameter(
+        "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="offset",
+        needs=("rod_length", "stroke", "pin_line"),
+        make=lambda rod_length, stroke, pin_line: slider_crank.crank_radius(
+            stroke, rod_length, pin_line
+        ) / rod_length,
+    ),
+    parameter(
+        "crank_ratio", r"\lambda", "1", "crank ratio, crank radius over rod length",
+        source="Kakaitsas eq. 1.3", low=0.0, high=1.0, when="centred",
+        needs=("rod_length", "stroke"),
+        make=lambda rod_length, stroke: 0.5 * stroke / rod_length,
+    ),
+    parameter(
+        "rod_length", "l", "m", "connecting rod length between centres", low=0.0,
+        source="Kakaitsas table 4.1",
+    ),
+    parameter("bore", "D", "m", "cylinder bore", low=0.0, source="Kakaitsas table 4.1"),
+    parameter("stroke", "s", "m", "piston stroke", low=0.0, source="Kakaitsas table 4.1"),
+    parameter(
+        "pin_offset", "e_p", "m",
+        "offset of the piston pin from the cylinder's axis, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank", unless_given=0.0,
+    ),
+    parameter(
+        "crank_offset", "e_c", "m",
+        "offset of the cylinder's axis from the crank's, positive where the crank pin goes down",
+        source="Norton, Design of Machinery: offset slider-crank", unless_given=0.0,
+    ),
+    parameter(
+        "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
+    ),
+    parameter(
+        "load", "L", "percent", "engine load that names the indicator diagram",
+        source="Kakaitsas section 5.2.5", low=0.0, low_included=True, when="given_load",
+    ),
+    parameter(
+        "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
+        high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
+    ),
+    parameter(
+        "misfire", "i_0", "1", "number of the cylinder that does not burn, 0: none", whole=True,
+        low=0.0, low_included=True, high=float(arrangement.MOST_CYLINDERS), high_included=True,
+        source="this project", unless_given=0.0,
+    ),
+    parameter(
+        "load_exponent", r"\alpha", "1", "exponent of the load torque over speed", low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.4",
+    ),
+    parameter(
+        "load_offset", "a", "N m", "load torque that does not depend on speed",
+        source="Kakaitsas eq. 3.4",
+    ),
+    parameter(
+        "crankcase_pressure", "p_c", "bar", "absolute pressure under the piston", si=BAR, low=0.0,
+        low_included=True, source="Kakaitsas section 2.1",
+    ),
+    parameter(
+        "piston_mass", r"m_\epsilon", "kg", "piston with pin and rings", low=0.0,
+        low_included=True, source="Kakaitsas table 4.1",
+    ),
+    parameter(
+        "rod_mass", r"m_\delta", "kg", "connecting rod mass", low=0.0, low_included=True,
+        source="Kakaitsas table 4.1",
+    ),
+    parameter(
+        "rod_centre_of_gravity", "l_{cg}", "m",
+        "distance of the rod's centre of gravity from the big end", low=0.0, low_included=True,
+        source="Kakaitsas table 4.1",
+    ),
+    parameter(
+        "rod_inertia", r"\theta_\delta", "kg m2",
+        "moment of inertia of the rod about its centre of gravity; unless given, that of its two "
+        "masses",
+        low=0.0, source="Rakopoulos notes, third condition", needs=("two_mass_rod_inertia",),
+        make=lambda two_mass_rod_inertia: two_mass_rod_inertia,
+    ),
+    parameter(
+        "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
+        low_included=True, source="Kakaitsas eq. 2.15",
+    ),
+    parameter(
+        "friction_constant", "a_2", "bar", "constant part of the friction mean effective pressure",
+        si=BAR, low=0.0, low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    parameter(
+        "friction_peak_pressure", "b_2", "1",
+        "share of the peak pressure in the friction mean effective pressure", low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    parameter(
+        "friction_mean_piston_speed", "c_2", "bar s m-1",
+        "friction mean effective pressure per mean piston speed", si=BAR, low=0.0,
+        low_included=True, source="Kakaitsas eq. 3.9",
+    ),
+    parameter(
+        "friction_mean_piston_speed_square", "d_2", "bar s2 m-2",
+        "friction mean effective pressure per square of the mean piston speed", si=BAR, low=0.0,
+        low_included=True, source="Chen and Flynn, SAE 650733", unless_given=0.0,
+    ),
+    parameter(
+        "friction_boundary", "f_b", "1",
+        "share of the friction over the stroke with a constant coefficient", low=0.0,
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
+    ),
+    parameter(
+        "friction_mixed", "f_m", "1",
+        "share of the friction over the stroke whose coefficient falls as the piston moves",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
+    ),
+    parameter(
+        "friction_hydrodynamic", "f_h", "1",
+        "share of the friction over the stroke that grows with the root of speed times pressure",
+        low=0.0, low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
+    ),
+    parameter(
+        "friction_skirt", "f_s", "1",
+        "share of the friction over the stroke that grows with the piston's speed", low=0.0,
+        low_included=True, high=1.0, high_included=True,
+        source="after Rezeka and Henein, SAE 840179", unless_given=0.0,
+    ),
+    parameter(
+        "ring_pressure", "p_r", "bar",
+        "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
+        high=100.0, source="after Rezeka and Henein, SAE 840179",
+    ),
+    parameter(
+        "auxiliary_torque", "M_{aux}", "N m",
+        "torque of the auxiliaries at the crankshaft, part of the friction", low=0.0,
+        low_included=True, source="this project", unless_given=0.0,
+    ),
+    parameter(
+        "compression_ratio", r"\varepsilon", "1",
+        "modelled cycle: largest over smallest cylinder volume", low=1.5, high=40.0,
+        source="Heywood (1988), ch. 2",
+    ),
+    parameter(
+        "intake_pressure", "p_i", "bar",
+        "modelled cycle: absolute pressure of intake manifold or scavenge air", si=BAR, low=0.0,
+        high=20.0, source="Heywood (1988), ch. 6",
+    ),
+    parameter(
+        "heat", "q", "bar", "modelled cycle: heat released per cycle over the swept volume",
+        si=BAR, low=0.0, low_included=True, high=200.0, high_included=True,
+        source="Heywood (1988), ch. 9",
+    ),
+    parameter(
+        "combustion_start", r"\varphi_b", "degree", "modelled cycle: start of the combustion",
+        si=DEGREE, low=-90.0, high=90.0, source="Heywood (1988), eq. 9.30",
+    ),
+    parameter(
+        "combustion_duration", r"\Delta\varphi_b", "degree",
+        "modelled cycle: duration of the combustion", si=DEGREE, low=2.0, high=270.0,
+        source="Heywood (1988), eq. 9.30",
+    ),
+    parameter(
+        "truncation", r"\nu_{max}", "1",
+        "highest order kept, an even number, of the shortened series of the piston's motion",
+        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        source="Mosakowski eqs. 13, 18", unless_given=2.0,
+    ),
+    parameter(
+        "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
+        low_included=True, source="Kakaitsas section 4.2", unless_given=0.0,
+    ),
+    parameter(
+        "start_speed", r"\omega_1", "rad s-1", "crank speed to march from (thesis and picard)",
+        low=0.0, source="Kakaitsas section 4.2", unless_given=0.0,
+    ),
+    parameter(
+        "start_angle", r"\varphi_1", "degree", "crank angle to march from (thesis and picard)",
+        si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
+        source="Kakaitsas section 4.2", unless_given=-180.0,
+    ),
+)  # fmt: skip
+
+CYCLE_KEYS = (
+    "compression_ratio", "intake_pressure", "heat", "combustion_start", "combustion_duration",
+)  # fmt: skip
+"""Parameters of a modelled cycle that a scene may replace in the engine's diagrams."""
+
+INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
+"""Any of them given, the inertia is that of the engine's running gear and these parts."""
+
+MOTOR_KEYS = (
+    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
+    "motor_gear_ratio",
+)  # fmt: skip
+"""Any of them given, an induction motor drives."""
+
+STROKE_SHARES = (
+    "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
+)  # fmt: skip
+"""Parameters that spread the friction over the stroke."""
+
+SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
+"""Parameters of the marching methods, given in [solver] or as columns of [designs]."""

@@ -1,0 +1,181 @@
+"""Nodes of the cylinder pressure: the diagram of a design, its peak, and mean pressures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import torque
+from engine_dyn.geometry.cylinder_means import mean_factor
+from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.motored import peak_of_cylinders
+from engine_dyn.quantities.arithmetic import balance_of, quotient
+from engine_dyn.quantities.node import Node
+from engine_dyn.units import BAR, RPM
+
+__all__ = ["NODES"]
+
+
+def _known(load: Any, family: Any) -> Any:
+    """Loads to look up: the first where there is none, whose pressure scale is NaN."""
+    return np.where(np.isnan(load), family.loads[0], load)
+
+
+def _place(load: Any, family: Family) -> Any:
+    row, weight = family.locate(_known(load, family))
+    return row + weight
+
+
+def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
+    return family.place(_known(load, family), speed)
+
+
+def _scale(speed: Any, scale_table: Any) -> Any:
+    return np.interp(np.asarray(speed) / RPM, *scale_table)
+
+
+def _scales(name: str, when: str) -> tuple[Node, Node]:
+    """Factor on the diagram at this speed, for given cycles and for those of the scene."""
+    return (
+        Node(
+            name, "", "1", "factor on the diagram at this speed", public=False,
+            needs=("speed", "scale_table"), make=_scale, when=f"given_cycles {when}",
+            source="diesel_105x137: curve times peak pressure over speed",
+        ),
+        Node(
+            name, "", "1",
+            "factor on the diagram at this speed, NaN where the parameters are no cycle",
+            public=False, needs=("speed", "scale_table", "cycle_known"), when=f"own_cycles {when}",
+            make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
+        ),
+    )  # fmt: skip
+
+
+def _mean_gas_of_equal_throws(
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any,
+    sharing: tuple[int, int],
+) -> Any:  # fmt: skip
+    # Kernels are imported where they are called: importing the graph compiles and loads none.
+    from engine_dyn.speed import mean_gas_of_cylinders
+
+    return mean_gas_of_cylinders.mean_gas_of_equal_throws(
+        crank_ratio, offset_ratio, row, family, pressure_share, sharing[0]
+    )
+
+
+def _mean_gas_of_unequal_throws(
+    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
+    cylinders_by_count: Any, sharing: tuple[int, int],
+) -> Any:  # fmt: skip
+    from engine_dyn.speed import mean_gas_of_cylinders
+
+    return mean_gas_of_cylinders.mean_gas_of_unequal_throws(
+        crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count, sharing[0]
+    )
+
+
+NODES: tuple[Node, ...] = (
+    Node(
+        "place", "", "1", "place of load and speed in the table of one family", kind="value",
+        public=False, when="over_load", needs=("load", "family"), make=_place,
+    ),
+    Node(
+        "place", "", "1", "place of load and speed in the table of one family", kind="value",
+        public=False, when="over_speed", needs=("load", "speed", "family"), make=_place_at_speed,
+    ),
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        when="given_cycles", needs=("place",), make=lambda place: place,
+    ),
+    Node(
+        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
+        when="own_cycles", needs=("place", "cycle", "family"),
+        make=lambda place, cycle, family: family.row_of(cycle, place),
+    ),
+    *_scales("pressure_scale", "given_load"),
+    *_scales("diagram_scale", "characteristic"),
+    Node(
+        "pressure_scale", "", "1",
+        "factor on the diagram, NaN where none gives the characteristic's torque", public=False,
+        needs=("diagram_scale", "load"), when="characteristic",
+        make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
+    ),
+    Node(
+        "pressure_share", "", "1", "mean factor on the pressure of the cylinders", public=False,
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: mean_factor(
+            "pressure", cylinder_set, cylinders_by_count
+        ),
+    ),
+    Node(
+        "mean_peak_pressure", "", "Pa", "largest pressure, the mean of the cylinders", public=False,
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
+        peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.mean) * pressure_scale,
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", si=BAR, when="equal", needs=("row", "family", "pressure_scale"),
+        make=lambda row, family, pressure_scale: family.peak_between(row) * pressure_scale,
+    ),
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest tabulated absolute cylinder pressure",
+        "Kakaitsas eq. 3.9", si=BAR, when="unequal",
+        needs=("row", "family", "pressure_scale", "cylinder_set", "cylinders_by_count"),
+        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
+        peak_of_cylinders(row, family, cylinder_set, cylinders_by_count, np.max) * pressure_scale,
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
+        kind="curve", when="equal", needs=("crank_angle", "family", "row", "pressure_scale"),
+        make=lambda crank_angle, family, row, pressure_scale: torque.pressure(
+            crank_angle, family, row, pressure_scale
+        ),
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
+        kind="curve", when="unequal",
+        needs=("crank_angle", "family", "row", "pressure_scale", "cylinder_set",
+               "cylinders_by_count"),
+        make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
+        torque.pressure_of_first(
+            crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
+        ),
+    ),
+    Node(
+        "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
+        needs=("crank_ratio", "offset_ratio", "row", "family", "pressure_share", "sharing"),
+        make=_mean_gas_of_equal_throws, when="equal_throws",
+    ),
+    Node(
+        "mean_gas", "", "Pa",
+        "mean of pressure times piston velocity over the engine's crank radius and speed",
+        public=False, when="unequal_throws",
+        needs=("crank_ratio", "offset_ratio", "row", "family", "cylinder_set",
+               "cylinders_by_count", "sharing"),
+        make=_mean_gas_of_unequal_throws,
+    ),
+    Node(
+        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
+        when="centred", needs=("mean_gas", "pressure_scale", "period", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
+        * mean_gas / stroke_share,
+    ),
+    Node(
+        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
+        when="offset",
+        needs=("mean_gas", "pressure_scale", "period", "throw", "stroke", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, throw, stroke, stroke_share: 0.5 * throw
+        / (stroke * stroke_share) * period * pressure_scale * mean_gas,
+    ),
+    Node(
+        "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,
+        needs=("imep", "fmep"), make=lambda imep, fmep: balance_of(imep, fmep),
+    ),
+    Node(
+        "mechanical_efficiency", r"\eta_m", "1", "brake over indicated mean effective pressure",
+        "Kakaitsas section 3.2.3", needs=("bmep", "imep"),
+        make=lambda bmep, imep: quotient(bmep, imep),
+    ),
+)  # fmt: skip

@@ -1,0 +1,140 @@
+"""Nodes of the running gear: lengths, masses and inertia, and the piston's motion."""
+
+from __future__ import annotations
+
+from engine_dyn.forces import torque
+from engine_dyn.geometry import masses, slider_crank
+from engine_dyn.geometry.cylinder_means import (
+    engine_inertia_of_cylinders,
+    mean_factor,
+    mean_stroke_ratio,
+)
+from engine_dyn.loads import friction
+from engine_dyn.quantities.node import Node
+
+__all__ = ["NODES"]
+
+NODES: tuple[Node, ...] = (
+    Node(
+        "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
+        make=lambda throw, crank_ratio: 0.5 * throw / crank_ratio,
+    ),
+    Node(
+        "pin_line", "e", "m", "offset of the piston pin's line from the crank's axis",
+        public=False, needs=("pin_offset", "crank_offset"),
+        make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="centred", needs=("stroke",),
+        make=lambda stroke: stroke,
+    ),
+    Node(
+        "throw", "2r", "m", "two crank radii", public=False, when="offset",
+        needs=("stroke", "crank_ratio", "pin_line"),
+        make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
+            stroke, crank_ratio, pin_line
+        ),
+    ),
+    Node(
+        "offset_ratio", "e/r", "1", "offset of the pin's line over the crank radius", public=False,
+        needs=("pin_line", "throw"), make=lambda pin_line, throw: pin_line / (0.5 * throw),
+    ),
+    Node(
+        "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
+        needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: mean_factor(
+            "mass", cylinder_set, cylinders_by_count
+        ),
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        when="offset",
+        needs=("crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count"),
+        make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count: mean_stroke_ratio(
+            crank_ratio, offset_ratio, cylinder_set, cylinders_by_count
+        ),
+    ),
+    Node(
+        "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
+        when="centred", needs=("cylinder_set", "cylinders_by_count"),
+        make=lambda cylinder_set, cylinders_by_count: mean_factor(
+            "radius", cylinder_set, cylinders_by_count
+        ),
+    ),
+    Node(
+        "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
+        needs=("bore", "stroke", "cylinders", "stroke_share"),
+        make=lambda bore, stroke, cylinders, stroke_share: cylinders * torque.piston_area(bore)
+        * stroke * stroke_share,
+    ),
+    Node(
+        "mean_piston_speed", "c_m", "m s-1", "mean piston speed, of unequal throws their mean",
+        "Kakaitsas eq. 3.9", needs=("stroke", "stroke_share", "speed"),
+        make=lambda stroke, stroke_share, speed: friction.mean_piston_speed(
+            stroke * stroke_share, speed
+        ),
+    ),
+    Node(
+        "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
+        "Kakaitsas eq. 2.11",
+        needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod"),
+        make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod: masses.rotating_mass(
+            crank_mass, rod_mass, rod_centre_of_gravity, rod
+        ),
+    ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="equal_throws",
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+               "offset_ratio", "mass_share"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+        offset_ratio, mass_share: masses.engine_inertia(
+            mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
+            offset_ratio,
+        ),
+    ),
+    Node(
+        "engine_inertia", r"\Theta_{eng}", "kg m2",
+        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
+        when="unequal_throws",
+        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "offset_ratio",
+               "cylinders", "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, offset_ratio, cylinders,
+        cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
+            reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders, offset_ratio,
+            cylinder_set, cylinders_by_count,
+        ),
+    ),
+    Node(
+        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "Kakaitsas eq. 3.1", public=False, when="load_inertia",
+        needs=("load_inertia", "gear_ratio"),
+        make=lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
+    ),
+    Node(
+        "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
+        "Kakaitsas eq. 3.1", public=False, when="no_load_inertia", make=lambda: 0.0,
+    ),
+    Node(
+        "position", "x/r", "1", "piston travel from top dead centre over crank radius",
+        "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    Node(
+        "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    Node(
+        "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
+        kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,155 @@
+"""Nodes of the torque: gas, inertia and all of it over the crank angle, its mean and extremes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces import torque
+from engine_dyn.quantities.arithmetic import balance_of, quotient
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION, stroke_friction
+from engine_dyn.quantities.loads import OF_ANGLE
+from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.speed import kernel_inputs
+
+__all__ = ["NODES"]
+
+
+def _torque_solution(**needs: Any) -> Any:
+    # Kernels are imported where they are called: importing the graph compiles and loads none.
+    from engine_dyn.speed import dispatch
+
+    return dispatch.torque_extremes(**kernel_inputs(needs))
+
+
+def _solution(when: str, *more: str) -> Node:
+    """Return the stage of the torque's extremes; `more` is what a load over angle needs."""
+    return Node(
+        "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
+        kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"), when=when,
+        needs=(
+            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
+            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "friction_torque",
+            "cylinder_set", "cylinders_by_count", "family", "period", "tolerance", *more,
+        ),
+        make=_torque_solution,
+    )  # fmt: skip
+
+
+def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: str) -> Node:
+    return Node(name, symbol, unit, long_name, source, needs=("torque_solution",))
+
+
+def _torque_after_throw(*, crank_angle: Any, throw: Any, cylinder_set: Any, **needs: Any) -> Any:
+    shape = stroke_friction(needs)
+    uniform = not any(np.any(level) for level in shape.levels)
+    return torque.torque_after_throw(
+        crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
+        needs["crankcase_pressure"], needs["bore"], throw, needs["reciprocating_mass"],
+        needs["speed"], needs["friction_torque"], cylinder_set, needs["cylinders_by_count"],
+        needs["offset_ratio"], None if uniform else shape,
+    )  # fmt: skip
+
+
+NODES: tuple[Node, ...] = (
+    _solution("steady_load"),
+    _solution("angle_load", "driven", *OF_ANGLE),
+    _torque_result("torque_max", "M_{max}", "N m", "largest torque at nominal speed",
+                   "Kakaitsas section 5.4"),
+    _torque_result("torque_min", "M_{min}", "N m", "smallest torque at nominal speed",
+                   "Kakaitsas section 5.4"),
+    _torque_result(
+        "energy_swing", "W", "J",
+        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
+    ),
+    Node(
+        "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
+        needs=("mean_gas", "pressure_scale", "bore", "throw", "cylinders", "friction_torque"),
+        make=lambda mean_gas, pressure_scale, bore, throw, cylinders, friction_torque: balance_of(
+            cylinders * torque.piston_area(bore) * 0.5 * throw * pressure_scale * mean_gas,
+            friction_torque,
+        ),
+    ),
+    Node(
+        "torque_range", "M_{max}-M_{min}", "N m", "range of the torque at nominal speed",
+        "Kakaitsas section 5.4", needs=("torque_max", "torque_min"),
+        make=lambda torque_max, torque_min: torque_max - torque_min,
+    ),
+    Node(
+        "torque_ratio", "M_{max}/M_{mean}", "1", "largest over mean torque",
+        "Kakaitsas section 5.4", needs=("torque_max", "torque_mean"),
+        make=lambda torque_max, torque_mean: quotient(torque_max, torque_mean),
+    ),
+    Node(
+        "torque_irregularity", r"\mu", "1", "coefficient of torque irregularity",
+        "Power units, lecture 18", needs=("torque_range", "torque_mean"),
+        make=lambda torque_range, torque_mean: quotient(torque_range, torque_mean),
+    ),
+    Node(
+        "brake_power", "P_e", "W", "brake power at nominal speed", "Kakaitsas section 3.2",
+        needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
+    ),
+    Node(
+        "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
+        kind="curve",
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "cylinder_set", "period", "offset_ratio",
+               "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
+        bore, throw, cylinder_set, period, offset_ratio, cylinders_by_count: torque.gas_torque(
+            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
+            throw, cylinder_set, period, offset_ratio, cylinders_by_count,
+        ),
+    ),
+    Node(
+        "inertia_torque", "M_l", "N m",
+        "torque of the reciprocating masses at nominal speed, all cylinders",
+        "Kakaitsas eqs. 2.12, 2.13", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinder_set",
+               "period", "offset_ratio", "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set,
+        period, offset_ratio, cylinders_by_count: torque.inertia_torque(
+            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set, period,
+            offset_ratio, cylinders_by_count,
+        ),
+    ),
+    Node(
+        "inertia_torque_actual", "M_{l,act}", "N m",
+        "torque of the reciprocating masses at the solved speed, all cylinders",
+        "Eksergian's equation", kind="curve",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
+               "angular_acceleration", "cylinder_set", "period", "offset_ratio",
+               "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
+        angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
+        torque.inertia_torque_actual(
+            crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
+            cylinder_set, period, offset_ratio, cylinders_by_count,
+        ),
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", when="uniform_friction",
+        needs=("gas_torque", "inertia_torque", "friction_torque"),
+        make=lambda gas_torque, inertia_torque, friction_torque: gas_torque + inertia_torque
+        - friction_torque,
+    ),
+    Node(
+        "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
+        kind="curve", when="stroke_friction",
+        needs=("gas_torque", "inertia_torque", "instantaneous_friction_torque"),
+        make=lambda gas_torque, inertia_torque, instantaneous_friction_torque: gas_torque
+        + inertia_torque - instantaneous_friction_torque,
+    ),
+    Node(
+        "torque_after_throw", "T_i", "N m",
+        "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
+        "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
+        needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
+               "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
+               "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
+               *NO_STROKE_FRICTION),
+        make=_torque_after_throw,
+    ),
+)  # fmt: skip

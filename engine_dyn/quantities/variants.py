@@ -1,0 +1,128 @@
+"""The words that select variants of nodes.
+
+A name of the graph may have several nodes, its variants: `imep` is one formula for a centred
+mechanism and another for an offset one. A scene has exactly one word of each group below, and a
+variant holds where the scene has all words of its `when`. A word that stands in no group is refused
+when the node is made, so that a typing error cannot wait for a scene that reaches it.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from types import MappingProxyType
+
+__all__ = ["ALTERNATIVES", "WORDS", "check_words"]
+
+ALTERNATIVES: tuple[Mapping[str, str], ...] = (
+    {
+        "power_mean": "the nominal speed is a power mean of the speed over angle",
+        "cycle_time": "the cycle takes as long as at the nominal speed",
+    },
+    {
+        "centred": "the line of the piston pins meets the crank's axis",
+        "offset": "it passes beside the crank's axis somewhere in the scene",
+    },
+    {
+        "equal": "all cylinders of an engine have one pressure, mass and crank radius",
+        "unequal": "cylinders of an engine differ, or one does not burn",
+    },
+    {
+        "equal_throws": "all throws of an engine have one crank radius",
+        "unequal_throws": "crank radii of an engine differ",
+    },
+    {
+        "uniform_friction": "the friction torque is the same over the whole cycle",
+        "stroke_friction": "the friction torque varies over the stroke",
+    },
+    {
+        "over_load": "the engine's diagrams depend on the load",
+        "over_speed": "the engine's diagrams depend on load and speed",
+    },
+    {
+        "bare": "no auxiliaries take torque",
+        "auxiliaries": "auxiliaries take torque, which is part of the friction",
+    },
+    {
+        "given_cycles": "the diagrams are those of the engine or of the scene",
+        "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
+    },
+    {
+        "power_law": "load torque a + k omega^alpha",
+        "table": "load or driver has a table over speed",
+        "motor": "an induction motor drives",
+    },
+    {
+        "no_driver": "the engine drives the load",
+        "with_driver": "a driver turns the engine",
+    },
+    {
+        "steady_load": "the load torque does not depend on the angle",
+        "angle_load": "a part of the load torque depends on the angle",
+    },
+    {
+        "motor_of_speed": "the motor's synchronous speed is given",
+        "motor_of_slip": "it follows from the nominal speed and the motor's slip there",
+    },
+    {
+        "given_load": "the load that names the diagram is given",
+        "characteristic": "it follows from a speed characteristic",
+    },
+    {
+        "given_inertia": "the moment of inertia, or its parts, are given",
+        "wanted_delta": "it follows from a wanted coefficient of speed fluctuation",
+    },
+    {
+        "inertia_whole": "the moment of inertia is given as one number",
+        "inertia_in_parts": "it is that of the running gear and of the parts given",
+    },
+    {
+        "no_load_inertia": "the load has no moment of inertia of its own",
+        "load_inertia": "the load has a moment of inertia at its own shaft",
+    },
+    {
+        "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
+        "weights_given": "the mass of the counterweights is given",
+    },
+    {
+        "no_counterweights": "nothing says what the counterweights are",
+        "counterweights": "scene or engine says what the counterweights are",
+    },
+    {
+        "no_shaft": "no balance shaft at the crank's speed",
+        "shaft": "a balance shaft turns backwards at the crank's speed",
+    },
+    {
+        "no_pair": "no balance shafts at twice the crank's speed",
+        "pair": "a pair of balance shafts turns at twice the crank's speed",
+    },
+)
+"""Groups of words with the meaning of each; a scene has exactly one word of each group."""
+
+WORDS: Mapping[str, str] = MappingProxyType(
+    {w: t for group in ALTERNATIVES for w, t in group.items()}
+)
+"""All words and their meanings."""
+
+
+def check_words(name: str, when: str) -> None:
+    """Check that the words for which a variant holds exist.
+
+    Parameters
+    ----------
+    name, when : str
+        Of the node.
+
+    Raises
+    ------
+    ValueError
+        For a word that stands in no group.
+    """
+    for word in when.split():
+        if word not in WORDS:
+            near = difflib.get_close_matches(word, WORDS, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise ValueError(
+                f"node {name!r}: when = {when!r}: {word!r} is no word of "
+                f"engine_dyn.quantities.variants{hint}"
+            )
