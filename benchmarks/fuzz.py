@@ -327,10 +327,18 @@ def scenes() -> dict[str, bytes]:
 @cache
 def names() -> tuple[str, ...]:
     from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-    from sweeps.reading.cylinder_keys import KEYS
-    from sweeps.scene.model import SceneFile
+    from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+    from sweeps.scene.toml_tables import SceneFile
 
-    return (*WORDS, *PARAMETERS, *KEYS, *SceneFile.model_fields, *QUANTITIES, "file", "kind")
+    return (
+        *WORDS,
+        *PARAMETERS,
+        *CYLINDER_KEYS,
+        *SceneFile.model_fields,
+        *QUANTITIES,
+        "file",
+        "kind",
+    )
 
 
 # --- scenes, engines, tables ----------------------------------------------------------------------
@@ -347,7 +355,7 @@ def _texts(files: dict[str, bytes]) -> st.SearchStrategy[bytes]:
 def _read_scene(path: Path) -> Any:
     from sweeps.planning.forecast import text
     from sweeps.planning.plan import make_plan
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     plan = make_plan(read_scene(path))
     text(plan)
@@ -534,7 +542,7 @@ def _binary_tables() -> st.SearchStrategy[tuple[str, Any]]:
 def check_binary_table(example: tuple[str, Any]) -> None:
     import netCDF4
 
-    from sweeps.reading.design_tables import read_designs
+    from sweeps.reading.design_files import read_designs
 
     suffix, content = example
     path = sandbox() / "scenes" / f"mutated{suffix}"
@@ -568,7 +576,7 @@ def good_archive(part: bool = False) -> bytes:
     from sweeps.archive.labels import label
     from sweeps.planning.plan import make_plan
     from sweeps.planning.shards import shard
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     plan = make_plan(read_scene(_SMALL))
     if part:
@@ -720,7 +728,7 @@ def good_partial() -> dict[str, bytes]:
     from sweeps.archive.partial import Partial
     from sweeps.planning.plan import make_plan
     from sweeps.running import into_archive
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     output = sandbox() / "out" / "interrupted.nc"
     write, count = Partial.write, [0]
@@ -775,7 +783,7 @@ def check_partial(example: tuple[str, Any]) -> None:
     from sweeps.archive.partial import Partial
     from sweeps.planning.plan import make_plan
     from sweeps.running import into_archive
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     home = sandbox()
     output = home / "out" / "interrupted.nc"

@@ -49,7 +49,7 @@ IN_MEMORY = """
 import sys, time
 from sweeps.planning.plan import make_plan
 from sweeps.running.in_memory import compute
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 plan = make_plan(read_scene(sys.argv[1]))
 compute(make_plan(read_scene("first")))
 began = time.perf_counter()

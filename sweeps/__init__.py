@@ -27,7 +27,7 @@ _HOMES = {
     "open": "sweeps.exploring.search",
     "open_archive": "sweeps.archive.netcdf",
     "pareto": "sweeps.exploring.search",
-    "read_scene": "sweeps.scene.model",
+    "read_scene": "sweeps.scene.reading",
     "run": "sweeps.running.in_memory",
     "stream": "sweeps.running.into_archive",
 }

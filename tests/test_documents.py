@@ -20,7 +20,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.reading.engine_files import load_engine
 from sweeps.running import into_archive
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ def test_scene_has_about_as_many_designs_as_asked(designs: int) -> None:
     import tomllib
 
     from sweeps.planning.plan import make_plan
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     plan = make_plan(read_scene(tomllib.loads(reliability.scene_text(designs))))
     assert 0.95 * designs < plan.designs < 1.05 * designs

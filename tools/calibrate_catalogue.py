@@ -60,7 +60,7 @@ COLUMN = 40
 
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
-    """Cycle of a [[diagram]], as `sweeps.reading.modelled_cycles` makes it."""
+    """Cycle of a [[diagram]], as `sweeps.reading.modelled_diagrams` makes it."""
     kind = FourStrokeCycle if table["kind"] == "first_law" else TwoStrokeCycle
     ratio = 0.5 * values["stroke"] / values["rod_length"]
     known = {**values, "crank_ratio": ratio, **table}

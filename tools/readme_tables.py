@@ -19,7 +19,7 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
 from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.scene.model import built_in_scenes
+from sweeps.scene.reading import built_in_scenes
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 

@@ -29,7 +29,7 @@ from engine_dyn.loads import friction
 from engine_dyn.status import CONVERGED, MEANINGS
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
-from sweeps.scene.model import built_in_scenes
+from sweeps.scene.reading import built_in_scenes
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,12 +17,13 @@ import numpy as np
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.archive.provenance import check_identity, files_from_text
 from sweeps.checks import shortened
+from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import part
-from sweeps.reading.design_tables import LABELS
-from sweeps.reading.guards import opened_archive
-from sweeps.scene.model import DESIGN, Scene, scene_of
+from sweeps.reading.netcdf_files import opened_archive
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import scene_of
 
 __all__ = ["Held", "held", "part_of", "plan_of", "sound"]
 

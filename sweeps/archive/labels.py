@@ -22,9 +22,12 @@ from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
+from sweeps.dimensions import DESIGN
 from sweeps.errors import printable
 from sweeps.planning.plan import Plan
-from sweeps.scene.model import DESIGN, Scene, cylinders_of_count
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.model import Scene
+from sweeps.scene.variants import variant_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +106,7 @@ def describe(
     scene = plan.scene
     variables: dict[str, Variable] = {}
     for name in plan.outputs:
-        node = select(name, *scene.words)
+        node = select(name, *variant_words(scene))
         dims = plan.dims(name)
         if name == "status":
             variables[name] = Variable(dims, _status_attributes(node), kind="i1")
@@ -111,7 +114,7 @@ def describe(
             kind = "f4" if single else "f8"
             variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
     for name, column in (scene.reference.columns if scene.reference else {}).items():
-        node = select(name, *scene.words)
+        node = select(name, *variant_words(scene))
         attributes = _attributes(plan, node)
         attributes["long_name"] = f"{node.long_name}, published"
         attributes["comment"] = f"from {printable(scene.reference.file)}" if scene.reference else ""

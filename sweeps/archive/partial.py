@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.errors import SceneError, one_line
-from sweeps.reading.guards import regular_bytes
+from sweeps.reading.regular_files import regular_bytes
 
 __all__ = ["Damaged", "Partial", "sync_folder"]
 

@@ -24,7 +24,7 @@ def plan(scene: str) -> None:
     """
     from sweeps.planning.forecast import text
     from sweeps.planning.plan import make_plan
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     say(text(make_plan(read_scene(scene))))
 
@@ -53,7 +53,7 @@ def schema() -> None:
     """Print the JSON schema of scenes, for editors and for programs that write scenes."""
     import json
 
-    from sweeps.scene.schema import scene_schema
+    from sweeps.scene.json_schema import scene_schema
 
     click.echo(json.dumps(scene_schema(), indent=2, ensure_ascii=False))
 
@@ -66,7 +66,7 @@ def new(file: Path | None) -> None:
 
     It is written to FILE, or to the terminal if no FILE is given.
     """
-    from sweeps.scene.model import built_in_scenes
+    from sweeps.scene.reading import built_in_scenes
 
     text = built_in_scenes()["first"].read_text(encoding="utf-8")
     if file is None:

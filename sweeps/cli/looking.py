@@ -97,7 +97,7 @@ def export(
     If the quantities include a curve, such as omega over crank_angle, there is one row for each
     of its points.
     """
-    from sweeps.reading.guards import check_file
+    from sweeps.reading.netcdf_files import check_file
 
     check_file(archive)
     from sweeps.exploring.export import check_format
@@ -147,7 +147,7 @@ def export(
 def plot(archive: Path, output: Path | None, file_format: str, slices: tuple[str, ...]) -> None:
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
     select = dict(axis_slice(text) for text in slices)
-    from sweeps.reading.guards import check_file
+    from sweeps.reading.netcdf_files import check_file
 
     check_file(archive)
     folder = archive.with_suffix("") if output is None else output

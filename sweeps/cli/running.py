@@ -88,7 +88,7 @@ def run(
         check_address(scheduler)
         if threads is not None:
             raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
 
     read = read_scene(scene)
     check_output(output, overwrite or resume, *files_of(read))
@@ -226,7 +226,7 @@ def rerun(
 
 
 def _check_archive(path: Path) -> None:
-    from sweeps.reading.guards import check_file
+    from sweeps.reading.netcdf_files import check_file
 
     check_file(path)
 
@@ -279,7 +279,7 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
         say(f"nothing that is asked for depends on: {', '.join(plan.unused)}")
     if done.outcomes:
         click.echo("outcomes: " + _listed(done.outcomes))
-    if scene.inertia_follows and "stalled" in done.outcomes:
+    if scene.gives("wanted_delta") and "stalled" in done.outcomes:
         click.echo(
             "stalled: no inertia gives the wanted delta; the engine would have to be so light "
             "that it stops"

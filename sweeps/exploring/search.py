@@ -20,7 +20,7 @@ from engine_dyn.status import MEANINGS, has_numbers
 from engine_dyn.types import Floats, Integers
 from sweeps.archive.netcdf import open_archive, slabs
 from sweeps.errors import SceneError, counted, not_known, one_line, plain_number, shown
-from sweeps.reading.guards import check_file, opened_archive
+from sweeps.reading.netcdf_files import check_file, opened_archive
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -24,12 +24,12 @@ from sweeps.archive.labels import Labels, describe
 from sweeps.archive.netcdf import slabs
 from sweeps.archive.partial import Partial
 from sweeps.archive.provenance import differences, identity
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
-from sweeps.reading.guards import opened_archive
+from sweeps.reading.netcdf_files import opened_archive
 from sweeps.running.into_archive import Options, Stopped, archive_bytes, check_room, run, stopped
-from sweeps.scene.model import DESIGN
 
 __all__ = ["Parts", "extend", "merge", "together"]
 

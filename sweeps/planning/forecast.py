@@ -11,10 +11,13 @@ import psutil
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
+from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.plan import Plan, Stage
-from sweeps.scene.model import DESIGN
+from sweeps.scene.driven import driven_machine
+from sweeps.scene.toml_tables import STEPPING_METHODS
+from sweeps.scene.variants import variant_words
 
 __all__ = ["RATES", "seconds", "table_count", "text"]
 
@@ -49,8 +52,6 @@ DIRECT = {
 
 SEARCH_STEPS = 5
 """Solutions on the way to the inertia for a wanted delta."""
-
-STEPPING = ("thesis", "picard")
 
 WIDTH = 100
 
@@ -123,17 +124,17 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
         return
     scene = plan.scene
     direct = 0.0
-    if "power_law" in scene.words:
+    if "power_law" in variant_words(scene):
         exponents = np.asarray(plan.leaves["load_exponent"].data)
         direct = float(np.mean(np.isin(exponents, list(DIRECT))))
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
     for method in scene.methods:
         for model in scene.inertia_models:
             slowest = RATES["variable"] if model == "variable" else math.inf
-            if method in STEPPING:
+            if method in STEPPING_METHODS:
                 yield each, RATES[method]
                 continue
-            if not scene.driven.plain:
+            if not driven_machine(scene).plain:
                 yield each, RATES["driven"]
                 continue
             share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
@@ -164,8 +165,8 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     """How a kernel does its work: tables, part of the cycle, iteration, traces."""
     speed = stage.node.can_fail
-    solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
-    repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
+    solved = [m for m in plan.scene.methods if m not in STEPPING_METHODS] if speed else ["direct"]
+    repeated = [m for m in plan.scene.methods if m in STEPPING_METHODS] if speed else []
     lines = []
     if solved:
         tables = table_count(plan, stage)
@@ -190,7 +191,7 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     """Even firing repeats the torque Z times a cycle: one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
-    load = plan.scene.driven.over_angle
+    load = driven_machine(plan.scene).over_angle
     repeats = [0]  # what every number divides
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
@@ -221,8 +222,10 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
         return ["iterates: closure cycle_time solves for the load coefficient too"]
     if plan.scene.inertia_models == ("variable",):
         return ["iterates: variable inertia"]
-    if "power_law" not in plan.scene.words:
-        return [f"{'driver' if plan.scene.driven.has_driver else 'load'} over speed iterates"]
+    if "power_law" not in variant_words(plan.scene):
+        return [
+            f"{'driver' if driven_machine(plan.scene).has_driver else 'load'} over speed iterates"
+        ]
     exponents = np.unique(plan.leaves["load_exponent"].data)
     lines = [f"load exponent {e:g} {how}" for e, how in DIRECT.items() if e in exponents]
     others = [e for e in exponents if e not in DIRECT]

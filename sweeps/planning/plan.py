@@ -35,9 +35,13 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.types import Floats, Integers
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, size_text
 from sweeps.planning.blocks import bytes_beside
-from sweeps.scene.model import DESIGN, Scene, cylinders_of_count
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.driven import driven_machine
+from sweeps.scene.model import Scene
+from sweeps.scene.variants import variant_words
 
 __all__ = ["Plan", "Stage", "Value", "make_plan"]
 
@@ -190,7 +194,7 @@ def make_plan(scene: Scene) -> Plan:
     points = _points(scene)
     leaves = _leaves(scene, points)
     sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
-    words = scene.words
+    words = variant_words(scene)
     order = (*scene.dimensions, *DIMENSIONS)
     stages: dict[str, Stage] = {}
     used: set[str] = set()
@@ -307,9 +311,9 @@ def _given(scene: Scene) -> dict[str, Value]:
         engine.pop("load", None)  # it follows from the speed
     if "wanted_delta" in mine:
         engine.pop("inertia", None)  # it follows from the wanted delta
-    if "inertia_in_parts" in scene.words:
+    if "inertia_in_parts" in variant_words(scene):
         engine.pop("inertia", None)
-    if "motor_of_slip" in scene.words:
+    if "motor_of_slip" in variant_words(scene):
         engine.pop("motor_synchronous_speed", None)
     given = {
         **{key: Value(np.float64(number)) for key, number in UNLESS_GIVEN.items()},
@@ -330,15 +334,15 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
     if engine.pressure_scale is None or scene.indicator is not None:
         follows = scene.characteristic is not None  # the scale then tells whether it is reached
         leaves["diagram_scale" if follows else "pressure_scale"] = leaves["cycle_known"]
-    if "centred" in scene.words:
+    if "centred" in variant_words(scene):
         leaves["offset_ratio"] = Value(np.float64(0.0))
-    if "equal" in scene.words:
+    if "equal" in variant_words(scene):
         leaves["pressure_share"] = leaves["mass_share"] = Value(np.float64(1.0))
-    if "equal_throws" in scene.words:
+    if "equal_throws" in variant_words(scene):
         leaves["stroke_share"] = Value(np.float64(1.0))
-    if "uniform_friction" in scene.words:
+    if "uniform_friction" in variant_words(scene):
         leaves |= {name: Value(np.float64(0.0)) for name in NO_STROKE_FRICTION}
-    if not scene.driven.geared:
+    if not driven_machine(scene).geared:
         leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
     for name, values in points.items():
@@ -349,11 +353,11 @@ def _leaves(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, V
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
-        "driven": scene.driven,
+        "driven": driven_machine(scene),
         "cylinders_by_count": sets,
         "sharing": None,  # known with the stages
         "characteristic": scene.characteristic,
-        "variant_of": Variants(scene.words),
+        "variant_of": Variants(variant_words(scene)),
     }
     words = {"method": scene.methods, "inertia_model": scene.inertia_models}
     for name in CONSTANTS:

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.types import Integers
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.plan import Plan
-from sweeps.scene.model import DESIGN
 
 __all__ = ["part", "shard"]
 

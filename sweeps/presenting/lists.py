@@ -9,10 +9,10 @@ from collections.abc import Callable
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from sweeps.checks import allowed
-from sweeps.reading.cylinder_keys import KEYS
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.reading.load_tables import KEYS as TABLE_KEYS
-from sweeps.scene.model import built_in_scenes
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.reading import built_in_scenes
 
 __all__ = ["LISTS", "symbol_text"]
 
@@ -53,7 +53,7 @@ def _quantities() -> Lines:
 def _keys() -> Lines:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in OF_CYLINDER} | dict(PATTERNS)
     keys = [(key, f"{node.long_name}: {allowed(node)}") for key, node in nodes.items()]
-    return [*keys, *KEYS.items(), *TABLE_KEYS.items()]
+    return [*keys, *CYLINDER_KEYS.items(), *TORQUE_TABLE_KEYS.items()]
 
 
 def _engines() -> Lines:

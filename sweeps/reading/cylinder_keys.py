@@ -22,18 +22,18 @@ from sweeps.checks import Strict, check_structure, mentioned, numbers
 from sweeps.errors import SceneError, shown
 
 __all__ = [
-    "KEYS",
+    "CYLINDER_KEYS",
     "ArrangementTable",
     "CylinderKeys",
     "arrangement_of",
     "name_of",
     "read_arrangement",
-    "read_keys",
-    "resolve",
+    "read_cylinder_keys",
+    "cylinders_of_keys",
 ]
 
 
-KEYS: Mapping[str, str] = {
+CYLINDER_KEYS: Mapping[str, str] = {
     "arrangement": "the engine's arrangement: a text such as 'V8 cross-plane' or 'in-line 4', or a "
     "table of throws, banks and cylinders",
     "firing_angles": "crank angle at which each cylinder fires: a list, the first 0 [degree]",
@@ -111,10 +111,10 @@ class CylinderKeys:
     @property
     def given(self) -> dict[str, Any]:
         """Those that are given, by name."""
-        return {key: getattr(self, key) for key in KEYS if getattr(self, key) is not None}
+        return {key: getattr(self, key) for key in CYLINDER_KEYS if getattr(self, key) is not None}
 
 
-def read_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
+def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
     """Read those of the keys that stand in a table.
 
     Raises
@@ -123,7 +123,7 @@ def read_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
         For what is no text or no list of numbers.
     """
     found: dict[str, Any] = {}
-    for key in KEYS:
+    for key in CYLINDER_KEYS:
         item = raw.get(key)
         if item is None:
             continue
@@ -150,7 +150,7 @@ def read_arrangement(raw: Any, where: str) -> str | ArrangementTable:
     if isinstance(raw, str):
         return raw
     if not isinstance(raw, Mapping):
-        raise SceneError(f"{where} = {shown(raw)}: must be {KEYS['arrangement']}")
+        raise SceneError(f"{where} = {shown(raw)}: must be {CYLINDER_KEYS['arrangement']}")
     return check_structure(ArrangementTable, raw, where)
 
 
@@ -218,7 +218,7 @@ def name_of(given: str | ArrangementTable) -> str:
     return f"{len(given.cylinders)} cylinders on {len(given.throws)} throws{banks}"
 
 
-def resolve(keys: CylinderKeys, base: Cylinders, count: int, where: str) -> Cylinders:
+def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: str) -> Cylinders:
     """Cylinders of an engine with `count` of them: `keys` over `base`, which has as many.
 
     Firing angles beside an arrangement must be possible with its throws; without one they mean an
@@ -277,4 +277,4 @@ def _with_angles(
     return Arrangement(period, throws, (0.0,), made, True, f"in-line, firing at {listed} degree")
 
 
-assert not set(KEYS) & set(PARAMETERS)
+assert not set(CYLINDER_KEYS) & set(PARAMETERS)

@@ -1,18 +1,16 @@
-"""Engines and indicator diagrams from files, and the catalogue of engines.
+"""Engine files and the catalogue of engines.
 
 An engine file is TOML: `name`, `title`, `cycle`, optional `firing_order`, or `arrangement` and what
 else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`, see
-`sweeps.reading.load_tables`; `[values]` with the keys of a scene; one
+`sweeps.reading.torque_tables`; `[values]` with the keys of a scene; one
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
-`sweeps.reading.modelled_cycles`) or read from a CSV file (`kind = "points"`); optional
+`sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`); optional
 `[pressure_scale]` over speed; `[assumed]` with a reason for every value that the sources do not
 give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -28,14 +26,13 @@ from engine_dyn.pressure.diagram import (
     TWO_STROKE,
     Diagram,
     Family,
-    diagram_from_points,
     family_from_diagrams,
 )
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
+from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.units import BAR, DEGREE, RPM
+from engine_dyn.units import RPM
 from sweeps.catalogue import ENGINES
 from sweeps.checks import (
     Strict,
@@ -47,24 +44,20 @@ from sweeps.checks import (
     plain,
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
-from sweeps.reading.cylinder_keys import KEYS, read_keys, resolve
-from sweeps.reading.load_tables import KEYS as TABLE_KEYS
-from sweeps.reading.load_tables import read_tables
-from sweeps.reading.modelled_cycles import KINDS, Again, modelled, no_more, taken
-from sweeps.reading.tables import keep, kept, kept_files, read_table, read_text, referred, with_line
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, cylinders_of_keys, read_cylinder_keys
+from sweeps.reading.exclusive_keys import exclusive_pair
+from sweeps.reading.indicator_files import read_indicator
+from sweeps.reading.modelled_diagrams import KINDS, Rebuild, modelled_diagram, no_more, taken
+from sweeps.reading.referred_files import keep, kept, kept_files, referred
+from sweeps.reading.toml_files import parse_toml
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = ["catalogue", "load_engine", "parse_toml", "read_indicator"]
-
-ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+__all__ = ["catalogue", "load_engine"]
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
 
 _PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
-
-
-_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
 
 
 class _Scale(Strict):
@@ -83,13 +76,13 @@ class _EngineFile(Strict):
     firing_order: list[int] | None = Field(
         default=None, description="a list of cylinder numbers in the order in which they fire"
     )
-    arrangement: Any = Field(default=None, description=KEYS["arrangement"])
-    firing_angles: Any = Field(default=None, description=KEYS["firing_angles"])
-    pressure_factor: Any = Field(default=None, description=KEYS["pressure_factor"])
-    mass_factor: Any = Field(default=None, description=KEYS["mass_factor"])
-    radius_factor: Any = Field(default=None, description=KEYS["radius_factor"])
-    load_table: Any = Field(default=None, description=TABLE_KEYS["load_table"])
-    driver_table: Any = Field(default=None, description=TABLE_KEYS["driver_table"])
+    arrangement: Any = Field(default=None, description=CYLINDER_KEYS["arrangement"])
+    firing_angles: Any = Field(default=None, description=CYLINDER_KEYS["firing_angles"])
+    pressure_factor: Any = Field(default=None, description=CYLINDER_KEYS["pressure_factor"])
+    mass_factor: Any = Field(default=None, description=CYLINDER_KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
+    load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
+    driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1
@@ -104,70 +97,6 @@ class _EngineFile(Strict):
 def catalogue() -> dict[str, Path]:
     """Engines that come with the package: name and file."""
     return {path.stem: path for path in sorted(ENGINES.glob("*.toml"))}
-
-
-def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    SceneError
-        For a file that cannot be read, or is not TOML: with the line and what stands on it.
-    """
-    text = read_text(path, name, what)
-    if _DEEP_KEY.search(text):
-        # Python's reader takes the square of their number of memory.
-        raise SceneError(f"{name}: not TOML: keys nested too deeply")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise SceneError(f"{name}: not TOML: nested too deeply") from None
-    except ValueError as error:
-        message = one_line(error)
-        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
-            raise SceneError(f"{name}: not TOML: {message}") from None
-        found = re.search(r"\(at line (\d+)", message)
-        # "at end of document" has no number: the last line is meant.
-        lines = text.splitlines()
-        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
-        message = re.sub(r"\s*\(at [^)]*\)$", "", message)
-        on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
-        raise SceneError(
-            f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
-        ) from None
-
-
-def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
-    """Read a measured indicator diagram from a CSV file.
-
-    Columns `crank_angle_deg` (firing top dead centre = 0, ascending within the cycle) and
-    `pressure_bar` (absolute), other columns are left aside. Both ends of the cycle are the same
-    angle: one may be missing, both are averaged.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str, optional
-        The file as messages should call it; its path if not given.
-    period : float
-        4 pi (four-stroke) or 2 pi [rad].
-
-    Raises
-    ------
-    SceneError
-        With the line, where one is to blame.
-    """
-    label = str(path) if name is None else name
-    table = read_table(
-        Path(path), label, "an indicator diagram (CSV)", (ANGLE_COLUMN, PRESSURE_COLUMN)
-    )
-    angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
-    pressure = np.array(table.numbers(PRESSURE_COLUMN)) * BAR
-    try:
-        return diagram_from_points(angle, pressure, period)
-    except ValueError as error:
-        raise SceneError(with_line(mentioned(error), table)) from None
 
 
 def load_engine(
@@ -240,7 +169,9 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"1 to {cylinders} once"
             )
     own = _cylinders(given, order, int(values["cylinders"]), period, name)
-    tables = read_tables(given.model_dump(include=set(TABLE_KEYS)), path.parent, f"{name}: ")
+    torque_tables = read_torque_tables(
+        given.model_dump(include=set(TORQUE_TABLE_KEYS)), path.parent, f"{name}: "
+    )
     if order is None and own is not None and own.arrangement is not None:
         order = own.arrangement.firing_order
     return Engine(
@@ -253,8 +184,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         pressure_scale=scale,
         firing_order=order,
         own_cylinders=own,
-        load_table=tables.load,
-        driver_table=tables.driver,
+        load_table=torque_tables.load,
+        driver_table=torque_tables.driver,
         assumed=dict(given.assumed),
         sources=tuple(source.text for source in given.source),
     )
@@ -277,25 +208,13 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         assert node is not None
         values[key] = number(item, where, node)
         check_range(values[key], where, node)
-    if "counterweight_fraction" in values and "counterweight_mass" in values:
-        raise SceneError(
-            f"{name}: [values] has both counterweight_fraction and counterweight_mass: give one of "
-            "them"
-        )
-    part = next((key for key in INERTIA_PARTS if key in values), None)
-    if part is not None and "inertia" in values:
-        raise SceneError(f"{name}: [values] has both inertia and {part}: give it whole or in parts")
-    if "motor_slip" in values and "motor_synchronous_speed" in values:
-        raise SceneError(
-            f"{name}: [values] has both motor_slip and motor_synchronous_speed: give one of them"
-        )
+    pair = exclusive_pair(values)
+    if pair is not None:
+        first, second, reason = pair
+        raise SceneError(f"{name}: [values] has both {first} and {second}: {reason}")
     if "rod_length" in values:
-        if "crank_ratio" in values:
-            raise SceneError(
-                f"{name}: [values] has both crank_ratio and rod_length: give one of them"
-            )
         if "stroke" not in values:
-            raise SceneError(f"{name}: [values] stroke: missing; rod_length alone says nothing")
+            raise SceneError(f"{name}: [values] stroke: missing; rod_length needs it")
         rod, crank = values.pop("rod_length"), values["stroke"] / 2.0
         if rod <= crank:
             raise SceneError(
@@ -315,14 +234,14 @@ def _cylinders(
     given: _EngineFile, order: tuple[int, ...] | None, count: int, period: float, name: str
 ) -> Cylinders | None:
     """Cylinders that the file describes; None where it says nothing of them."""
-    keys = read_keys(given.model_dump(include=set(KEYS)), f"{name}: ")
+    keys = read_cylinder_keys(given.model_dump(include=set(CYLINDER_KEYS)), f"{name}: ")
     if order is not None:
         for key in ("arrangement", "firing_angles"):
             if key in keys.given:
                 raise SceneError(f"{name}: has both firing_order and {key}: give one of them")
     if order is None and not keys.given:
         return None
-    return resolve(keys, even_cylinders(count, period, order), count, f"{name}: ")
+    return cylinders_of_keys(keys, even_cylinders(count, period, order), count, f"{name}: ")
 
 
 def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
@@ -349,7 +268,7 @@ class _Entry(NamedTuple):
     load: float
     speed: float | None
     diagram: Diagram
-    again: Again | None
+    again: Rebuild | None
 
 
 def _diagram(
@@ -376,7 +295,7 @@ def _diagram(
         known = "', '".join(("points", *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
-    return _Entry(load, speed, *modelled(kind, rest, where, period, here))
+    return _Entry(load, speed, *modelled_diagram(kind, rest, where, period, here))
 
 
 def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
@@ -396,7 +315,7 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
         raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
 
 
-def _cycles(diagrams: list[_Entry]) -> tuple[Again, ...] | None:
+def _cycles(diagrams: list[_Entry]) -> tuple[Rebuild, ...] | None:
     """What makes each diagram again, in the family's order; None unless all can be."""
     in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
     found = tuple(d.again for d in in_order if d.again is not None)

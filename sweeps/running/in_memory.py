@@ -16,7 +16,8 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
 from sweeps.planning.plan import Plan, Stage, Value, make_plan
-from sweeps.scene.model import Scene, read_scene
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
 
 if TYPE_CHECKING:
     import xarray as xr

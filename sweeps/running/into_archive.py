@@ -42,9 +42,10 @@ from sweeps.archive.provenance import (
 from sweeps.errors import SceneError, counted, one_line, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.reading.guards import opened_archive
+from sweeps.reading.netcdf_files import opened_archive
 from sweeps.running.in_memory import computed
-from sweeps.scene.model import Scene, read_scene
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
 
 if TYPE_CHECKING:
     from sweeps.running.cluster import Workers

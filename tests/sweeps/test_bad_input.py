@@ -13,7 +13,7 @@ import xarray as xr
 
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 OUTPUT = '[output]\nquantities = ["delta"]\n'
 AXES = "[axes]\ninertia = [1.0, 2.0]\n"
@@ -91,7 +91,10 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "huge integer": (scene(f"[set]\ninertia = 1{'0' * 400}"), ("inertia", "finite")),
     "nested list": (scene("[axes]\ninertia = [[1, 2]]"), ("inertia", "value 1", "[1, 2]")),
     "empty axis": (scene("[axes]\ninertia = []"), ("inertia = []", "no values")),
-    "duplicate": (scene("[axes]\ninertia = [1, 2, 1.0]"), ("inertia", "value 1", "twice")),
+    "duplicate": (
+        scene("[axes]\ninertia = [1, 2, 1.0]"),
+        ("inertia", "duplicate value 1", "unique"),
+    ),
     # ranges
     "lambda 1": (scene("[set]\ncrank_ratio = 1"), ("crank_ratio = 1", "below 1")),
     "lambda 1.2": (scene("[axes]\ncrank_ratio = [0.2, 1.2]"), ("crank_ratio = 1.2", "below 1")),
@@ -211,7 +214,7 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     # solver
     "unknown method": (scene('[solver]\nmethod = "newtn"'), ("'newtn'", "did you mean 'newton'")),
     "no methods": (scene("[solver]\nmethod = []"), ("method = []", "thesis")),
-    "method twice": (scene('[solver]\nmethod = ["auto", "auto"]'), ("'auto'", "twice")),
+    "method twice": (scene('[solver]\nmethod = ["auto", "auto"]'), ("duplicate 'auto'",)),
     "method a number": (scene("[solver]\nmethod = 3"), ("method = 3", "picard")),
     "method a list of numbers": (scene("[solver]\nmethod = [3]"), ("method", "picard")),
     "unknown model": (
@@ -258,7 +261,7 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "quantity twice": (
         scene(output='[output]\nquantities = ["delta", "omega", "delta"]'),
-        ("'delta'", "twice"),
+        ("duplicate 'delta'", "unique"),
     ),
     "quantities empty": (scene(output="[output]\nquantities = []"), ("quantities = []", "empty")),
     "quantities a text": (

@@ -10,7 +10,7 @@ import pytest
 from sweeps.planning import blocks
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running.in_memory import compute
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 CURVES = ["torque", "load_torque", "torque_after_throw"]
 

@@ -42,7 +42,7 @@ from pathlib import Path
 import engine_dyn
 from sweeps.planning.plan import make_plan
 from sweeps.running.in_memory import compute
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 scene, table, designs = json.loads(sys.argv[1])
 plan = make_plan(read_scene(scene))

@@ -22,10 +22,10 @@ from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
 from sweeps.presenting.lists import symbol_text
 from sweeps.presenting.published import text as reference_text
-from sweeps.reading.cylinder_keys import KEYS
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.reading.load_tables import KEYS as TABLE_KEYS
-from sweeps.scene.model import built_in_scenes, read_scene
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.reading import built_in_scenes, read_scene
 
 SCENE = """\
 title = "A small map"
@@ -309,7 +309,15 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ("what", "names"),
     [
         ("quantities", list(QUANTITIES)),
-        ("keys", [*(k for k in PARAMETERS if k not in OF_CYLINDER), *PATTERNS, *KEYS, *TABLE_KEYS]),
+        (
+            "keys",
+            [
+                *(k for k in PARAMETERS if k not in OF_CYLINDER),
+                *PATTERNS,
+                *CYLINDER_KEYS,
+                *TORQUE_TABLE_KEYS,
+            ],
+        ),
         ("engines", list(catalogue())),
         ("scenes", list(built_in_scenes())),
     ],

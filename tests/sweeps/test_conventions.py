@@ -29,7 +29,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive
 from sweeps.running.into_archive import Options
-from sweeps.scene.model import built_in_scenes, read_scene
+from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_blocks import SCENES
 

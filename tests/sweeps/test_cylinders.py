@@ -19,7 +19,7 @@ from sweeps.errors import SceneError
 from sweeps.planning.forecast import text as plan_text
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
 
@@ -557,15 +557,15 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"set": {"pressure_factor": [1, 1]}}, "pressure_factor: 2 values for 1 cylinders"),
         ({"set": {"pressure_factor": [-1]}}, "pressure_factor, value 1 = -1: must be a number"),
         ({"set": {"mass_factor": []}}, "no values; at least one is needed"),
-        ({"axes": {"mass_factor": [1, 2]}}, r"\[axes\] mass_factor: must stand in \[set\]"),
+        ({"axes": {"mass_factor": [1, 2]}}, r"\[axes\] mass_factor: must be in \[set\]"),
         ({"set": {"misfire": 2}}, r"\[set\] misfire = 2: must be the number of one of 1 cyl"),
         ({"axes": {"misfire": [0, 3], "cylinders": [2, 4]}}, "misfire = 3: .* one of 2 cyl"),
         ({"designs": {"misfire": [3, 3], "cylinders": [4, 2]}}, "misfire = 3: .* one of 2 cyl"),
         ({"set": {"misfire": 0.5}}, "misfire = 0.5: must be a whole number"),
         ({"axes": {"arrangement": []}}, r"\[axes\] arrangement = \[\]: must be a list of texts"),
         ({"axes": {"arrangement": [4]}}, "must be a list of texts such as 'V8 flat-plane'"),
-        ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "'in-line 1' stands there twice"),
-        ({"set": {"cylinders": 4}, "axes": {"arrangement": [V4, V4]}}, "each once, or have"),
+        ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "duplicate 'in-line 1'"),
+        ({"set": {"cylinders": 4}, "axes": {"arrangement": [V4, V4]}}, "or have different names"),
         ({"axes": {"arrangement": ["boxer 2"]}}, r"\[axes\] arrangement = 'boxer 2': has 2 cyl"),
         (
             {"axes": {"arrangement": ["in-line 1"]}, "set": {"arrangement": "in-line 1"}},

@@ -22,10 +22,10 @@ from sweeps import checks
 from sweeps.archive import netcdf
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
-from sweeps.reading import design_tables
-from sweeps.reading.design_tables import read_designs
-from sweeps.reading.tables import Table, find_header, parse_rows
-from sweeps.scene.model import read_scene
+from sweeps.reading import design_csv, design_netcdf, design_parquet
+from sweeps.reading.csv_tables import CsvTable, find_header, parse_rows
+from sweeps.reading.design_files import read_designs
+from sweeps.scene.reading import read_scene
 
 COLUMNS = {
     "inertia": [1.5, 2.0, 0.1 + 0.2],
@@ -92,8 +92,9 @@ def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
 def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(design_tables, "PIECE", 100)
-    monkeypatch.setattr(design_tables, "ROWS", 7)
+    monkeypatch.setattr(design_csv, "PIECE", 100)
+    monkeypatch.setattr(design_netcdf, "ROWS", 7)
+    monkeypatch.setattr(design_parquet, "ROWS", 7)
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
     columns, _ = read_designs(path, name)
@@ -228,7 +229,7 @@ def carefully(text: str) -> Any:
         rows, lines = parse_rows(rest, "t", line, header)
         if not rows:
             return "a header but no rows"
-        table = Table("t", header, rows, lines)
+        table = CsvTable("t", header, rows, lines)
         columns = {}
         for key in header:
             if key == "case":
@@ -291,7 +292,7 @@ def test_rows_are_read_without_looking_at_each(
 
     values = np.linspace(1.0, 2.0, 50_000)
     path = write(tmp_path / "table.csv", {"inertia": values, "speed": 1000.0 * values})
-    monkeypatch.setattr(design_tables, "parse_rows", never)
+    monkeypatch.setattr(design_csv, "parse_rows", never)
     scene = {
         "engine": "ntua",
         "designs": {"file": str(path)},

@@ -17,7 +17,7 @@ from sweeps.errors import SceneError
 from sweeps.planning import forecast
 from sweeps.planning.blocks import bytes_beside
 from sweeps.planning.plan import make_plan
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 compiled = pytest.mark.compiled
 
@@ -383,7 +383,7 @@ def test_tables_that_do_not_cover_the_speed() -> None:
         ({"set": {"load_table": "none.csv"}}, "[set] load_table none.csv: no such file"),
         ({"set": {"load_table": 3}}, "[set] load_table = 3: must be a text"),
         ({"set": {"driver_table": "own.csv"}}, "must be torque_Nm and one of speed_rpm"),
-        ({"axes": {"load_table": [1, 2]}}, "[axes] load_table: must stand in [set]"),
+        ({"axes": {"load_table": [1, 2]}}, "[axes] load_table: must be in [set]"),
         ({"set": {"load_table": "own.csv", "gear_ratio": 0.3}},
          "gear_ratio = 0.3: must be a multiple of 0.25"),
         ({"set": {"load_table": "own.csv"}, "axes": {"gear_ratio": [1, 0.3]}},
@@ -392,7 +392,7 @@ def test_tables_that_do_not_cover_the_speed() -> None:
         ({"set": {"load_table": "fan.csv", **MOTOR}}, "not allowed together with a driver"),
         ({"set": {"driver_table": "engine.csv", **MOTOR}}, "give one driver"),
         ({"set": {"inertia": 1.0, "load_inertia": 1.0}}, "inertia whole or in parts"),
-        ({"set": {"motor_slip": 0.1, **MOTOR}}, "say the same thing"),
+        ({"set": {"motor_slip": 0.1, **MOTOR}}, "both give the motor's synchronous speed"),
         ({"set": {"motor_breakdown_slip": 0.2}}, "needs motor_synchronous_speed"),
         ({"set": {"motor_slip": 1.0}}, "motor_slip = 1: must be"),
         ({"set": {"gear_ratio": 0.0}}, "gear_ratio = 0: must be"),

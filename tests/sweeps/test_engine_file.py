@@ -16,8 +16,9 @@ from engine_dyn.pressure.diesel_cycle import FILE_UNITS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from sweeps.errors import SceneError
-from sweeps.reading.engine_files import catalogue, load_engine, read_indicator
-from sweeps.scene.model import read_scene
+from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.indicator_files import read_indicator
+from sweeps.scene.reading import read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 

@@ -13,7 +13,7 @@ import sweeps
 from sweeps.planning.forecast import seconds, table_count, text
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.reading.engine_files import load_engine
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 AXES = {"crank_ratio": [0.2, 0.25, 0.3], "inertia": [1.0, 2.0], "speed": [1000, 1100, 1200, 1300]}
 

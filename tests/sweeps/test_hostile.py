@@ -34,11 +34,10 @@ from sweeps.archive.partial import Partial
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
-from sweeps.reading import guards, hdf5
+from sweeps.reading import hdf5_links, netcdf_files, regular_files
 from sweeps.running import into_archive
 from sweeps.running.into_archive import Options
-from sweeps.scene import model as scenes
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path(sweeps.__file__ or "").parent
@@ -225,7 +224,7 @@ def test_texts_that_are_no_scenes(case: str, tmp_path: Path) -> None:
 
 
 def test_axes_have_so_many_values_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scenes, "MOST_VALUES", 25)
+    monkeypatch.setattr("sweeps.scene.axes.MOST_VALUES", 25)
     axis = {"start": 0.1, "stop": 0.2, "num": 9}
     axes = {key: axis for key in ("bore", "stroke", "crank_ratio")}
     with pytest.raises(SceneError, match=r"crank_ratio: 27 values .* at most 25 together"):
@@ -587,7 +586,7 @@ def test_rerun_reads_no_file_but_the_archive(
             file.scene = json.dumps({**fuzz._SMALL, **table})
         read: list[str] = []
         with monkeypatch.context() as patch:
-            patch.setattr(guards, "opened_file", lambda p, read=read: read.append(str(p)))
+            patch.setattr(regular_files, "opened_file", lambda p, read=read: read.append(str(p)))
             refused("rerun", path, "-o", tmp_path / "out.nc")
         assert not read
     assert not (tmp_path / "out.nc").exists()
@@ -647,10 +646,10 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
 ) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(fuzz.good_archive())
-    real = guards.psutil.virtual_memory()
+    real = netcdf_files.psutil.virtual_memory()
     for free, taken in ((1500, True), (100, False)):
         monkeypatch.setattr(
-            guards.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
+            netcdf_files.psutil, "virtual_memory", lambda free=free: real._replace(available=free)
         )
         with sweeps.open_archive(path) as dataset:
             assert dataset.nbytes > 1500
@@ -664,9 +663,9 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
 def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(fuzz.good_archive())
-    assert hdf5.elsewhere(path) == ""
-    monkeypatch.setattr(hdf5, "MOST_MEMBERS", 3)
-    assert hdf5.elsewhere(path)
+    assert hdf5_links.external_member(path) == ""
+    monkeypatch.setattr(hdf5_links, "MOST_MEMBERS", 3)
+    assert hdf5_links.external_member(path)
 
 
 @pytest.mark.parametrize(

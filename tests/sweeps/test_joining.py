@@ -19,7 +19,7 @@ from sweeps.archive.partial import Partial
 from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive
 from sweeps.running.into_archive import Options
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 from tests.sweeps.test_streaming import (
     ENGINE,
     LARGE,

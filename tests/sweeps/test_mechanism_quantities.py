@@ -12,7 +12,7 @@ from engine_dyn.forces import harmonics
 from engine_dyn.geometry import kinematic_series, slider_crank
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 
 
 def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:

@@ -53,7 +53,7 @@ def run(scene):
 
 def stream(scene):
     from sweeps.planning.plan import make_plan
-    from sweeps.scene.model import read_scene
+    from sweeps.scene.reading import read_scene
     from sweeps.running.into_archive import Options, run
     run(make_plan(read_scene(scene)), Path("out.nc"), Options(overwrite=True, memory=100e6))
     return Path("out.nc").stat().st_size

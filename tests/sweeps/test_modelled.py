@@ -20,7 +20,8 @@ from sweeps.errors import SceneError
 from sweeps.planning import forecast
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
-from sweeps.scene.model import MOST_DIAGRAMS, read_scene
+from sweeps.scene.consistency.pressure import MOST_DIAGRAMS
+from sweeps.scene.reading import read_scene
 
 RPM = math.pi / 30.0
 

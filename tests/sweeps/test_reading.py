@@ -21,7 +21,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive
 from sweeps.running.into_archive import Options
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 from tests.sweeps.test_joining import SCENE, TABLE, ok, run
 
 pytestmark = pytest.mark.compiled

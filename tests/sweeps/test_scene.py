@@ -22,7 +22,9 @@ from engine_dyn.quantities.parameters import (
 )
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.errors import SceneError
-from sweeps.scene.model import FAILURES, METHODS, Scene, built_in_scenes, read_scene
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.scene.toml_tables import FAILURES, METHODS
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_bad_input import indicator_text, points
 

@@ -11,7 +11,8 @@ import sweeps
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
 from sweeps.planning.forecast import text
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.scene.model import built_in_scenes, read_scene
+from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.scene.variants import variant_words
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -132,7 +133,7 @@ ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles"}
 
 @pytest.mark.parametrize("scene", [*built_in_scenes(), *VARIED], ids=str)
 def test_a_scene_has_one_word_of_each_group(scene: Any) -> None:
-    words = read_scene(_complete(scene)).words
+    words = variant_words(read_scene(_complete(scene)))
     assert len(words) == len(ALTERNATIVES)
     for group in ALTERNATIVES:
         assert len(group.keys() & set(words)) == 1, group
@@ -140,7 +141,7 @@ def test_a_scene_has_one_word_of_each_group(scene: Any) -> None:
 
 def test_scenes_have_every_word() -> None:
     scenes = [read_scene(_complete(scene)) for scene in (*built_in_scenes(), *VARIED)]
-    assert {word for scene in scenes for word in scene.words} | ELSEWHERE == set(WORDS)
+    assert {word for scene in scenes for word in variant_words(scene)} | ELSEWHERE == set(WORDS)
 
 
 def _complete(scene: Any) -> Any:

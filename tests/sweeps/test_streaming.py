@@ -28,7 +28,7 @@ from sweeps.cli.main import main
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive
 from sweeps.running.into_archive import Options
-from sweeps.scene.model import read_scene
+from sweeps.scene.reading import read_scene
 from tests.sweeps.test_blocks import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]

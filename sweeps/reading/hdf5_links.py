@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-__all__ = ["elsewhere"]
+__all__ = ["external_member"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LARGEST_START = 1 << 30
@@ -29,7 +29,7 @@ _EACH = ctypes.CFUNCTYPE(
 )
 
 
-def elsewhere(path: Path) -> str:
+def external_member(path: Path) -> str:
     """Name of the first variable of a file that lies elsewhere; empty where none does.
 
     Raises
@@ -84,7 +84,7 @@ def _look(library: Any, group: int, found: list[str], left: list[int]) -> None:
             if inner >= 0:
                 library.H5Gclose(inner)
                 _look(library, member, found, left)
-            elif _dataset_elsewhere(library, parent, name):
+            elif _dataset_is_external(library, parent, name):
                 found.append(text)
         finally:
             library.H5Oclose(member)
@@ -94,7 +94,7 @@ def _look(library: Any, group: int, found: list[str], left: list[int]) -> None:
     library.H5Literate(group, 0, 2, ctypes.byref(place), _EACH(each), None)
 
 
-def _dataset_elsewhere(library: Any, parent: int, name: bytes) -> bool:
+def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
     dataset = library.H5Dopen2(parent, name, 0)
     if dataset < 0:
         return False

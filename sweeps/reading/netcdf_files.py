@@ -1,43 +1,31 @@
-"""Files that others made, looked at before they are read: what they are, and how much of it.
+"""netCDF files that others made, checked before their values are read.
 
-A pipe would be waited for, a device never ends, and a file of some kilobytes may claim to hold
-terabytes: holes, run lengths and compressed zeros take no room.
+A file of some kilobytes may claim to hold terabytes (holes, run lengths and compressed zeros take
+no room), or lead to other files; both are refused.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import psutil
 
-from sweeps.errors import SceneError, counted, one_line, shown, size_text
-from sweeps.reading.hdf5 import elsewhere
+from sweeps.errors import SceneError, one_line, shown, size_text
+from sweeps.reading.hdf5_links import external_member
 
 __all__ = [
-    "MOST_ROWS",
-    "MOST_TEXT",
     "TEXT_REFERENCE",
     "check_archive",
     "check_chunks",
     "check_file",
-    "check_rows",
-    "netcdf",
+    "open_netcdf",
     "opened_archive",
-    "opened_file",
-    "regular_bytes",
 ]
-
-MOST_TEXT = 1 << 27
-"""Bytes of a scene, an engine file or a table that an archive keeps."""
-
-MOST_ROWS = 10**8
-"""Rows of a table of designs."""
 
 LARGEST_CHUNK = 1 << 28
 """Bytes of one chunk of a netCDF file: any value of it needs all of it. Those of `run` have one
@@ -49,62 +37,6 @@ smaller than by 1032 to 1 (zlib, "Technical Details", zlib.net/zlib_tech.html)."
 
 TEXT_REFERENCE = 16
 """Bytes that a text of a netCDF-4 variable takes where its variable is stored, at least."""
-
-
-def opened_file(path: Path) -> IO[bytes]:
-    """Open a regular file for reading.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be read, or is a pipe or a device.
-    """
-    # Opening a pipe would wait for somebody who writes; the flag changes nothing for files.
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    handle = os.open(path, flags)
-    kind = os.fstat(handle).st_mode
-    if stat.S_ISREG(kind):
-        return os.fdopen(handle, "rb")
-    os.close(handle)
-    if stat.S_ISDIR(kind):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    raise OSError(errno.EINVAL, "not a regular file", str(path))
-
-
-def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
-    """Bytes of a regular file.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be read, or has more bytes than `most`.
-    """
-    with opened_file(path) as stream:
-        if os.fstat(stream.fileno()).st_size > most:
-            raise OSError(errno.EFBIG, f"larger than {size_text(most)}", str(path))
-        return stream.read(most)  # it may grow meanwhile
-
-
-def check_rows(rows: int, columns: int, name: str) -> None:
-    """Refuse a table that claims more rows than any, or than the memory holds.
-
-    Raises
-    ------
-    SceneError
-        With the number of rows.
-    """
-    if rows > MOST_ROWS:
-        raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
-    # Pieces, and the whole columns that they become.
-    need, free = 2.0 * 8.0 * rows * columns, psutil.virtual_memory().available
-    if need > 0.9 * free:
-        raise SceneError(
-            f"{name}: {counted(rows, 'row')} of {counted(columns, 'column')} need "
-            f"{size_text(need)} of memory, {size_text(free)} are free"
-        )
-
-
-# --- netCDF ---------------------------------------------------------------------------------------
 
 
 def check_file(path: Path) -> None:
@@ -124,7 +56,7 @@ def check_file(path: Path) -> None:
         raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
 
 
-def netcdf(path: Path) -> Any:
+def open_netcdf(path: Path) -> Any:
     """Open a netCDF file of this disk, and nothing that it leads to.
 
     Some names mean servers to the library, whole paths never.
@@ -136,7 +68,7 @@ def netcdf(path: Path) -> Any:
     """
     import netCDF4
 
-    name = elsewhere(path)
+    name = external_member(path)
     if name:
         raise OSError(errno.EINVAL, f"'{one_line(name, 60)}' is not in the file, or without end")
     return netCDF4.Dataset(os.path.abspath(path))
@@ -153,7 +85,7 @@ def opened_archive(path: Path) -> Iterator[Any]:
     """
     check_file(path)
     try:
-        file = netcdf(path)
+        file = open_netcdf(path)
     except (OSError, ValueError, RuntimeError, AttributeError) as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(f"{path}: not a netCDF archive ({reason})") from None

@@ -15,13 +15,13 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from sweeps.checks import allowed
-from sweeps.reading.cylinder_keys import KEYS, ArrangementTable
-from sweeps.reading.load_tables import KEYS as TABLE_KEYS
-from sweeps.scene.model import (
+from sweeps.dimensions import LABELS
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.toml_tables import (
     CLOSURES,
     FAILURES,
     INERTIA_MODELS,
-    LABELS,
     LARGEST_TOLERANCE,
     METHODS,
     SMALLEST_TOLERANCE,
@@ -37,7 +37,7 @@ Schema = dict[str, Any]
 def scene_schema() -> Schema:
     """JSON schema (draft 2020-12) of a scene, in JSON's types."""
     schema: Schema = _plain(SceneFile.model_json_schema())
-    tables = {name.lstrip("_"): table for name, table in schema.pop("$defs").items()}
+    tables: dict[str, Schema] = schema.pop("$defs")
     tables["Range"] = _plain(Range.model_json_schema())
     written_out = _plain(ArrangementTable.model_json_schema())
     tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
@@ -48,15 +48,15 @@ def scene_schema() -> Schema:
     properties["set"] |= _closed(
         {
             **{name: _reference(name) for name in free},
-            **{name: _key_of_cylinders(name) for name in KEYS},
-            **{name: _text(about) for name, about in TABLE_KEYS.items()},
+            **{name: _key_of_cylinders(name) for name in CYLINDER_KEYS},
+            **{name: _text(about) for name, about in TORQUE_TABLE_KEYS.items()},
         }
     )
     several = {"type": "array", "minItems": 1, "uniqueItems": True, "items": _ONE_ARRANGEMENT}
     properties["axes"] |= _closed(
         {
             **{name: _axis(name) for name in free},
-            "arrangement": {**several, "description": KEYS["arrangement"]},
+            "arrangement": {**several, "description": CYLINDER_KEYS["arrangement"]},
         }
     )
     properties["designs"] = {
@@ -112,8 +112,6 @@ def _plain(schema: Any) -> Any:
     """Without titles that repeat names, and without null, which TOML has not."""
     if isinstance(schema, list):
         return [_plain(item) for item in schema]
-    if isinstance(schema, str):
-        return schema.replace("#/$defs/_", "#/$defs/")
     if not isinstance(schema, dict):
         return schema
     found = {
@@ -175,8 +173,8 @@ _ONE_ARRANGEMENT: Schema = {"anyOf": [{"type": "string"}, _reference("Arrangemen
 
 def _key_of_cylinders(name: str) -> Schema:
     if name == "arrangement":
-        return {**_ONE_ARRANGEMENT, "description": KEYS[name]}
-    return {**_list({"type": "number"}), "description": KEYS[name]}
+        return {**_ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
+    return {**_list({"type": "number"}), "description": CYLINDER_KEYS[name]}
 
 
 def _one_or_several(words: tuple[str, ...]) -> Schema:

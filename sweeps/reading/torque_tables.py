@@ -22,14 +22,15 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.units import DEGREE, RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError, one_line, shown
-from sweeps.reading.tables import Table, read_table, referred, with_line
+from sweeps.reading.csv_tables import CsvTable, read_csv, with_line
+from sweeps.reading.referred_files import referred
 
-__all__ = ["KEYS", "Tables", "read_tables"]
+__all__ = ["TORQUE_TABLE_KEYS", "TorqueTables", "read_torque_tables"]
 
 TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
 CRANK_COLUMN, OWN_COLUMN = "crank_angle_deg", "load_angle_deg"
 
-KEYS: Mapping[str, str] = {
+TORQUE_TABLE_KEYS: Mapping[str, str] = {
     "load_table": "a text: the path of a CSV file with the load's torque_Nm over crank_angle_deg, "
     "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
     "driver_table": "a text: the path of a CSV file with the driver's torque_Nm over speed_rpm",
@@ -38,14 +39,14 @@ KEYS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Tables:
+class TorqueTables:
     """Tables of one engine file or scene; None where not given."""
 
     load: TorqueOverAngle | TorqueOverSpeed | None = None
     driver: TorqueOverSpeed | None = None
 
 
-def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
+def read_torque_tables(raw: Mapping[str, Any], base: Path, where: str) -> TorqueTables:
     """Read the files that the keys name, relative to `base`; what a key lacks is None.
 
     Raises
@@ -54,24 +55,24 @@ def read_tables(raw: Mapping[str, Any], base: Path, where: str) -> Tables:
         In one line, with that of the file where one is to blame.
     """
     found: dict[str, Any] = {}
-    for key, allowed in KEYS.items():
+    for key, allowed in TORQUE_TABLE_KEYS.items():
         item = raw.get(key)
         if item is None:
             continue
         if not isinstance(item, str) or not item:
             raise SceneError(f"{where}{key} = {shown(item)}: must be {allowed}")
         path = referred(base, item, f"{where}{key}")
-        table = read_table(path, f"{where}{key} {item}", "a table of torque (CSV)")
+        table = read_csv(path, f"{where}{key} {item}", "a table of torque (CSV)")
         try:
             found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
         except SceneError:  # of the table itself: it names file and line already
             raise
         except ValueError as error:
             raise SceneError(with_line(mentioned(error), table)) from None
-    return Tables(**found)
+    return TorqueTables(**found)
 
 
-def _curve(table: Table, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
+def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
     columns: tuple[str, ...] = (SPEED_COLUMN,)
     if not driver:
         columns = (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)

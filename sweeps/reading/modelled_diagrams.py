@@ -21,7 +21,7 @@ from engine_dyn.pressure.pump import PumpCycle
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "Again", "modelled", "no_more", "taken"]
+__all__ = ["KINDS", "Rebuild", "modelled_diagram", "no_more", "taken"]
 
 KINDS: Mapping[str, tuple[type[Any], float]] = {
     "diesel_cycle": (DieselCycle, FOUR_STROKE),
@@ -32,7 +32,7 @@ KINDS: Mapping[str, tuple[type[Any], float]] = {
 }
 """Kinds of modelled diagrams: what makes them, and the period of the engine [rad]."""
 
-Again = Callable[..., Diagram]
+Rebuild = Callable[..., Diagram]
 
 STEP = 0.5
 """Degrees between two points of a diagram."""
@@ -40,9 +40,9 @@ STEP = 0.5
 _OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
 
 
-def modelled(
+def modelled_diagram(
     kind: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
-) -> tuple[Diagram, Again | None]:
+) -> tuple[Diagram, Rebuild | None]:
     """Model the diagram of a [[diagram]] table, whose load and speed are taken out.
 
     Beside it, what makes it again with other fields (SI): for cycles by the first law.

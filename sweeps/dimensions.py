@@ -1,0 +1,20 @@
+"""Names of the dimensions and labels that scenes add to their parameters and quantities.
+
+Scenes, plans and archives use the same names; each stands here alone.
+"""
+
+from __future__ import annotations
+
+__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD"]
+
+DESIGN = "design"
+"""Dimension of [designs]: parameters that vary together."""
+
+ARRANGEMENT = "arrangement"
+"""Dimension of [axes] arrangement, an axis of words."""
+
+METHOD, INERTIA_MODEL = "method", "inertia_model"
+"""Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
+
+LABELS = ("case",)
+"""Columns of [designs] that hold texts and name the designs."""

@@ -1,0 +1,97 @@
+"""Tables of designs from Parquet files, which need pyarrow."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweeps.dimensions import DESIGN, LABELS
+from sweeps.errors import SceneError, one_line
+from sweeps.reading.design_columns import (
+    ROWS,
+    DesignColumns,
+    check_kind,
+    check_units,
+    known_columns,
+    take_numbers,
+)
+from sweeps.reading.regular_files import check_rows, opened_file, reading
+
+__all__ = ["read_design_parquet"]
+
+
+def read_design_parquet(path: Path, name: str) -> DesignColumns:
+    """Read the columns of a Parquet file."""
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise SceneError(
+            f"{name}: Parquet needs pyarrow, which is not installed: pip install "
+            "'engine-dyn[parquet]'"
+        ) from None
+
+    def is_text(kind: Any) -> bool:
+        return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+    what = "a table of designs (Parquet)"
+    with reading(name, what, "a Parquet file", pa.ArrowException):
+        opened_file(path).close()  # says more than the library would
+        labels = [f.name for f in pq.read_schema(path) if f.name in LABELS and is_text(f.type)]
+        # Of labels each text once: run lengths of long ones would fill the memory.
+        file = pq.ParquetFile(path, read_dictionary=labels)
+    with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
+        schema = file.schema_arrow
+        index = _index_of_pandas(schema.metadata)
+        fields = [f for f in schema if not (f.name in index or f.name == DESIGN)]
+        nodes = known_columns([f.name for f in fields], name, "column")
+        if len(nodes) < len(fields):
+            raise SceneError(f"{name}: two columns have the same name; each name once")
+        columns = DesignColumns(name, nodes)
+        for f in fields:
+            plain: Any = np.dtype(object)
+            if pa.types.is_integer(f.type) or pa.types.is_floating(f.type):
+                plain = np.dtype(f.type.to_pandas_dtype())
+            elif is_text(f.type.value_type if pa.types.is_dictionary(f.type) else f.type):
+                plain = str
+            check_kind(f.name, nodes[f.name], plain, str(f.type), name)
+            units = (f.metadata or {}).get(b"units")
+            check_units(f.name, nodes[f.name], units.decode() if units else None, name)
+        if not nodes or not file.metadata.num_rows:
+            lacks = "rows" if nodes else "columns"
+            raise SceneError(f"{name}: no {lacks}; expected a table of designs (Parquet)")
+        check_rows(file.metadata.num_rows, len(nodes), name)
+        for key, node in nodes.items():
+            begin = 0
+            # One after the other: of a group of rows, only one column is in memory.
+            for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
+                values = batch.column(0)
+                if node is None:
+                    columns.take(key, _labels_of(values))
+                else:
+                    missing = np.asarray(values.is_null().to_numpy(zero_copy_only=False))
+                    numbers = values.to_numpy(zero_copy_only=False)
+                    take_numbers(columns, key, numbers, missing, begin)
+                begin += batch.num_rows
+    return columns
+
+
+def _labels_of(values: Any) -> list[str]:
+    """Texts of a column that is kept as a dictionary; those of missing values are empty."""
+    texts = [one_line(text or "") for text in values.dictionary.to_pylist()]
+    return ["" if place is None else texts[place] for place in values.indices.to_pylist()]
+
+
+def _index_of_pandas(metadata: Mapping[bytes, bytes] | None) -> set[str]:
+    """Columns that are only the index of a data frame."""
+    try:
+        found = json.loads((metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
+    except (ValueError, AttributeError, RecursionError):
+        return set()
+    if not isinstance(found, list):
+        return set()
+    return {item for item in found if isinstance(item, str) and item.startswith("__index")}

@@ -1,0 +1,42 @@
+"""Parameters that exclude each other because both give the same thing.
+
+The table holds for [values] of engine files and for [set], [axes] and [designs] of scenes alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+from engine_dyn.quantities.parameters import INERTIA_PARTS
+
+__all__ = ["exclusive_pair"]
+
+_EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
+    ("crank_ratio", ("rod_length",), "both give the length of the rod; give one of them"),
+    (
+        "wanted_delta",
+        ("inertia", "flywheel_inertia"),
+        "the inertia follows from the wanted delta; give one of them",
+    ),
+    (
+        "counterweight_fraction",
+        ("counterweight_mass",),
+        "both size the counterweights; give one of them",
+    ),
+    (
+        "motor_slip",
+        ("motor_synchronous_speed",),
+        "both give the motor's synchronous speed; give one of them",
+    ),
+    ("inertia", INERTIA_PARTS, "give the inertia whole or in parts"),
+)
+"""A key, those that it excludes, and the reason."""
+
+
+def exclusive_pair(keys: Container[str]) -> tuple[str, str, str] | None:
+    """Two of the keys that exclude each other, and the reason; None where there are none."""
+    for first, others, reason in _EXCLUSIVE:
+        second = next((key for key in others if key in keys), None)
+        if first in keys and second is not None:
+            return first, second, reason
+    return None

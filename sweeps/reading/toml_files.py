@@ -1,0 +1,47 @@
+"""TOML files of people: their text as Python's own types, or one line that says what is wrong."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from sweeps.errors import SceneError, one_line, shown
+from sweeps.reading.referred_files import read_text
+
+__all__ = ["parse_toml"]
+
+_PART = r"(?:[\w-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')[ \t]*\.[ \t]*"
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{32}}")
+
+
+def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    SceneError
+        For a file that cannot be read, or is not TOML: with the line and what stands on it.
+    """
+    text = read_text(path, name, what)
+    if _DEEP_KEY.search(text):
+        # Python's reader takes the square of their number of memory.
+        raise SceneError(f"{name}: not TOML: keys nested too deeply")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(f"{name}: not TOML: nested too deeply") from None
+    except ValueError as error:
+        message = one_line(error)
+        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
+            raise SceneError(f"{name}: not TOML: {message}") from None
+        found = re.search(r"\(at line (\d+)", message)
+        # "at end of document" has no number: the last line is meant.
+        lines = text.splitlines()
+        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
+        message = re.sub(r"\s*\(at [^)]*\)$", "", message)
+        on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
+        raise SceneError(
+            f"{name}, line {number_of_line}: not TOML: {message} in {shown(on_it.strip(), 80)}"
+        ) from None

@@ -1,0 +1,137 @@
+"""Parameters of [set] and [axes]: single values, lists, and ranges of start, stop and num."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.types import Floats
+from sweeps.checks import check_range, check_structure, known_key, number, numbers
+from sweeps.dimensions import ARRANGEMENT, INERTIA_MODEL, METHOD
+from sweeps.errors import SceneError, shown
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.toml_tables import LARGEST_AXIS, Range
+
+__all__ = ["read_axes", "read_settings"]
+
+MOST_VALUES = 2 * LARGEST_AXIS
+"""Values of all axes of one scene together."""
+
+
+def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
+    """Read the parameters of [set], but for keys of cylinders and of torque tables.
+
+    Raises
+    ------
+    SceneError
+        For unknown keys, and for values that are no numbers or outside their range.
+    """
+    values: dict[str, float] = {}
+    for key, item in raw.items():
+        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS:
+            continue
+        node = _parameter(key, "set", name)
+        where = f"{name}: [set] {key}"
+        values[key] = number(item, where, node)
+        check_range(values[key], where, node)
+    return values
+
+
+def read_axes(
+    raw: Mapping[str, Any], keys: CylinderKeys, name: str
+) -> tuple[dict[str, Floats | tuple[str, ...]], tuple[str | ArrangementTable, ...]]:
+    """Read [axes]; `keys` are those of [set] that an axis of arrangements excludes.
+
+    Returns
+    -------
+    axes : dict
+        Values of every axis in the order of the file: numbers, or names of arrangements.
+    arrangements : tuple
+        Texts and tables of [axes] arrangement; empty without it.
+
+    Raises
+    ------
+    SceneError
+        For unknown keys, values that no axis can have, and too many values.
+    """
+    axes: dict[str, Floats | tuple[str, ...]] = {}
+    arrangements: tuple[str | ArrangementTable, ...] = ()
+    for key, item in raw.items():
+        if key == ARRANGEMENT:
+            arrangements = read_arrangement_axis(item, keys, name)
+            axes[key] = tuple(name_of(one) for one in arrangements)
+        else:
+            axes[key] = _axis(key, item, name)
+        total = sum(len(values) for values in axes.values())
+        if total > MOST_VALUES:
+            raise SceneError(
+                f"{name}: [axes] {key}: {total} values with those of the axes before; must be at "
+                f"most {MOST_VALUES} together"
+            )
+    return axes, arrangements
+
+
+def _parameter(key: str, table: str, name: str) -> Node:
+    """Return the parameter that a key of [set] or [axes] names."""
+    if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS:
+        also = f"; [{table}] may have {_instead(key)}" if table != "set" else ""
+        raise SceneError(f"{name}: [{table}] {key}: must be in [set] or the engine file{also}")
+    if key in SOLVER_COLUMNS:
+        raise SceneError(f"{name}: [{table}] {key}: must be in [solver] or a column of [designs]")
+    if key in (METHOD, INERTIA_MODEL):
+        raise SceneError(f"{name}: [{table}] {key}: belongs in [solver]; a list makes it an axis")
+    node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
+    assert node is not None  # `known_key` has no other names here
+    return node
+
+
+def _instead(key: str) -> str:
+    """What an axis may have instead of a key of [set]."""
+    one = f"{key.removesuffix('s')}_2"
+    return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
+
+
+def _axis(key: str, raw: Any, name: str) -> Floats:
+    """One axis: a list, or a range with start, stop, num and spacing."""
+    node = _parameter(key, "axes", name)
+    where = f"{name}: [axes] {key}"
+    if isinstance(raw, dict):
+        values = _range(raw, where)
+    elif isinstance(raw, list | np.ndarray):
+        values = numbers(raw, where, node)
+    else:
+        raise SceneError(
+            f"{where} = {shown(raw)}: must be a list, or a table with start, stop, num and "
+            "optionally spacing = 'log'; a single value belongs in [set]"
+        )
+    check_range(values, where, node)
+    unique, counts = np.unique(values, return_counts=True)
+    if len(unique) < len(values):
+        twice = float(unique[counts > 1][0])
+        raise SceneError(f"{where}: duplicate value {twice:.12g}; axis values must be unique")
+    return values
+
+
+def _range(raw: dict[str, Any], where: str) -> Floats:
+    """Values of start/stop/num."""
+    given = check_structure(Range, raw, where)
+    if given.start == given.stop:
+        raise SceneError(
+            f"{where}: start and stop are both {given.start:g}; they must differ (a single value "
+            "belongs in [set])"
+        )
+    if given.spacing == "linear":
+        with np.errstate(over="ignore", invalid="ignore"):  # the caller refuses what is not finite
+            return np.linspace(given.start, given.stop, given.num)
+    for end, value in (("start", given.start), ("stop", given.stop)):
+        if value <= 0.0:
+            raise SceneError(f"{where} {end} = {value:g}: must be above 0 with spacing = 'log'")
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.geomspace(given.start, given.stop, given.num)

@@ -1,0 +1,44 @@
+"""[characteristic] of a scene: the torque over speed that the load follows."""
+
+from __future__ import annotations
+
+import math
+
+from engine_dyn.loads.characteristic import CHARACTERISTICS, Characteristic
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.scene.toml_tables import SceneFile
+from sweeps.scene.values import GivenValues
+
+__all__ = ["read_characteristic"]
+
+
+def read_characteristic(given: SceneFile, values: GivenValues, name: str) -> Characteristic | None:
+    """Read [characteristic]: a known curve, or coefficients; None without it.
+
+    Raises
+    ------
+    SceneError
+        For an unknown kind, coefficients that are not finite, and beside [indicator] or a load.
+    """
+    table = given.characteristic
+    if table is None:
+        return None
+    where = f"{name}: [characteristic]"
+    if (table.kind is None) == (table.coefficients is None):
+        raise SceneError(f"{where}: must have one of kind and coefficients")
+    if given.indicator is not None:
+        raise SceneError(
+            f"{where}: not allowed together with [indicator], whose one diagram holds at every "
+            "speed"
+        )
+    if values.gives("load"):
+        raise SceneError(f"{name}: load: not allowed beside [characteristic], which it follows")
+    if table.coefficients is not None:
+        constant, linear = table.coefficients
+        if not (math.isfinite(constant) and math.isfinite(linear)):
+            raise SceneError(f"{where} coefficients = {table.coefficients}: must be finite numbers")
+        return Characteristic(constant, linear, -1.0, "coefficients of the scene")
+    kind = str(table.kind)
+    if kind not in CHARACTERISTICS:
+        raise SceneError(f"{where} kind = {shown(kind)}: unknown{not_known(kind, CHARACTERISTICS)}")
+    return CHARACTERISTICS[kind]

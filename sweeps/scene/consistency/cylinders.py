@@ -1,0 +1,87 @@
+"""Whether parameters of single cylinders, misfires and firing orders fit the engine's cylinders."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engine_dyn.geometry import arrangement
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.single_cylinders import with_values
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
+
+__all__ = ["check_misfire", "check_single_cylinders", "check_throws", "extreme_cylinders"]
+
+
+def check_single_cylinders(scene: Scene, name: str) -> None:
+    """Check that parameters of single cylinders are of an engine with a given number of them."""
+    keys = scene.cylinder_keys
+    if not keys:
+        return
+    if len(scene.counts) > 1:
+        raise SceneError(
+            f"{name}: [{scene.table_of(keys[0])}] {keys[0]}: not allowed together with several "
+            "numbers of cylinders; must be one number"
+        )
+    extreme_cylinders(scene, name)
+
+
+def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
+    """Cylinders of the scene, with the parameters of single ones at both ends of what they take.
+
+    Raises
+    ------
+    SceneError
+        For a value that no cylinder of the engine can have.
+    """
+    keys = scene.cylinder_keys
+    if not keys:
+        return scene.described
+    engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
+    found = []
+    for engine in engines:
+        for end in (np.min, np.max):
+            values = {}
+            for key in keys:
+                table, given = scene.given_or_own(key)
+                values[key] = float(end(given)) * PARAMETERS[key].si
+                try:
+                    with_values(engine, {key: values[key]})
+                except ValueError as error:
+                    text = mentioned(error).removeprefix(f"{key}: ")
+                    raise SceneError(f"{name}: [{table}] {key}: {text}") from None
+            found.append(with_values(engine, values))
+    return tuple(found)
+
+
+def check_misfire(values: GivenValues, name: str) -> None:
+    """Check that the cylinder that does not burn is one of the engine's in every combination."""
+    table, silent = values.given_or_own("misfire", 0.0)
+    of_count, counts = values.given_or_own("cylinders")
+    if not of_count == table == "designs":  # not column by column: all with all
+        silent, counts = silent.max(keepdims=True), counts.min(keepdims=True)
+    wrong = np.flatnonzero(silent > counts)
+    if wrong.size:
+        most = np.broadcast_to(counts, silent.shape)[wrong[0]]
+        raise SceneError(
+            f"{name}: [{table or 'set'}] misfire = {silent[wrong[0]]:g}: must be the number of one "
+            f"of {most:g} cylinders, or 0"
+        )
+
+
+def check_throws(scene: Scene, quantity: str, name: str) -> None:
+    """Check that the order of the throws is known for every number of cylinders."""
+    if scene.arrangements:
+        return
+    own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
+    for count in scene.counts:
+        if count != own and arrangement.customary_order(count) is None:
+            orders = ", ".join(str(z) for z in sorted({*arrangement.CUSTOMARY_ORDERS, own} - {0}))
+            raise SceneError(
+                f"{name}: cylinders = {count}: no firing order is known, which '{quantity}' "
+                f"needs; must be one of {orders}"
+            )

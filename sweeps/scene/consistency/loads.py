@@ -1,0 +1,100 @@
+"""Whether friction, loads and drivers of a scene fit its speeds, its methods and the cycle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
+from engine_dyn.quantities.graph import UNLESS_GIVEN
+from engine_dyn.quantities.parameters import MOTOR_KEYS, STROKE_SHARES
+from engine_dyn.units import RPM
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError
+from sweeps.scene.driven import driven_machine
+from sweeps.scene.model import Scene
+from sweeps.scene.toml_tables import METHODS
+from sweeps.scene.values import GivenValues
+
+__all__ = ["check_driven", "check_friction_fractions"]
+
+
+def check_friction_fractions(values: GivenValues, name: str) -> None:
+    """Check that no design has more friction over the stroke than it has friction."""
+    total: Any = 0.0
+    of_designs: Any = 0.0
+    for key in STROKE_SHARES:
+        table, fractions = values.given_or_own(key, 0.0)
+        if table == "designs":
+            of_designs = of_designs + fractions
+        else:
+            total += fractions.max()
+    total = float(np.max(total + of_designs))
+    if total > 1.0 + 1e-12:
+        raise SceneError(
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
+            "together"
+        )
+
+
+def check_driven(scene: Scene, name: str) -> None:
+    """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
+    driven = driven_machine(scene)
+    _check_drivers(driven, scene, name)
+    _check_methods(driven, scene, name)
+    if driven.over_speed is not None:
+        what = "load_table" if driven.load_over_speed is not None else "driver_table"
+        _check_speeds(driven.over_speed, what, scene, name)
+    if driven.over_angle is not None:
+        table, ratios = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
+        try:
+            repeats_of(driven.over_angle, ratios, scene.engine.period)
+        except ValueError as error:
+            where = f"[{table}] " if table else ""
+            raise SceneError(f"{name}: {where}{mentioned(error)}") from None
+
+
+def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
+    """Check that there is one driver, and none beside a load over speed."""
+    motor = next((key for key in MOTOR_KEYS if scene.gives(key)), None)
+    if motor is not None and scene.torque_tables.driver is not None:
+        raise SceneError(
+            f"{name}: [{scene.table_of(motor)}] {motor}: not allowed together with driver_table: "
+            "give one driver"
+        )
+    if driven.load_over_speed is not None and driven.has_driver:
+        raise SceneError(
+            f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
+            "the balance finds; must be over an angle"
+        )
+
+
+def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
+    """Check that the methods solve for the loads; what `closed` cannot solve gets a status."""
+    if not driven.plain and "thesis" in scene.methods:
+        others = ", ".join(method for method in METHODS if method not in ("thesis", "closed"))
+        raise SceneError(
+            f"{name}: [solver] method = 'thesis': supports only the load law a + k omega^alpha; "
+            f"with load_table or a driver, use one of {others}"
+        )
+
+
+def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) -> None:
+    """Check that a table over speed covers all nominal speeds, at the load's own where it has."""
+    table, speeds = scene.given_or_own("speed")
+    where = f"[{table}] speed" if table else f"speed of engine {scene.engine.name}"
+    low, high = curve.low / RPM, curve.high / RPM
+    gears = np.ones(1)
+    if curve.own_speed:
+        of_gear, gears = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
+        if not of_gear == table == "designs":  # not column by column: all with all
+            speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
+    there = gears * speeds
+    bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
+    if bad.any():
+        at_load = f" makes {there[bad][0]:g} of the load" if curve.own_speed else ""
+        raise SceneError(
+            f"{name}: {where} = {np.broadcast_to(speeds, bad.shape)[bad][0]:g}{at_load}: must "
+            f"be from {low:g} to {high:g} rpm, which {what} covers"
+        )

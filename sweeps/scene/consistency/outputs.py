@@ -1,0 +1,124 @@
+"""Whether a scene can compute what [output] asks for: known names, and every value they need."""
+
+from __future__ import annotations
+
+import math
+
+from engine_dyn.engine import Engine
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION
+from engine_dyn.quantities.graph import (
+    ALONG_SHAFT,
+    CONSTANTS,
+    DIMENSIONS,
+    PARAMETERS,
+    QUANTITIES,
+    UNLESS_GIVEN,
+    select,
+)
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.scene.consistency.cylinders import check_throws
+from sweeps.scene.model import Scene
+from sweeps.scene.toml_tables import FAILURES, Output
+from sweeps.scene.variants import variant_words
+
+__all__ = ["check_needs", "check_output"]
+
+SMALLEST_STEP = 0.01
+"""Of [output] angle_step [degree]."""
+
+
+def check_output(output: Output, engine: Engine, name: str) -> None:
+    """Check [output] by itself and against the engine's cycle.
+
+    Raises
+    ------
+    SceneError
+        For unknown and duplicate names, and for a step that does not divide the cycle.
+    """
+    _check_quantities(output, name)
+    for outcome in output.fail_on:
+        if outcome not in FAILURES:
+            raise SceneError(
+                f"{name}: [output] fail_on = {shown(outcome)}: unknown outcome"
+                f"{not_known(outcome, FAILURES)}"
+            )
+    step, cycle = output.angle_step, round(math.degrees(engine.period))
+    largest = cycle / 8
+    count = cycle / step if step >= SMALLEST_STEP else 0.0
+    # Decimal steps such as 0.1 divide the cycle only up to rounding.
+    if not SMALLEST_STEP <= step <= largest or abs(count - round(count)) > 1e-9 * count:
+        raise SceneError(
+            f"{name}: [output] angle_step = {step:g}: must divide the cycle of {cycle} degrees "
+            f"into equal steps of {SMALLEST_STEP:g} to {largest:g} degrees"
+        )
+
+
+def _check_quantities(output: Output, name: str) -> None:
+    where = f"{name}: [output] quantities"
+    if not output.quantities:
+        raise SceneError(f"{where} = []: empty; ask for at least one, such as 'delta'")
+    for i, quantity in enumerate(output.quantities):
+        if quantity not in QUANTITIES:
+            if quantity in PARAMETERS:
+                raise SceneError(
+                    f"{where}: '{quantity}' is a parameter, not a quantity; given in [axes] or "
+                    "[designs] it is in the archive as a coordinate"
+                )
+            raise SceneError(
+                f"{where}: {shown(quantity)}: unknown quantity"
+                f"{not_known(quantity, QUANTITIES, command='engine-dyn list quantities')}"
+            )
+        if quantity in output.quantities[:i]:
+            raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
+
+
+def check_needs(scene: Scene, name: str) -> None:
+    """Check that scene and engine give everything that the asked quantities need."""
+    words = variant_words(scene)
+    given = _known_values(scene, words) | {*DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
+    for quantity in scene.quantities:
+        waiting, seen = [quantity], set(given)
+        along_shaft = False
+        while waiting:
+            need = waiting.pop()
+            along_shaft |= need in ALONG_SHAFT
+            if need == "characteristic" and scene.characteristic is None:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
+                    "with a kind, such as 'diesel'"
+                )
+            if need in seen:
+                continue
+            seen.add(need)
+            node = select(need, *words)
+            along_shaft |= node.throws
+            if node.make is None and need in PARAMETERS:
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs {need} "
+                    f"({node.long_name}), which engine {scene.engine.name} does not give; must be "
+                    "in [set], [axes] or [designs]"
+                )
+            waiting += node.needs
+            along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
+        if along_shaft:
+            check_throws(scene, quantity, name)
+
+
+def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
+    """Names that `sweeps.planning.plan` has values for before it computes anything."""
+    given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
+    if scene.gives("rod_length"):
+        given.discard("crank_ratio")  # the scene's rod replaces the engine's
+    if "wanted_delta" in given or "inertia_in_parts" in words:
+        given.discard("inertia")  # what the scene gives replaces the engine's whole inertia
+    if scene.characteristic is not None:
+        given.discard("load")  # it follows from the speed
+    if "motor_of_slip" in words:
+        given.discard("motor_synchronous_speed")
+    given |= set(UNLESS_GIVEN)
+    given |= {"offset_ratio"} if "centred" in words else set()
+    given |= {"pressure_share", "mass_share"} if "equal" in words else set()
+    given |= {"stroke_share"} if "equal_throws" in words else set()
+    given |= set(NO_STROKE_FRICTION) if "uniform_friction" in words else set()
+    return given

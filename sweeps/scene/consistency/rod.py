@@ -1,0 +1,105 @@
+"""Whether the crank turns: rods, offsets and crank radii in every combination of a scene."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.types import Floats
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError
+from sweeps.scene.consistency.cylinders import extreme_cylinders
+from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
+from sweeps.scene.variants import variant_words
+
+__all__ = ["check_offset", "check_rod", "check_throw_radii"]
+
+
+def check_rod(values: GivenValues, name: str) -> None:
+    """Check that the rod is longer than half the stroke in every combination of the scene."""
+    given = values.given("rod_length")
+    if given is None:
+        return
+    table, rods = given
+    of_stroke, strokes = values.given_or_own("stroke", 0.0)
+    if not of_stroke == table == "designs":  # not column by column: all with all
+        rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
+    short = np.flatnonzero(rods <= strokes / 2.0)
+    if short.size:
+        rod, length = rods[short[0]], strokes[short[0]]
+        raise SceneError(
+            f"{name}: [{table}] rod_length = {rod:g}: must be above half the stroke, "
+            f"{length / 2.0:g} m"
+        )
+
+
+def check_offset(scene: Scene, name: str) -> None:
+    """Check that the crank turns in every combination of the scene: |e| + r < l."""
+    if "centred" in variant_words(scene):
+        return
+    has_rod = scene.gives("rod_length")
+    key = "rod_length" if has_rod else "crank_ratio"
+    columns = {
+        parameter: _worst(scene, parameter)
+        for parameter in ("pin_offset", "crank_offset", "stroke", key)
+    }
+    for pin, crank, stroke, length in itertools.product(*columns.values()):
+        if np.isnan(stroke).any() or np.isnan(length).any():
+            continue  # another check says what is missing
+        try:
+            if has_rod:
+                radius = crank_radius(stroke, length, pin + crank)
+                ratio = radius / length
+            else:
+                radius, ratio = crank_radius_of_ratio(stroke, length, pin + crank), length
+            for engine in extreme_cylinders(scene, name):
+                engine.check_turning(ratio, (pin + crank) / radius)
+        except ValueError as error:
+            offset = next(k for k in ("pin_offset", "crank_offset") if columns[k][0].any())
+            table = scene.given_or_own(offset)[0]
+            where = f"[{table}] " if table else f"engine {scene.engine.name} "
+            raise SceneError(f"{name}: {where}{offset}: {mentioned(error)}") from None
+
+
+def _worst(values: GivenValues, parameter: str) -> list[Floats]:
+    """Values of a parameter that may be worst: columns of designs, which go together, or the ends.
+
+    NaN where neither scene nor engine has a value.
+    """
+    default = 0.0 if parameter.endswith("offset") else np.nan
+    table, found = values.given_or_own(parameter, default)
+    if table == "designs":
+        return [found]
+    return [np.array([value]) for value in {found.min(), found.max()}]
+
+
+def check_throw_radii(scene: Scene, name: str) -> None:
+    """Check that the crank turns on throws of unequal radius; see `check_offset` for offsets."""
+    words = variant_words(scene)
+    if "equal_throws" in words or "offset" in words:
+        return
+    if scene.gives("rod_length"):
+        strokes, rods = scene.given_or_own("stroke", 0.0)[1], scene.given_or_own("rod_length")[1]
+        ratio = 0.5 * float(strokes.max()) / float(rods.min())
+    else:
+        ratio = float(scene.given_or_own("crank_ratio", 0.0)[1].max())
+    for engine in extreme_cylinders(scene, name):
+        try:
+            engine.check_turning(ratio)
+        except ValueError as error:
+            raise SceneError(f"{name}: {_place_of_radii(scene)} {mentioned(error)}") from None
+
+
+def _place_of_radii(scene: Scene) -> str:
+    """Where the crank radii of single cylinders are given."""
+    for key in scene.cylinder_keys:
+        if OF_CYLINDER[key].what == "radius_factor":
+            return f"[{scene.table_of(key)}]"
+    if scene.arrangements:
+        return "[axes] arrangement:"
+    own = scene.own_cylinders is scene.engine.own_cylinders
+    return f"engine {scene.engine.name}" if own else "[set]"

@@ -1,0 +1,120 @@
+"""Cylinders of a scene: its arrangement and factors over those of the engine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError, shown
+from sweeps.reading.cylinder_keys import (
+    ArrangementTable,
+    CylinderKeys,
+    arrangement_of,
+    cylinders_of_keys,
+    name_of,
+    read_arrangement,
+)
+from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
+
+__all__ = [
+    "cylinders_along_axis",
+    "cylinders_of_count",
+    "own_cylinders",
+    "read_arrangement_axis",
+]
+
+
+def own_cylinders(keys: CylinderKeys, values: GivenValues, where: str) -> Cylinders | None:
+    """Cylinders of the scene's keys over the engine's; they say for which number of cylinders.
+
+    Raises
+    ------
+    SceneError
+        For keys of a number of cylinders that the scene does not have, or of no engine.
+    """
+    engine, counts = values.engine, values.counts
+    own = engine.own_cylinders
+    if not keys.given:
+        return own
+    count = counts[0]
+    if len(counts) > 1:
+        lengths = {len(v) for k, v in keys.given.items() if k != "arrangement"}
+        if keys.arrangement is not None:
+            try:
+                made = arrangement_of(keys.arrangement, engine.period)
+            except ValueError as error:
+                raise SceneError(f"{where}{mentioned(error)}") from None
+            lengths = {len(made.cylinders)}
+        count = min(lengths)
+        if count not in counts:
+            listed = ", ".join(str(z) for z in counts)
+            key = next(iter(keys.given))
+            raise SceneError(
+                f"{where}{key}: is for {count} cylinders, which the scene does not have; must be "
+                f"for one of {listed}"
+            )
+    fits = own is not None and len(own.members) == count
+    base = own if own is not None and fits else even_cylinders(count, engine.period)
+    return cylinders_of_keys(keys, base, count, where)
+
+
+def cylinders_along_axis(
+    several: tuple[str | ArrangementTable, ...], keys: CylinderKeys, values: GivenValues, name: str
+) -> tuple[Cylinders, ...]:
+    """Cylinders along the axis `arrangement`; none without it.
+
+    Raises
+    ------
+    SceneError
+        For several numbers of cylinders, and for arrangements that are no engine.
+    """
+    where = f"{name}: [axes] "
+    if several and len(values.counts) > 1:
+        raise SceneError(
+            f"{where}arrangement: not allowed together with several numbers of cylinders; must be "
+            "one number"
+        )
+    made = (own_cylinders(replace(keys, arrangement=a), values, where) for a in several)
+    return tuple(cylinders for cylinders in made if cylinders is not None)
+
+
+def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
+    """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
+    own = scene.own_cylinders
+    if own is not None and len(own.members) == count:
+        return own
+    return even_cylinders(count, scene.engine.period)
+
+
+def read_arrangement_axis(
+    raw: Any, keys: CylinderKeys, name: str
+) -> tuple[str | ArrangementTable, ...]:
+    """Read [axes] arrangement: texts and tables; `keys` are those of [set].
+
+    Raises
+    ------
+    SceneError
+        For anything else, for duplicates, and beside keys of [set] that say the same.
+    """
+    where = f"{name}: [axes] arrangement"
+    if not isinstance(raw, list) or not raw or not all(isinstance(i, str | dict) for i in raw):
+        raise SceneError(
+            f"{where} = {shown(raw)}: must be a list of texts such as 'V8 flat-plane', or of tables"
+        )
+    for key in ("arrangement", "firing_angles"):
+        if key in keys.given:
+            raise SceneError(f"{where}: not allowed beside {key} in [set]; give one of them")
+    several = tuple(
+        read_arrangement(item, f"{where} number {i}") for i, item in enumerate(raw, start=1)
+    )
+    names = [name_of(one) for one in several]
+    for i, text in enumerate(names):
+        if text in names[:i]:
+            other = "" if isinstance(several[i], str) else " or have different names"
+            raise SceneError(
+                f"{where}: duplicate {shown(text)}; arrangements must be unique{other}"
+            )
+    return several

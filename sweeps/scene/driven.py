@@ -1,0 +1,37 @@
+"""What loads and drives the crankshaft of a scene beside the load law a + k omega^alpha.
+
+Tables and motors of the scene replace those of the engine.
+"""
+
+from __future__ import annotations
+
+from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
+from engine_dyn.quantities.parameters import MOTOR_KEYS
+from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
+
+__all__ = ["driven_machine", "motor_of_slip"]
+
+
+def driven_machine(scene: Scene) -> DrivenMachine:
+    """Load tables, driver tables and motor of a scene, or else of its engine."""
+    load = scene.torque_tables.load or scene.engine.load_table
+    motor = scene.torque_tables.driver is None and (
+        scene.gives(*MOTOR_KEYS)
+        or (scene.engine.driver_table is None and scene.engine_gives(*MOTOR_KEYS))
+    )
+    return DrivenMachine(
+        over_angle=load if isinstance(load, TorqueOverAngle) else None,
+        load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
+        driver_over_speed=(
+            None if motor else scene.torque_tables.driver or scene.engine.driver_table
+        ),
+        motor=motor,
+    )
+
+
+def motor_of_slip(values: GivenValues) -> bool:
+    """Whether the motor's synchronous speed follows from its slip."""
+    if values.gives("motor_synchronous_speed"):
+        return False
+    return values.gives("motor_slip") or values.engine_gives("motor_slip")

@@ -1,0 +1,215 @@
+"""Reading scenes: finding the file, checking its tables, and putting the `Scene` together.
+
+A scene is a TOML file, the name of a built-in one, or a dict of the same shape. Everything that
+can be seen to be wrong without computing is refused here, in one line that names the file, the
+key, the value and what is allowed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from engine_dyn.pressure.diagram import Diagram
+from sweeps.catalogue import SCENES
+from sweeps.checks import check_structure, plain, shortened
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.cylinder_keys import read_cylinder_keys
+from sweeps.reading.engine_files import load_engine
+from sweeps.reading.indicator_files import read_indicator
+from sweeps.reading.referred_files import kept_files, referred
+from sweeps.reading.toml_files import parse_toml
+from sweeps.reading.torque_tables import read_torque_tables
+from sweeps.scene.axes import read_axes, read_settings
+from sweeps.scene.characteristic import read_characteristic
+from sweeps.scene.consistency.outputs import check_output
+from sweeps.scene.consistency.places import check_places
+from sweeps.scene.consistency.whole import check_scene
+from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
+from sweeps.scene.designs import read_designs_table
+from sweeps.scene.model import Scene
+from sweeps.scene.reference import read_reference
+from sweeps.scene.solver import read_solver
+from sweeps.scene.toml_tables import SceneFile
+from sweeps.scene.values import GivenValues
+
+__all__ = ["built_in_scenes", "read_scene", "scene_of"]
+
+MOST_DESIGNS = 10**15
+
+
+def built_in_scenes() -> dict[str, Path]:
+    """Scenes that come with the package: name and file."""
+    return {path.stem: path for path in sorted(SCENES.glob("*.toml"))}
+
+
+def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:
+    """Read and check a scene.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        Path of a TOML file, name of a built-in scene, a dict of the same shape (paths in it are
+        relative to the working folder), or a Scene, which comes back as it is.
+
+    Raises
+    ------
+    SceneError
+        With one line, for everything that can be seen to be wrong without computing.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    path: Path | None = None
+    if isinstance(scene, Mapping):
+        name, base, raw = "scene", Path(), plain(scene, "scene")
+    elif isinstance(scene, str | Path):
+        path, name = _find(scene)
+        base, raw = path.parent, plain(parse_toml(path, name, "a scene (TOML)"), name)
+    else:
+        raise SceneError(
+            f"scene = {shown(scene)}: must be a path, the name of a built-in scene, a dict or a "
+            "Scene"
+        )
+    return scene_of(raw, name, base, path)
+
+
+def scene_of(
+    raw: dict[str, Any], name: str, base: Path, path: Path | None = None,
+    files: Mapping[str, bytes] | None = None,
+) -> Scene:  # fmt: skip
+    """Check a scene that was read as a dict.
+
+    Parameters
+    ----------
+    raw : dict
+        Tables of the scene.
+    name : str
+        The scene as messages call it.
+    base : Path
+        Folder where paths in the scene start from.
+    path : Path, optional
+        File of the scene.
+    files : dict of bytes, optional
+        Files that the scene names; with them, nothing is read from a disk.
+
+    Raises
+    ------
+    SceneError
+        As `read_scene`.
+    """
+    with kept_files(files, base) as read:
+        given = check_structure(SceneFile, raw, name)
+        scene = _assembled(given, raw, name, base, path)
+        check_scene(scene, name)
+        if given.reference is not None:
+            published = read_reference(given.reference.file, scene, base, name)
+            scene = replace(scene, reference=published)
+    return replace(scene, files=read)
+
+
+def _find(scene: str | Path) -> tuple[Path, str]:
+    """Path of a scene and what messages call it."""
+    known = built_in_scenes()
+    text = str(scene)
+    if isinstance(scene, str) and text in known:
+        return known[text], f"{text}.toml"
+    path = Path(scene)
+    try:
+        exists = path.exists()
+    except (OSError, ValueError):  # a name too long, a null character
+        exists = False
+    if not exists:
+        raise SceneError(
+            f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
+        )
+    return path, text
+
+
+def _assembled(
+    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path, path: Path | None
+) -> Scene:
+    """Read the tables one by one and put them together; references to published values are not."""
+    engine = load_engine(given.engine, base, f"{name}: engine")
+    settings = read_settings(given.set, name)
+    cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
+    torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
+    axes, arrangements = read_axes(given.axes, cylinder_keys, name)
+    designs, labels = read_designs_table(given.designs, name, base)
+    solver = read_solver(given.solver, name)
+    values = GivenValues(
+        engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
+    )
+    check_places(values, solver.start, name)
+    dimensions = _dimensions(axes, raw, solver.axes)
+    _check_size(values, dimensions, name)
+    check_output(given.output, engine, name)
+    passes = solver.start.get("passes")
+    return Scene(
+        **vars(values),
+        title=one_line(given.title or f"Scene on {engine.title}"),
+        dimensions=dimensions,
+        labels=labels,
+        indicator=_indicator(given, values, name, base),
+        characteristic=read_characteristic(given, values, name),
+        own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
+        arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),
+        torque_tables=torque_tables,
+        methods=solver.methods,
+        inertia_models=solver.inertia_models,
+        tolerance=given.solver.tolerance,
+        closure=given.solver.closure,
+        passes=None if passes is None else int(passes),
+        start_speed=solver.start.get("start_speed"),
+        start_angle=solver.start.get("start_angle"),
+        quantities=tuple(given.output.quantities),
+        fail_on=tuple(given.output.fail_on),
+        angle_step=given.output.angle_step,
+        highest_order=given.output.highest_order,
+        reference=None,
+        source=shortened(raw),
+        path=path,
+        folder=str(base),
+        files={},
+    )
+
+
+def _dimensions(
+    axes: Iterable[str], raw: Mapping[str, Any], of_solver: Iterable[str]
+) -> tuple[str, ...]:
+    """Dimensions of a scene, the slowest first; those of the solver vary fastest."""
+    dimensions = list(axes)
+    if raw.get("designs") is not None:
+        # The order of the tables in the file lets a person choose which varies slowest.
+        first = "axes" in raw and list(raw).index("axes") < list(raw).index("designs")
+        dimensions.insert(len(dimensions) if first else 0, DESIGN)
+    return (*dimensions, *of_solver)
+
+
+def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> None:
+    """Check that the designs of a scene are not too many."""
+    columns = values.designs.values()
+    count = math.prod(map(len, values.axes.values())) * (len(next(iter(columns))) if columns else 1)
+    if count > MOST_DESIGNS:
+        raise SceneError(
+            f"{name}: {' x '.join(dimensions)}: {count:.3g} designs; must be at most "
+            f"{MOST_DESIGNS:g}"
+        )
+
+
+def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> Diagram | None:
+    """The measured diagram of [indicator]; None without it."""
+    if given.indicator is None:
+        return None
+    table = values.table_of("load")
+    if table != "set":
+        raise SceneError(
+            f"{name}: [{table}] load: not allowed together with [indicator], whose one diagram "
+            "holds for every design"
+        )
+    file = given.indicator.file
+    path = referred(base, file, f"{name}: [indicator] file")
+    return read_indicator(path, f"{name}: [indicator] {file}", values.engine.period)

@@ -1,0 +1,116 @@
+"""[solver] of a scene: methods, inertia models, closure, tolerance and start of the speed solution.
+
+Lists of methods and of inertia models become axes of words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from sweeps.checks import check_range, number
+from sweeps.dimensions import INERTIA_MODEL, METHOD
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.scene.toml_tables import (
+    CLOSURES,
+    INERTIA_MODELS,
+    LARGEST_TOLERANCE,
+    METHODS,
+    SMALLEST_TOLERANCE,
+    STEPPING_METHODS,
+    Solver,
+)
+
+__all__ = ["SolverSettings", "read_solver"]
+
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """[solver], checked by itself.
+
+    Attributes
+    ----------
+    methods, inertia_models : tuple of str
+        As asked for.
+    axes : dict of tuple of str
+        Those of them that are lists, and so dimensions.
+    start : dict of float
+        `passes`, `start_speed` and `start_angle`, where given, in the units of files.
+    """
+
+    methods: tuple[str, ...]
+    inertia_models: tuple[str, ...]
+    axes: dict[str, tuple[str, ...]]
+    start: dict[str, float]
+
+
+def read_solver(solver: Solver, name: str) -> SolverSettings:
+    """Check [solver].
+
+    Raises
+    ------
+    SceneError
+        For unknown words, values outside their range, and keys that exclude each other.
+    """
+    where = f"{name}: [solver]"
+    start = _start(solver, where)
+    axes: dict[str, tuple[str, ...]] = {}
+    methods, several = _words(solver.method, METHODS, f"{where} method")
+    if several:
+        axes[METHOD] = methods
+    models, several = _words(solver.inertia_model, INERTIA_MODELS, f"{where} inertia_model")
+    if several:
+        axes[INERTIA_MODEL] = models
+    _check_solver(solver, methods, start, where)
+    return SolverSettings(methods, models, axes, start)
+
+
+def _start(solver: Solver, where: str) -> dict[str, float]:
+    """Values of passes, start_speed and start_angle, where given."""
+    values: dict[str, float] = {}
+    for key in SOLVER_COLUMNS:
+        raw = getattr(solver, key)
+        if raw is not None:
+            values[key] = number(raw, f"{where} {key}", PARAMETERS[key])
+            check_range(values[key], f"{where} {key}", PARAMETERS[key])
+    return values
+
+
+def _words(
+    raw: str | list[str], known: tuple[str, ...], where: str
+) -> tuple[tuple[str, ...], bool]:
+    """Check a word or a list of words; say also whether it was a list."""
+    words = [raw] if isinstance(raw, str) else raw
+    if not words:
+        raise SceneError(f"{where} = []: no values; at least one of {', '.join(known)}")
+    for i, word in enumerate(words):
+        if word not in known:
+            raise SceneError(f"{where} = {shown(word)}: unknown{not_known(word, known)}")
+        if word in words[:i]:
+            raise SceneError(f"{where}: duplicate {shown(word)}; values must be unique")
+    return tuple(words), not isinstance(raw, str)
+
+
+def _check_solver(
+    solver: Solver, methods: tuple[str, ...], start: dict[str, float], where: str
+) -> None:
+    if not SMALLEST_TOLERANCE <= solver.tolerance <= LARGEST_TOLERANCE:
+        raise SceneError(
+            f"{where} tolerance = {solver.tolerance:g}: must be a number from "
+            f"{SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+        )
+    _words(solver.closure, CLOSURES, f"{where} closure")
+    stepping = [method for method in methods if method in STEPPING_METHODS]
+    if solver.closure == "cycle_time" and stepping:
+        others = [method for method in METHODS if method not in STEPPING_METHODS]
+        raise SceneError(
+            f"{where} closure = 'cycle_time': method '{stepping[0]}' does not solve for the load "
+            f"coefficient; use one of {', '.join(others)}, or closure = 'power_mean'"
+        )
+    for key, value in start.items():
+        if not stepping:
+            raise SceneError(
+                f"{where} {key} = {value:g}: has no effect on method '{', '.join(methods)}'; "
+                f"allowed with {' and '.join(STEPPING_METHODS)}"
+            )

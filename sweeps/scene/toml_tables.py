@@ -1,0 +1,126 @@
+"""The tables of a scene's TOML file, as pydantic models: which keys there are, and their types.
+
+Whether parameters and quantities exist, and whether their values are allowed, is checked where a
+table is read. The JSON schema (`sweeps.scene.json_schema`) is made from these models.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from engine_dyn import status
+from engine_dyn.loads.characteristic import CHARACTERISTICS
+from sweeps.checks import Strict
+
+__all__ = [
+    "CLOSURES",
+    "FAILURES",
+    "INERTIA_MODELS",
+    "LARGEST_AXIS",
+    "LARGEST_ORDER",
+    "LARGEST_TOLERANCE",
+    "METHODS",
+    "SMALLEST_TOLERANCE",
+    "STEPPING_METHODS",
+    "Characteristic",
+    "File",
+    "Output",
+    "Range",
+    "SceneFile",
+    "Solver",
+]
+
+METHODS = ("auto", "thesis", "picard", "newton", "closed")
+INERTIA_MODELS = ("constant", "variable")
+CLOSURES = ("power_mean", "cycle_time")
+
+STEPPING_METHODS = ("thesis", "picard")
+"""Methods that repeat cycles from a start; they cannot solve for the load coefficient."""
+
+FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
+"""Outcomes that [output] fail_on may name."""
+
+SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
+LARGEST_ORDER = 360.0
+
+LARGEST_AXIS = 10_000_000
+"""Values of one axis."""
+
+
+class Range(Strict):
+    """An axis as start, stop and number of values."""
+
+    start: float = Field(description="a finite number")
+    stop: float = Field(description="a finite number")
+    num: int = Field(description=f"a whole number from 2 to {LARGEST_AXIS}", ge=2, le=LARGEST_AXIS)
+    spacing: Literal["linear", "log"] = Field(default="linear", description="'linear' or 'log'")
+
+
+class File(Strict):
+    """A file that the scene names."""
+
+    file: str = Field(description="a text: the path of a CSV file", min_length=1)
+
+
+class Solver(Strict):
+    """How the speed is solved."""
+
+    method: str | list[str] = Field(
+        default="auto", description=f"one of {', '.join(METHODS)}, or a list of them"
+    )
+    tolerance: float = Field(
+        default=1e-6, description=f"a number from {SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+    )
+    inertia_model: str | list[str] = Field(
+        default="constant", description=f"one of {', '.join(INERTIA_MODELS)}, or a list of them"
+    )
+    closure: str = Field(default="power_mean", description=f"one of {', '.join(CLOSURES)}")
+    passes: Any = Field(default=None, description="a whole number")
+    start_speed: Any = Field(default=None, description="a number in rad/s")
+    start_angle: Any = Field(default=None, description="a number in degree")
+
+
+class Output(Strict):
+    """What is computed and written."""
+
+    quantities: list[str] = Field(description="a list of texts; `engine-dyn list` shows them")
+    fail_on: list[str] = Field(
+        default=[], description=f"a list of outcomes out of {', '.join(FAILURES)}"
+    )
+    angle_step: float = Field(default=1.0, description="a number of degrees that divides the cycle")
+    highest_order: float = Field(
+        default=12.0, description=f"a number from 1 to {LARGEST_ORDER:g}", ge=1.0, le=LARGEST_ORDER
+    )
+
+
+class Characteristic(Strict):
+    """Torque over speed that the load follows."""
+
+    kind: str | None = Field(default=None, description=f"one of {', '.join(CHARACTERISTICS)}")
+    coefficients: list[float] | None = Field(
+        default=None, description="a list of two numbers: A and C of lecture 18", min_length=2,
+        max_length=2,
+    )  # fmt: skip
+
+
+class SceneFile(Strict):
+    """Tables and keys of a scene, before parameters and quantities are looked at."""
+
+    title: str | None = Field(default=None, description="a text")
+    engine: str = Field(
+        description="a text: an engine of the catalogue or the path of an engine file"
+    )
+    set: dict[str, Any] = Field(default={}, description="a table of single values")
+    axes: dict[str, Any] = Field(default={}, description="a table of lists and ranges")
+    designs: dict[str, Any] | None = Field(
+        default=None, description="a table of equally long lists, or file = 'table.csv'"
+    )
+    indicator: File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    characteristic: Characteristic | None = Field(
+        default=None, description="a table with kind = 'diesel', or coefficients = [A, C]"
+    )
+    solver: Solver = Field(default=Solver(), description="a table")
+    output: Output = Field(description="a table [output] with quantities = ['delta', ...]")
+    reference: File | None = Field(default=None, description="a table with file = 'table.csv'")
