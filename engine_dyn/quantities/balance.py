@@ -41,7 +41,8 @@ PARAMETERS = (
     parameter(
         "counterweight_radius", "b", "m",
         "distance of the counterweights' centre of gravity from the shaft's axis",
-        "Asgari eq. 12", low=0.0, needs=("throw",), make=lambda throw: 0.5 * throw,
+        "Asgari eq. 12", low=0.0, needs=("double_radius",),
+        make=lambda double_radius: 0.5 * double_radius,
     ),
     parameter(
         "balance_shaft_mass", "m_{s1}", "kg",
@@ -70,7 +71,7 @@ PARAMETERS = (
 )  # fmt: skip
 
 _ENGINE = (
-    "crank_ratio", "offset_ratio", "throw", "reciprocating_mass", "speed", "cylinder_set",
+    "crank_ratio", "offset_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
     "cylinders_by_count",
 )  # fmt: skip
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
@@ -90,7 +91,7 @@ _NAMES = {
 
 def _gear(needs: dict[str, Any]) -> balancing.RunningGear:
     given = {_NAMES.get(name, name): value for name, value in needs.items()}
-    given["crank_radius"] = 0.5 * given.pop("throw")
+    given["crank_radius"] = 0.5 * given.pop("double_radius")
     return balancing.RunningGear(**{"speed": 1.0, **given})
 
 
@@ -173,9 +174,10 @@ NODES = (
     Node(
         "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
         public=False, when="weights_given",
-        needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "throw"),
-        make=lambda rotating_mass, counterweight_mass, counterweight_radius, throw: rotating_mass
-        - counterweight_mass * counterweight_radius / (0.5 * throw),
+        needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "double_radius"),
+        make=lambda rotating_mass, counterweight_mass, counterweight_radius, double_radius:
+        rotating_mass
+        - counterweight_mass * counterweight_radius / (0.5 * double_radius),
     ),
     Node(
         "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
@@ -230,19 +232,21 @@ NODES = (
     Node(
         "counterweight_required", "B", "kg",
         "counterweight of each cylinder for the fraction c, at its radius", "Asgari eq. 12",
-        needs=("unbalanced_mass", "counterweight_radius", "throw"),
-        make=lambda unbalanced_mass, counterweight_radius, throw: balancing.counterweight_mass(
-            unbalanced_mass, 0.5 * throw, counterweight_radius
+        needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
+        make=lambda unbalanced_mass, counterweight_radius, double_radius:
+        balancing.counterweight_mass(
+            unbalanced_mass, 0.5 * double_radius, counterweight_radius
         ),
     ),
     Node(
         "balance_shaft_asgari", "M_{Lan}", "kg",
         "shaft that cancels the first order along the cylinder of one cylinder, at its radius",
         "Asgari eq. 13",
-        needs=("counterweight_fraction", "reciprocating_mass", "throw", "balance_shaft_radius"),
-        make=lambda counterweight_fraction, reciprocating_mass, throw, balance_shaft_radius:
+        needs=("counterweight_fraction", "reciprocating_mass", "double_radius",
+               "balance_shaft_radius"),
+        make=lambda counterweight_fraction, reciprocating_mass, double_radius, balance_shaft_radius:
         balancing.balance_shaft_mass(
-            counterweight_fraction, reciprocating_mass, 0.5 * throw, balance_shaft_radius
+            counterweight_fraction, reciprocating_mass, 0.5 * double_radius, balance_shaft_radius
         ),
     ),
     Node(
@@ -268,8 +272,9 @@ NODES = (
     Node(
         "inertia_force_unit", r"m r \omega^2", "N",
         "first-order inertia force of one cylinder's reciprocating mass",
-        "Power units, lecture 18", needs=("reciprocating_mass", "throw", "speed"),
-        make=lambda reciprocating_mass, throw, speed: reciprocating_mass * 0.5 * throw * speed**2,
+        "Power units, lecture 18", needs=("reciprocating_mass", "double_radius", "speed"),
+        make=lambda reciprocating_mass, double_radius, speed: reciprocating_mass
+        * 0.5 * double_radius * speed**2,
     ),
     _vector(
         "reciprocating_force", "P_J", "N", "inertia force of all reciprocating masses, exact",

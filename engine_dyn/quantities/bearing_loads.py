@@ -1,7 +1,4 @@
-"""The nodes of the bearing loads, as plain data.
-
-Part of the table in `engine_dyn.quantities.graph`, which see.
-"""
+"""Nodes of the bearing loads: see `engine_dyn.forces.bearings`."""
 
 from __future__ import annotations
 
@@ -27,13 +24,13 @@ _COUNTED = ("cylinder_set", "cylinders_by_count")
 _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
 _LOADED = (
     "crank_ratio", "offset_ratio", "family", "row", "pressure_scale", "crankcase_pressure", "bore",
-    "throw", "reciprocating_mass", "speed", "period",
+    "double_radius", "reciprocating_mass", "speed", "period",
 )  # fmt: skip
 
 
 def _factors(turning: Any, needs: dict[str, Any]) -> bearings.Factors:
     area = torque.piston_area(needs["bore"])
-    centrifugal = 0.5 * needs["throw"] * needs["speed"] ** 2
+    centrifugal = 0.5 * needs["double_radius"] * needs["speed"] ** 2
     return bearings.Factors(
         needs["pressure_scale"] * area, needs["crankcase_pressure"] * area,
         needs["reciprocating_mass"] * centrifugal, turning * centrifugal,
@@ -133,7 +130,7 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
     )  # fmt: skip
 
 
-_BEARINGS = (
+NODES: tuple[Node, ...] = (
     *_load_nodes("crank_pin", "load of the rod on the crank pin, cylinder 1", "F_{C}", _RODS,
                  _crank_pin_factors, bearings.crank_pin_load),
     *_load_nodes("piston_pin", "load of the piston pin, cylinder 1", "F_{P}", _RODS,
@@ -163,5 +160,3 @@ _BEARINGS = (
     _part("main_journal_tangential", "F_{H,t}",
           "load of the main journals across crank 1, in the sense of rotation", "engine"),
 )  # fmt: skip
-
-NODES: tuple[Node, ...] = _BEARINGS

@@ -40,11 +40,13 @@ def stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
     return friction.StrokeFriction._make(needs.pop(name) for name in NO_STROKE_FRICTION)
 
 
-def _friction_over_stroke(*, crank_angle: Any, throw: Any, cylinder_set: Any, **needs: Any) -> Any:
+def _friction_over_stroke(
+    *, crank_angle: Any, double_radius: Any, cylinder_set: Any, **needs: Any
+) -> Any:
     shape = stroke_friction(needs)
     return torque.friction_over_stroke(
         crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
-        needs["crankcase_pressure"], needs["bore"], throw, needs["friction_torque"], shape,
+        needs["crankcase_pressure"], needs["bore"], double_radius, needs["friction_torque"], shape,
         cylinder_set, needs["period"], needs["offset_ratio"], needs["cylinders_by_count"],
     )  # fmt: skip
 
@@ -82,9 +84,9 @@ NODES: tuple[Node, ...] = (
     Node(
         "friction_level", "", "Pa",
         "mean friction torque of a cylinder over piston area and crank radius", public=False,
-        needs=("rubbing", "stroke", "stroke_share", "throw", "period"),
-        make=lambda rubbing, stroke, stroke_share, throw, period: rubbing * 2.0 * stroke
-        * stroke_share / (throw * period),
+        needs=("rubbing", "stroke", "stroke_share", "double_radius", "period"),
+        make=lambda rubbing, stroke, stroke_share, double_radius, period: rubbing * 2.0 * stroke
+        * stroke_share / (double_radius * period),
     ),
     *(
         Node(
@@ -105,8 +107,8 @@ NODES: tuple[Node, ...] = (
         "after Rezeka and Henein, SAE 840179",
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "friction_torque", "cylinder_set", "period",
-               "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+               "crankcase_pressure", "bore", "double_radius", "friction_torque",
+               "cylinder_set", "period", "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
         make=_friction_over_stroke,
     ),
 )  # fmt: skip

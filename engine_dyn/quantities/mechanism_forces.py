@@ -1,7 +1,4 @@
-"""The nodes of the forces and torques of the mechanism, as plain data.
-
-Part of the table in `engine_dyn.quantities.graph`, which see.
-"""
+"""Nodes of the forces and torques of the mechanism: see `engine_dyn.forces.mechanism`."""
 
 from __future__ import annotations
 
@@ -36,7 +33,7 @@ def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
     )  # fmt: skip
 
 
-_FORCES = (
+NODES: tuple[Node, ...] = (
     hidden(
         "mass_of_first", "kg", "reciprocating mass of cylinder 1", ("reciprocating_mass",),
         lambda reciprocating_mass: reciprocating_mass, when="equal",
@@ -64,8 +61,9 @@ _FORCES = (
     ),
     _force(
         "inertia_force", "P_l", "force of the reciprocating masses, towards the crank",
-        "Kakaitsas eq. 2.12", ("mass_of_first", "throw", "speed", "acceleration"),
-        lambda mass_of_first, throw, speed, acceleration: -mass_of_first * 0.5 * throw * speed**2
+        "Kakaitsas eq. 2.12", ("mass_of_first", "double_radius", "speed", "acceleration"),
+        lambda mass_of_first, double_radius, speed, acceleration: -mass_of_first
+        * 0.5 * double_radius * speed**2
         * acceleration,
     ),
     _force(
@@ -115,18 +113,19 @@ _FORCES = (
     Node(
         "rotating_force", "P_r", "N",
         "centrifugal force of the rotating mass of one cylinder, without counterweights",
-        "Kakaitsas eq. 2.14", needs=("rotating_mass", "throw", "speed"),
-        make=lambda rotating_mass, throw, speed: rotating_mass * 0.5 * throw * speed**2,
+        "Kakaitsas eq. 2.14", needs=("rotating_mass", "double_radius", "speed"),
+        make=lambda rotating_mass, double_radius, speed: rotating_mass
+        * 0.5 * double_radius * speed**2,
     ),
     Node(
         "gravity_torque", "M_G", "N m",
         "torque of the weight of the running gear, with the counterweights given, all cylinders",
         f"{NOTES}, T_G", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass", "throw",
-               "cylinder_set", "cylinders_by_count", "offset_ratio"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, throw,
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw_turning_mass",
+               "double_radius", "cylinder_set", "cylinders_by_count", "offset_ratio"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, double_radius,
         cylinder_set, cylinders_by_count, offset_ratio: mechanism.gravity_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, 0.5 * throw,
+            crank_angle, crank_ratio, reciprocating_mass, throw_turning_mass, 0.5 * double_radius,
             cylinder_set, cylinders_by_count, offset_ratio,
         ),
     ),
@@ -138,8 +137,10 @@ _FORCES = (
     Node(
         "reduced_torque", r"\mu_\sigma", "bar",
         "torque of gas and reciprocating masses over the displacement, cylinder 1",
-        f"{NOTES}, mu", si=BAR, kind="curve", needs=("tangential_pressure", "throw", "stroke"),
-        make=lambda tangential_pressure, throw, stroke: 0.5 * tangential_pressure * throw / stroke,
+        f"{NOTES}, mu", si=BAR, kind="curve",
+        needs=("tangential_pressure", "double_radius", "stroke"),
+        make=lambda tangential_pressure, double_radius, stroke: 0.5 * tangential_pressure
+        * double_radius / stroke,
     ),
     Node(
         "tangential_pressure_mean", r"\bar p_T", "bar",
@@ -151,9 +152,9 @@ _FORCES = (
     Node(
         "reduced_torque_mean", r"\bar\mu_\sigma", "bar",
         "cycle mean of the torque over the displacement, mean of the cylinders", f"{NOTES}, mu",
-        si=BAR, needs=("tangential_pressure_mean", "throw", "stroke"),
-        make=lambda tangential_pressure_mean, throw, stroke: 0.5 * tangential_pressure_mean
-        * throw / stroke,
+        si=BAR, needs=("tangential_pressure_mean", "double_radius", "stroke"),
+        make=lambda tangential_pressure_mean, double_radius, stroke: 0.5 * tangential_pressure_mean
+        * double_radius / stroke,
     ),
     Node(
         "specific_mass", "m/V_h", "kg m-3",
@@ -206,22 +207,24 @@ _FORCES = (
         "rod_torque_error", r"\Delta M_l/M_l", "1",
         "largest error of the inertia torque of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
-        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
-        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
+        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
+               "offset_ratio"),
+        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
+        offset_ratio:
         mechanism.rod_torque_error(
-            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * throw, offset_ratio
+            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * double_radius, offset_ratio
         ),
     ),
     Node(
         "rod_thrust_error", r"\Delta N_l/N_l", "1",
         "largest error of the inertia wall thrust of two masses, over the largest of the exact rod",
         "Kakaitsas section 2.2, derived here",
-        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "throw", "offset_ratio"),
-        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, throw, offset_ratio:
+        needs=("crank_ratio", "rod_inertia_excess", "reciprocating_mass", "double_radius",
+               "offset_ratio"),
+        make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
+        offset_ratio:
         mechanism.rod_thrust_error(
-            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * throw, offset_ratio
+            crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * double_radius, offset_ratio
         ),
     ),
 )  # fmt: skip
-
-NODES: tuple[Node, ...] = _FORCES

@@ -1,7 +1,4 @@
-"""The nodes of the orders of the torque, as plain data.
-
-Part of the table in `engine_dyn.quantities.graph`, which see.
-"""
+"""Nodes of the orders of the torque: see `engine_dyn.forces.harmonics`."""
 
 from __future__ import annotations
 
@@ -36,13 +33,13 @@ def _gravity(scope: str, first_only: bool) -> Node:
     def make(**needs: Any) -> Any:
         return harmonics.gravity_harmonics(
             needs["order"], needs["crank_ratio"], needs["reciprocating_mass"],
-            needs["throw_turning_mass"], 0.5 * needs["throw"], needs["cylinder_set"],
+            needs["throw_turning_mass"], 0.5 * needs["double_radius"], needs["cylinder_set"],
             needs["cylinders_by_count"], needs["offset_ratio"], first_only,
         )  # fmt: skip
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
-        (*_MOTION, "reciprocating_mass", "throw_turning_mass", "throw", *_COUNTED), make,
+        (*_MOTION, "reciprocating_mass", "throw_turning_mass", "double_radius", *_COUNTED), make,
     )  # fmt: skip
 
 
@@ -124,12 +121,12 @@ def _complex_torques(scope: str) -> list[Node]:
     names = [f"{scope}{what}torque_harmonics" for what in ("gas_", "inertia_", "")]
 
     def gas(**needs: Any) -> Any:
-        lever = torque.piston_area(needs["bore"]) * 0.5 * needs["throw"]
+        lever = torque.piston_area(needs["bore"]) * 0.5 * needs["double_radius"]
         work_of_gas = needs["pressure_scale"] * needs[work]
         return lever * (work_of_gas - needs["crankcase_pressure"] * needs[speed])
 
     def masses_torque(**needs: Any) -> Any:
-        moment = needs["reciprocating_mass"] * (0.5 * needs["throw"] * needs["speed"]) ** 2
+        moment = needs["reciprocating_mass"] * (0.5 * needs["double_radius"] * needs["speed"]) ** 2
         return moment * needs[inertia]
 
     def total(**needs: Any) -> Any:
@@ -138,11 +135,11 @@ def _complex_torques(scope: str) -> list[Node]:
     return [
         _harmonic(
             names[0], "N m", f"harmonics of the gas torque, {whose}",
-            (work, speed, "pressure_scale", "crankcase_pressure", "bore", "throw"), gas,
+            (work, speed, "pressure_scale", "crankcase_pressure", "bore", "double_radius"), gas,
         ),
         _harmonic(
             names[1], "N m", f"harmonics of the inertia torque, {whose}",
-            (inertia, "reciprocating_mass", "throw", "speed"), masses_torque,
+            (inertia, "reciprocating_mass", "double_radius", "speed"), masses_torque,
         ),
         _harmonic(names[2], "N m", f"harmonics of the torque, {whose}", tuple(names[:2]), total),
     ]  # fmt: skip

@@ -165,8 +165,9 @@ NODES: tuple[Node, ...] = (
     Node(
         "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
         when="offset",
-        needs=("mean_gas", "pressure_scale", "period", "throw", "stroke", "stroke_share"),
-        make=lambda mean_gas, pressure_scale, period, throw, stroke, stroke_share: 0.5 * throw
+        needs=("mean_gas", "pressure_scale", "period", "double_radius", "stroke", "stroke_share"),
+        make=lambda mean_gas, pressure_scale, period, double_radius, stroke, stroke_share:
+        0.5 * double_radius
         / (stroke * stroke_share) * period * pressure_scale * mean_gas,
     ),
     Node(

@@ -16,8 +16,9 @@ __all__ = ["NODES"]
 
 NODES: tuple[Node, ...] = (
     Node(
-        "rod", "l", "m", "connecting rod length", public=False, needs=("throw", "crank_ratio"),
-        make=lambda throw, crank_ratio: 0.5 * throw / crank_ratio,
+        "rod", "l", "m", "connecting rod length", public=False,
+        needs=("double_radius", "crank_ratio"),
+        make=lambda double_radius, crank_ratio: 0.5 * double_radius / crank_ratio,
     ),
     Node(
         "pin_line", "e", "m", "offset of the piston pin's line from the crank's axis",
@@ -25,11 +26,12 @@ NODES: tuple[Node, ...] = (
         make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
     ),
     Node(
-        "throw", "2r", "m", "two crank radii", public=False, when="centred", needs=("stroke",),
+        "double_radius", "2r", "m", "two crank radii", public=False, when="centred",
+        needs=("stroke",),
         make=lambda stroke: stroke,
     ),
     Node(
-        "throw", "2r", "m", "two crank radii", public=False, when="offset",
+        "double_radius", "2r", "m", "two crank radii", public=False, when="offset",
         needs=("stroke", "crank_ratio", "pin_line"),
         make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
             stroke, crank_ratio, pin_line
@@ -37,7 +39,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "offset_ratio", "e/r", "1", "offset of the pin's line over the crank radius", public=False,
-        needs=("pin_line", "throw"), make=lambda pin_line, throw: pin_line / (0.5 * throw),
+        needs=("pin_line", "double_radius"),
+        make=lambda pin_line, double_radius: pin_line / (0.5 * double_radius),
     ),
     Node(
         "mass_share", "", "1", "mean factor on the mass of the cylinders", public=False,
@@ -86,24 +89,24 @@ NODES: tuple[Node, ...] = (
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="equal_throws",
-        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "cylinders",
+        needs=("reciprocating_mass", "rotating_mass", "double_radius", "crank_ratio", "cylinders",
                "offset_ratio", "mass_share"),
-        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, cylinders,
+        make=lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio, cylinders,
         offset_ratio, mass_share: masses.engine_inertia(
-            mass_share * reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders,
-            offset_ratio,
+            mass_share * reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio,
+            cylinders, offset_ratio,
         ),
     ),
     Node(
         "engine_inertia", r"\Theta_{eng}", "kg m2",
         "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
         when="unequal_throws",
-        needs=("reciprocating_mass", "rotating_mass", "throw", "crank_ratio", "offset_ratio",
-               "cylinders", "cylinder_set", "cylinders_by_count"),
-        make=lambda reciprocating_mass, rotating_mass, throw, crank_ratio, offset_ratio, cylinders,
-        cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
-            reciprocating_mass, rotating_mass, 0.5 * throw, crank_ratio, cylinders, offset_ratio,
-            cylinder_set, cylinders_by_count,
+        needs=("reciprocating_mass", "rotating_mass", "double_radius", "crank_ratio",
+               "offset_ratio", "cylinders", "cylinder_set", "cylinders_by_count"),
+        make=lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio, offset_ratio,
+        cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
+            reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio, cylinders,
+            offset_ratio, cylinder_set, cylinders_by_count,
         ),
     ),
     Node(

@@ -1,7 +1,4 @@
-"""The nodes of the kinematic series, as plain data.
-
-Part of the table in `engine_dyn.quantities.graph`, which see.
-"""
+"""Nodes of the kinematic series: see `engine_dyn.geometry.kinematic_series`."""
 
 from __future__ import annotations
 
@@ -59,7 +56,7 @@ _SERIES_NEEDS = ("order", "crank_ratio", "offset_ratio")
 _CURVE_NEEDS = ("crank_angle", "crank_ratio", "truncation", "offset_ratio")
 _ERROR_NEEDS = ("crank_ratio", "truncation", "offset_ratio")
 
-_SERIES = (
+NODES: tuple[Node, ...] = (
     Node(
         "position_coefficient", r"a_\nu", "1",
         "coefficients of the reduced piston travel, of cos(nu phi)",
@@ -126,5 +123,3 @@ _SERIES = (
         make=_truncation_error(2, "acceleration_truncation_error"),
     ),
 )  # fmt: skip
-
-NODES: tuple[Node, ...] = _SERIES

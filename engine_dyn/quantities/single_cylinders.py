@@ -1,8 +1,8 @@
 """Parameters of single cylinders: `pressure_factor_3` is the factor on cylinder 3's pressure.
 
-What a list of [set] gives for all cylinders at once, these give for one, and so it can vary from
-design to design: a misfire that comes by degrees, a spread of masses drawn at random, a crank pin
-turned through the cycle.
+A list in [set] gives the values of all cylinders at once. These parameters give the value of one
+cylinder, so it can vary from design to design: a gradual misfire, random masses, a crank pin turned
+through the cycle.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["OF_CYLINDER", "PARAMETERS", "PATTERNS", "Place", "with_values"]
 
 
 class Place(NamedTuple):
-    """What a parameter is, such as `pressure_factor`, and the number of its cylinder, from 1."""
+    """Kind of a parameter, such as `pressure_factor`, and the number of its cylinder, from 1."""
 
     what: str
     number: int
@@ -56,7 +56,7 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
         )
     }
 )  # fmt: skip
-"""The parameters as people are told of them: N is the number of a cylinder."""
+"""The parameters as tables and messages list them: N is the number of a cylinder."""
 
 
 def _named() -> dict[str, tuple[Place, Node]]:

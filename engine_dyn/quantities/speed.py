@@ -17,7 +17,7 @@ _KERNEL_NAMES = {
     "reciprocating_mass": "mass", "load_exponent": "exponent", "load_offset": "offset",
     "load_constant": "offset", "load_gear": "gear_ratio", "load_table_factor": "load_scale",
     "motor_breakdown_slip": "breakdown_slip", "torque_mean": "mean_torque",
-    "pressure_scale": "scale", "throw": "stroke", "cylinder_set": "cylinders",
+    "pressure_scale": "scale", "double_radius": "stroke", "cylinder_set": "cylinders",
 }  # fmt: skip
 """Names of nodes in the kernels' front, where they differ."""
 
@@ -107,7 +107,7 @@ def _solution(law: str, angle: str) -> Node:
         gives=(*(row[0] for row in (*_SCALARS, *_CURVES)), "status", "outcome"),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "inertia",
+            *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
             constant, "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count",
             "passes", "start_speed", "start_angle", "family", "closure", "tolerance", "sharing",
             "method", "inertia_model", "crank_angle", *acting,

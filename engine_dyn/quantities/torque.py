@@ -30,8 +30,9 @@ def _solution(when: str, *more: str) -> Node:
         kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"), when=when,
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore", "throw", "reciprocating_mass", "speed", "friction_torque",
-            "cylinder_set", "cylinders_by_count", "family", "period", "tolerance", *more,
+            *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed",
+            "friction_torque", "cylinder_set", "cylinders_by_count", "family", "tolerance",
+            *more,
         ),
         make=_torque_solution,
     )  # fmt: skip
@@ -41,12 +42,14 @@ def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: st
     return Node(name, symbol, unit, long_name, source, needs=("torque_solution",))
 
 
-def _torque_after_throw(*, crank_angle: Any, throw: Any, cylinder_set: Any, **needs: Any) -> Any:
+def _torque_after_throw(
+    *, crank_angle: Any, double_radius: Any, cylinder_set: Any, **needs: Any
+) -> Any:
     shape = stroke_friction(needs)
     uniform = not any(np.any(level) for level in shape.levels)
     return torque.torque_after_throw(
         crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
-        needs["crankcase_pressure"], needs["bore"], throw, needs["reciprocating_mass"],
+        needs["crankcase_pressure"], needs["bore"], double_radius, needs["reciprocating_mass"],
         needs["speed"], needs["friction_torque"], cylinder_set, needs["cylinders_by_count"],
         needs["offset_ratio"], None if uniform else shape,
     )  # fmt: skip
@@ -65,9 +68,11 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
-        needs=("mean_gas", "pressure_scale", "bore", "throw", "cylinders", "friction_torque"),
-        make=lambda mean_gas, pressure_scale, bore, throw, cylinders, friction_torque: balance_of(
-            cylinders * torque.piston_area(bore) * 0.5 * throw * pressure_scale * mean_gas,
+        needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders",
+               "friction_torque"),
+        make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders, friction_torque:
+        balance_of(
+            cylinders * torque.piston_area(bore) * 0.5 * double_radius * pressure_scale * mean_gas,
             friction_torque,
         ),
     ),
@@ -94,38 +99,39 @@ NODES: tuple[Node, ...] = (
         "gas_torque", "M_g", "N m", "torque of the gas, all cylinders", "Kakaitsas eq. 2.6",
         kind="curve",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "cylinder_set", "period", "offset_ratio",
-               "cylinders_by_count"),
+               "crankcase_pressure", "bore", "double_radius", "cylinder_set", "period",
+               "offset_ratio", "cylinders_by_count"),
         make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, throw, cylinder_set, period, offset_ratio, cylinders_by_count: torque.gas_torque(
+        bore, double_radius, cylinder_set, period, offset_ratio, cylinders_by_count:
+        torque.gas_torque(
             crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            throw, cylinder_set, period, offset_ratio, cylinders_by_count,
+            double_radius, cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
         "torque of the reciprocating masses at nominal speed, all cylinders",
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "speed", "cylinder_set",
-               "period", "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set,
-        period, offset_ratio, cylinders_by_count: torque.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, throw, speed, cylinder_set, period,
-            offset_ratio, cylinders_by_count,
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "speed",
+               "cylinder_set", "period", "offset_ratio", "cylinders_by_count"),
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, double_radius, speed,
+        cylinder_set, period, offset_ratio, cylinders_by_count: torque.inertia_torque(
+            crank_angle, crank_ratio, reciprocating_mass, double_radius, speed, cylinder_set,
+            period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
         "torque of the reciprocating masses at the solved speed, all cylinders",
         "Eksergian's equation", kind="curve",
-        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "throw", "omega",
+        needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "omega",
                "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, throw, omega,
+        make=lambda crank_angle, crank_ratio, reciprocating_mass, double_radius, omega,
         angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
         torque.inertia_torque_actual(
-            crank_angle, crank_ratio, reciprocating_mass, throw, omega, angular_acceleration,
-            cylinder_set, period, offset_ratio, cylinders_by_count,
+            crank_angle, crank_ratio, reciprocating_mass, double_radius, omega,
+            angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count,
         ),
     ),
     Node(
@@ -147,7 +153,7 @@ NODES: tuple[Node, ...] = (
         "torque in the shaft after each throw, from the last cylinder to the take-off at the first",
         "Kakaitsas section 5.4", kind="curve", adds=("cylinder",), throws=True,
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
-               "crankcase_pressure", "bore", "throw", "reciprocating_mass", "speed",
+               "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
                *NO_STROKE_FRICTION),
         make=_torque_after_throw,
