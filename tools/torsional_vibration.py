@@ -158,7 +158,8 @@ def draw(ranges: Floats, orders: Complexes, excited: list[Excitation]) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from sweeps.figures.sheet import DASHES, STYLE, shade
+    from sweeps.figures.marks import DASHES, shade
+    from sweeps.figures.sheet import STYLE
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

@@ -11,7 +11,7 @@ __all__ = ["draw"]
 
 
 def __getattr__(name: str) -> Any:
-    # Loaded when first used: importing a file of this package must not bring xarray along.
+    # Loaded when first used: one file of this package is imported without all the others.
     if name == "draw":
         from sweeps.figures.files import draw
 

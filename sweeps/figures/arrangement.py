@@ -8,13 +8,14 @@ the star is one cycle.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.figures.sheet import GREY, Plates, finish, new_sheet
-from sweeps.figures.views import Study
+from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
+from sweeps.figures.study import Study
+from sweeps.figures.views import View
 from sweeps.figures.wording import number_text, sentence
 
 if TYPE_CHECKING:
@@ -27,10 +28,14 @@ PIN, BLOCK, TOP = 1.0, 1.9, 2.7
 """Distances from the shaft in crank radii of cylinder 1: its pin, both ends of a cylinder."""
 
 
-def arrangements(study: Study) -> Plates:
-    """One figure for each arrangement that the archive describes."""
-    data = study.view.data
-    described = json.loads(data.attrs.get("arrangement") or "[]")
+def described(view: View) -> list[str]:
+    """Return the attribute that describes the arrangement, if the archive has one."""
+    return ["arrangement"] if view.data.attrs.get("arrangement") else []
+
+
+def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw a figure for each arrangement that the archive describes."""
+    described = json.loads(study.view.data.attrs["arrangement"])
     listed = [described] if isinstance(described, dict) else described
     for number, one in enumerate(listed, start=1):
         if "period" not in one or len(one["throws"]) < 2:

@@ -8,72 +8,72 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.figures.marks import DASHES
+from sweeps.figures.scales import comparable, crank_axis, left_labels, x_label, y_label
 from sweeps.figures.sheet import (
-    DASHES,
     GREY,
     OWN_ORDINATES,
     WIDTH,
     Entries,
-    Plates,
+    NamedFigures,
     bare_panels,
-    comparable,
-    crank_axis,
     finish,
     grid_of,
-    left_labels,
     lowest_panels,
     new_sheet,
-    x_label,
-    y_label,
 )
-from sweeps.figures.views import Study, View, key_text, pick, picked_text, stem_of
+from sweeps.figures.study import Study
+from sweeps.figures.views import View, key_text, pick, picked_text, stem_of
 from sweeps.figures.wording import title_of, unit_in_brackets
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["VECTORS", "shaking"]
+__all__ = ["shaking", "vector_names"]
 
-KINDS = {
+VECTORS = {
     "force": ("reciprocating_force", "shaking_force", "shaking_force_first",
               "shaking_force_second"),
     "moment": ("reciprocating_moment", "shaking_moment", "shaking_moment_first",
                "shaking_moment_second"),
 }  # fmt: skip
 """Before balancing, after it, and its first two orders."""
-
-VECTORS = tuple(name for names in KINDS.values() for name in names)
-
 MOST_PANELS = 6
 
-# Colour, dashes and width; lightness differs as well as hue.
 LOOKS: tuple[tuple[str, Any, float], ...] = (
     ("#9a9a9a", "-", 1.6),
     ("#000000", "-", 1.6),
     ("#d1541b", DASHES[1], 1.2),
     ("#1b4f9c", DASHES[3], 1.4),
 )
+"""Colour, dashes and width; lightness differs as well as hue."""
+
 LABELS = ("Reciprocating masses alone", "With counterweights and balance shafts",
           "First order of that", "Second order of that")  # fmt: skip
 ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
-"""Where nothing is drawn beside the engine as it is."""
+"""Labels of a figure without the reciprocating masses alone."""
 
 NOTHING = 1e-9
-"""Share of the largest value of a figure below which a value is rounding."""
+"""Fraction of the largest value of a figure below which a value is rounding."""
 
 SMALLEST = 1e-6
-"""N or N m: what no engine has is rounding of sums that cancel."""
+"""N or N m; less is rounding of sums that cancel."""
 
 Pair = tuple[Floats, Floats]
 
 SIDES = ("Along cylinder 1", "Across")
 
 
-def shaking(study: Study) -> Plates:
-    """Over the crank angle and as hodographs: nominal, and along each axis."""
-    for kind, names in KINDS.items():
-        present = [name for name in names if _is_vector(study.view, name)]
+def vector_names(view: View) -> list[str]:
+    """Shaking forces and moments that are there with both components."""
+    return [name for names in VECTORS.values() for name in names if _is_vector(view, name)]
+
+
+def shaking(study: Study, vectors: Sequence[str]) -> NamedFigures:
+    """Draw them over the crank angle and as hodographs: nominal, and along each axis."""
+    for kind, names in VECTORS.items():
+        present = [name for name in names if name in vectors]
         if not present:
             continue
         main = [name for name in names[:2] if name in present] or present

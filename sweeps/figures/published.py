@@ -9,22 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn.types import Floats
-from sweeps.figures.numbers import MOST_ROWS
+from sweeps.figures.marks import line_style, shade
+from sweeps.figures.scales import left_labels, log_ticks, x_label
 from sweeps.figures.sheet import (
     GREY,
     Entries,
-    Plates,
+    NamedFigures,
     finish,
     grid_of,
-    left_labels,
-    line_style,
-    log_ticks,
     lowest_panels,
     new_sheet,
-    shade,
-    x_label,
 )
-from sweeps.figures.views import MOST_PANELS, Study, StudyAxis, View
+from sweeps.figures.study import Study
+from sweeps.figures.views import MOST_PANELS, MOST_ROWS, StudyAxis, View
 from sweeps.figures.wording import axis_label, number_text, title_of, wrap
 
 if TYPE_CHECKING:
@@ -32,18 +29,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def published(study: Study) -> Plates:
-    """Computed against published: differences case by case, and one against the other."""
-    view = study.view
+def published_names(view: View) -> list[str]:
+    """Computed variables with published values beside them, over the same axes or more."""
+    return [name for name, _ in _pairs(view)]
+
+
+def _pairs(view: View) -> list[tuple[str, str]]:
     pairs = [
         (str(name), other)
         for name in view.data.data_vars
         if view.has(str(name)) and (other := view.published(str(name), everywhere=True))
     ]
     pairs = [(n, o) for n, o in pairs if set(view.array(n).dims) <= set(view.array(o).dims)]
-    pairs = [(n, o) for n, o in pairs if np.isfinite(view.array(o).values.astype(float)).any()]
-    if not pairs:
-        return
+    return [(n, o) for n, o in pairs if np.isfinite(view.array(o).values.astype(float)).any()]
+
+
+def published(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw computed against published: differences case by case, and one against the other."""
+    view = study.view
+    pairs = _pairs(view)
     several = [
         (name, other)
         for name, other in pairs

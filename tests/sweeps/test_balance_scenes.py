@@ -15,8 +15,8 @@ from engine_dyn.forces import balancing
 from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.figures import draw
-from sweeps.figures.balance import _without_rounding, shaking
-from sweeps.figures.views import study_of
+from sweeps.figures.balance import _without_rounding, shaking, vector_names
+from sweeps.figures.study import study_of
 from sweeps.reading.engine_files import load_engine
 
 pytestmark = pytest.mark.compiled
@@ -423,7 +423,7 @@ def test_figures_of_what_is_balanced(tmp_path: Path) -> None:
     assert not any(stem.startswith("shaking_force_polar") for stem in files)
     assert "shaking_force_max_speed" not in files  # 0 N, in the summary
     study = study_of(sweeps.run("lecture18")[names[:2]], {})
-    drawn = dict(shaking(study))
+    drawn = dict(shaking(study, vector_names(study.view)))
     assert "shaking_moment_over_angle" not in drawn  # of one cylinder
     moments = drawn["shaking_moment_over_angle_cases"].axes
     assert len({panel.get_ylim() for panel in moments if panel.get_visible()}) == 1

@@ -18,11 +18,14 @@ from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.archive import labels as dataset
 from sweeps.errors import SceneError
-from sweeps.figures import arrangement, draw
-from sweeps.figures.curves import curve_figure, draw_curves
-from sweeps.figures.files import _plates
-from sweeps.figures.sheet import STYLE, crank_axis, new_sheet
-from sweeps.figures.views import families_of, pick, study_of
+from sweeps.figures import arrangement, draw, kinds
+from sweeps.figures.curves import curve_figure
+from sweeps.figures.kinds import figures_of
+from sweeps.figures.scales import crank_axis
+from sweeps.figures.sheet import STYLE, finish, new_sheet
+from sweeps.figures.study import families_of, study_of
+from sweeps.figures.traces import draw_curves
+from sweeps.figures.views import pick
 from sweeps.figures.wording import axis_label, number_text, unit_text, wrap
 
 ATTRIBUTES = {
@@ -187,7 +190,7 @@ def plates(data: xr.Dataset, select: dict | None = None, laid_out: bool = False)
     """All figures by name, not written."""
     with style():
         found = {}
-        for stem, figure in _plates(study_of(data, select or {})):
+        for stem, figure in figures_of(study_of(data, select or {})):
             if laid_out:
                 figure.canvas.draw()
             found[stem] = figure
@@ -292,6 +295,46 @@ def test_picked_values_are_even_and_keep_the_nominal_one() -> None:
             assert keep in chosen
             assert len(chosen) == min(size, 8)
             assert {chosen[0], chosen[-1]} <= {0, size - 1} | {keep}
+
+
+# ----------------------------------------------------------------------------- kinds
+
+
+def test_kinds_have_names_of_their_own_and_a_text() -> None:
+    names = [kind.name for kind in kinds.KINDS]
+    assert len(set(names)) == len(names)
+    assert all(name.isidentifier() and name.islower() for name in names)
+    assert all(kind.shows for kind in kinds.KINDS)
+    assert not any(kind.general and kind.shared for kind in kinds.KINDS)
+
+
+def test_some_kind_takes_every_variable_of_numbers() -> None:
+    for data in (thesis_like(), product(inertia=[1.0, 2.0, 5.0], speed=[1000.0, 2000.0])):
+        view = study_of(data, {}).view
+        taken = {name for kind in kinds.KINDS for name in kind.takes(view)}
+        assert taken == {str(name) for name in data.data_vars}
+
+
+def test_a_new_kind_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    def draw_mine(study, names):
+        figure, panels = new_sheet(1, 1, 2.0)
+        panels[0].plot(study.view.array(names[0]).values.T)
+        yield "mine", finish(figure, "Mine")
+
+    mine = kinds.Kind("mine", "what I want", lambda view: ["omega"], draw_mine)
+    monkeypatch.setattr(kinds, "KINDS", (*kinds.KINDS, mine))
+    found = plates(product(inertia=[1.0, 2.0, 5.0]))
+    assert "mine" in found
+    assert "omega_inertia" not in found  # the kind takes it for itself
+    assert "delta_inertia" in found
+
+
+def test_a_shaking_force_without_its_directions_is_a_curve() -> None:
+    attrs = {"long_name": "shaking force", "units": "N"}
+    force = xr.DataArray(np.sin(np.radians(angles())), dims="crank_angle", attrs=attrs)
+    data = xr.Dataset({"shaking_force": force})
+    data.coords["crank_angle"] = ("crank_angle", angles(), attributes("crank_angle"))
+    assert set(plates(data)) == {"shaking_force"}
 
 
 # ----------------------------------------------------------------------------- the thesis
@@ -458,7 +501,7 @@ def test_where_only_the_load_changes_the_components_stand_once(thesis_plates: di
 )
 def test_nothing_is_drawn_for_what_is_not_there(missing: list[str], stem: str) -> None:
     with style():
-        stems = [name for name, _ in _plates(study_of(thesis_like().drop_vars(missing), {}))]
+        stems = [name for name, _ in figures_of(study_of(thesis_like().drop_vars(missing), {}))]
     assert stem not in stems
     assert stems
 

@@ -10,10 +10,11 @@ import pytest
 import xarray as xr
 from matplotlib.text import Text
 
-from sweeps.figures.files import _plates
-from sweeps.figures.mechanism import polar_names
+from sweeps.figures.kinds import figures_of
+from sweeps.figures.polar import polar_names
 from sweeps.figures.sheet import STYLE
-from sweeps.figures.views import View, study_of
+from sweeps.figures.study import study_of
+from sweeps.figures.views import View
 
 ANGLES = np.arange(-360.0, 360.0, 10.0)
 PHI = np.radians(ANGLES)
@@ -78,7 +79,7 @@ def plates(data: xr.Dataset) -> dict[str, Any]:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
         found = {}
-        for stem, figure in _plates(study_of(data, {})):
+        for stem, figure in figures_of(study_of(data, {})):
             figure.canvas.draw()
             found[stem] = figure
         return found

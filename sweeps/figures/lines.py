@@ -1,0 +1,189 @@
+"""Numbers against one axis: points joined by lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine_dyn.types import Floats
+from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_points
+from sweeps.figures.scales import (
+    degree_ticks,
+    free_scale,
+    left_labels,
+    no_ordinate,
+    parameter_ticks,
+    x_label,
+    y_label,
+)
+from sweeps.figures.sheet import Entries, bare_panels, finish, grid_of, lowest_panels, new_sheet
+from sweeps.figures.views import (
+    MOST_LINES,
+    MOST_PANELS,
+    NO_VALUE,
+    StudyAxis,
+    View,
+    key_text,
+    pick,
+    picked_text,
+)
+from sweeps.figures.wording import (
+    HARD_SPACE,
+    axis_label,
+    name_of,
+    sentence,
+    title_of,
+    unit_in_brackets,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+COUNTED = ("cylinder", "main_bearing")
+"""Dimensions whose points are parts of an engine: no line runs from one to the next."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside."""
+
+    text: str
+    y: Floats
+    said: NDArray[Any]
+    published: Floats | None
+    x: Floats | None = None  # if not the axis's own values
+    strong: bool = False
+
+
+def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: Any) -> Line:
+    """One line of a variable: all axes but one are fixed by `index`."""
+    array = view.array(name)
+    array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+    other = view.published(name)
+    published = None
+    if other is not None:
+        beside = view.array(other)
+        beside = beside.isel({dim: i for dim, i in index.items() if dim in beside.dims})
+        published = np.asarray(beside.values, dtype=float)
+    values = np.asarray(array.values, dtype=float)
+    return Line(text, values, view.outcomes(name, array, index), published, **more)
+
+
+def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: Entries) -> None:
+    """Numbers along an axis as joined points; lost designs are marked on the frame."""
+    from matplotlib.lines import Line2D
+
+    remarks: Entries = {}
+    for rank, line in enumerate(lines):
+        style = line_style(rank, len(lines), line.strong and len(lines) > 1)
+        x = axis.values if line.x is None else line.x
+        if axis.words or axis.name in COUNTED:
+            style["linestyle"] = "none"
+        if axis.name in COUNTED:  # side by side, as their parts often have the same load
+            x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
+        thin = max(x.size // 20, 1) if x.size > 60 else 1
+        style["markevery"] = thin
+        y = np.where(np.isfinite(line.y), line.y, np.nan)
+        (drawn,) = panel.plot(x, y, **style)
+        entries.setdefault(line.text, drawn)
+        if line.published is not None and np.isfinite(line.published).any():
+            look = {"linestyle": "none", "marker": "o", "markersize": 7.5, "color": style["color"]}
+            (beside,) = panel.plot(x, line.published, markerfacecolor="none", **look)
+            single = len(lines) == 1
+            entries.setdefault("Published" if single else f"{line.text}, published", beside)
+        for why in sorted({str(said) for said in line.said if said}):
+            if why == NO_VALUE and axis.name in COUNTED:
+                continue  # the engine has no such part
+            places = line.said == why
+            if np.isfinite(y[places]).any():  # a number, though not to the tolerance
+                panel.plot(x[places][::thin], y[places][::thin], **doubt_look(9.0))
+                remarks[sentence(why)] = Line2D([], [], **doubt_look(9.0))
+            else:
+                lost_points(panel, x[places][::thin], why, style["color"])
+                remarks[sentence(why)] = lost_handle(why)
+    if not any(np.isfinite(line.y).any() for line in lines):
+        no_ordinate(panel)
+    for text, handle in remarks.items():
+        entries.pop(text, None)  # outcomes come last in a legend
+        entries[text] = handle
+
+
+def common_label(view: View, names: Sequence[str]) -> str:
+    """Label for one variable, or for several of one kind: what their long names share."""
+    if len(names) == 1:
+        return axis_label(view.array(names[0]), names[0])
+    words = [re.findall(r"\w+", name_of(view.array(n), n).lower()) for n in names]
+    common = [word for word in words[0] if all(word in other for other in words[1:])]
+    common = [word for word in common if word not in ("of", "the", "in", "over", "at", "a")]
+    text = " ".join(common) or names[0].split("_")[0].replace("_", " ")
+    return sentence(text) + unit_in_brackets(view.array(names[0]))
+
+
+def line_figure(
+    view: View,
+    names: Sequence[str],
+    along: str,
+    over: str | None = None,
+    facet: str | None = None,
+    more: Sequence[Line] = (),
+    text: str = "Computed",
+) -> Figure:
+    """Numbers against one axis: a line for each variable, or for each value of a second axis."""
+    view = view.only(names, [along, over, facet])
+    axis = view.axis(along)
+    across = view.axis(facet) if facet else None
+    other = view.axis(over) if over else None
+    panels_at = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
+    rows, columns = grid_of(len(panels_at))
+    height = 3.3 if rows * columns == 1 else 0.5 + 1.85 * rows
+    figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
+    entries: Entries = {}
+    room = 5.0 / columns
+    picked = pick(other.size, MOST_LINES, other.nominal) if other else [0]
+    every = []
+    for panel, place in zip(panels, panels_at, strict=False):
+        at = {facet: place} if facet else {}
+        if over and other:
+            lines = [
+                line_of(view, names[0], {**at, over: i}, other.text(i), strong=i == other.nominal)
+                for i in picked
+            ]
+        elif len(names) == 1:
+            lines = [line_of(view, names[0], at, text, strong=True), *more]
+        else:
+            lines = [line_of(view, name, at, title_of(view.array(name), name)) for name in names]
+        draw_points(panel, axis, lines, entries)
+        every += [line.y for line in lines]
+        if across:
+            panel.set_title(across.tag(place))
+    for panel in panels[: len(panels_at)]:
+        parameter_ticks(panel, axis, "x", room)
+        free_scale(panel, every)
+        degree_ticks(panel, view.array(names[0]))
+    bare_panels(panels, len(panels_at), columns)
+    for panel in lowest_panels(panels, len(panels_at), columns):
+        x_label(panel, axis.label, room)
+    label = common_label(view, names)
+    if facet:
+        left_labels(panels, columns, label, 1.6)
+    else:
+        y_label(panels[0], label, 2.8)
+    notes = [*view.notes(names), picked_text(other), picked_text(across, MOST_PANELS)]
+    lonely = list(entries) == ["Computed"]
+    return finish(
+        figure,
+        f"{label.split(HARD_SPACE)[0]} against {key_text(axis)}",
+        notes,
+        {} if lonely else entries,
+        other.label if other else "",
+        view.caption,
+        below=bool(facet),
+        spare=panels[len(panels_at) :],
+    )

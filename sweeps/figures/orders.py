@@ -1,0 +1,136 @@
+"""Orders as stems over the order, side by side for the values of an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.figures.marks import line_style
+from sweeps.figures.scales import comparable, degree_ticks, left_labels, x_label
+from sweeps.figures.sheet import (
+    OWN_ORDINATES,
+    Entries,
+    NamedFigures,
+    bare_panels,
+    finish,
+    grid_of,
+    lowest_panels,
+    new_sheet,
+)
+from sweeps.figures.study import Study
+from sweeps.figures.views import (
+    MOST_LINES,
+    MOST_PANELS,
+    View,
+    facet_of,
+    key_text,
+    pick,
+    picked_text,
+    place_on,
+    stem_of,
+)
+from sweeps.figures.wording import axis_label, title_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+NOTHING = 1e-9
+"""Fraction of the largest order of a figure below which an order is not drawn."""
+
+
+def orders(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw each variable over the order, along each axis that changes it."""
+    for name in names:
+        for view, along in study.views_of(name):
+            yield stem_of(name, view, along), order_figure(view, name, along)
+
+
+def order_figure(view: View, name: str, along: str | None) -> Figure:
+    """Orders as stems, side by side for the values of one axis; facets for another."""
+    from matplotlib.ticker import MaxNLocator
+
+    facet = facet_of(view, [name], [along]) if along else None
+    view = view.only([name], [along, facet])
+    axis = view.axis(along) if along else None
+    across = view.axis(facet) if facet else None
+    shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
+    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
+    rows, columns = grid_of(len(shown))
+    values = [
+        [_order_values(view, name, {**place_on(across, i), **place_on(axis, j)}) for j in picked]
+        for i in shown
+    ]
+    share = comparable(values)
+    height = 0.5 + 1.75 * rows if across else 3.3
+    figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
+    places = np.asarray(view.data.variables["order"].values, dtype=float)
+    angles = view.array(name).attrs.get("units") == "degree"
+    least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for v in values for y in v)
+    there = [np.abs(y) > least for v in values for y in v]
+    drawn = places[np.any(there, axis=0)]
+    room = float(np.min(np.diff(drawn if drawn.size > 1 else places), initial=1.0))
+    entries: Entries = {}
+    for panel, index, stems in zip(panels, shown, values, strict=False):
+        any_drawn = False
+        for rank, (value, y) in enumerate(zip(picked, stems, strict=True)):
+            text = axis.text(value) if axis else title_of(view.array(name), name)
+            style = line_style(rank, len(picked), axis is not None and value == axis.nominal)
+            shift = room * 0.7 * ((rank + 0.5) / len(picked) - 0.5)
+            known = np.isfinite(y)
+            if angles:  # an order without amplitude has phase 0, which is not drawn
+                known &= _has_amplitude(
+                    view, name, {**place_on(across, index), **place_on(axis, value)}
+                )
+            else:
+                known &= np.abs(y) > least
+                panel.vlines(
+                    places[known] + shift, 0.0, y[known], color=style["color"], linewidth=1.3
+                )
+            any_drawn |= bool(known.any())
+            (points,) = panel.plot(
+                places[known] + shift, y[known], linestyle="none", color=style["color"],
+                marker=style["marker"], markersize=3.5, markerfacecolor=style["markerfacecolor"],
+            )  # fmt: skip
+            if np.isfinite(y).any():
+                entries.setdefault(text, points)
+        if not any_drawn:
+            panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
+        panel.axhline(0.0, color="black", linewidth=0.6)
+        if angles:
+            degree_ticks(panel, view.array(name))
+        panel.set_xlim(places[0] - 0.5, places[-1] + 0.5)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        if across:
+            panel.set_title(across.tag(index))
+    bare_panels(panels, len(shown), columns)
+    for panel in lowest_panels(panels, len(shown), columns):
+        x_label(panel, axis_label(view.data.variables["order"], "order"), 6.3 / columns)
+    label = axis_label(view.array(name), name)
+    left_labels(panels, columns, label, 1.5 if across else 2.8)
+    title = title_of(view.array(name), name)
+    notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
+    return finish(
+        figure, f"{title} by {key_text(axis)}" if axis else title,
+        [*notes, "" if share else OWN_ORDINATES], entries if axis else None,
+        axis.label if axis else "", view.caption, below=across is not None,
+        spare=panels[len(shown) :] if across else (),
+    )  # fmt: skip
+
+
+def _has_amplitude(view: View, name: str, place: Mapping[str, int]) -> Any:
+    """Where a phase has a meaning: its amplitude, if the archive has it, is not 0."""
+    other = name.removesuffix("_phase") + "_order"
+    if other == name or not view.has(other):
+        return True
+    size = np.abs(_order_values(view, other, place))
+    return size > NOTHING * np.nanmax(size, initial=0.0)
+
+
+def _order_values(view: View, name: str, place: Mapping[str, int]) -> Floats:
+    array = view.array(name)
+    array = array.isel({dim: i for dim, i in place.items() if dim in array.dims})
+    return np.asarray(array.values, dtype=float)

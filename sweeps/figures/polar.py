@@ -1,0 +1,198 @@
+"""Polar diagrams: one component of a load against the other over the cycle."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.figures.marks import line_style
+from sweeps.figures.scales import x_label, y_label
+from sweeps.figures.sheet import (
+    WIDTH,
+    Entries,
+    NamedFigures,
+    bare_panels,
+    finish,
+    grid_of,
+    lowest_panels,
+    new_sheet,
+)
+from sweeps.figures.study import Study
+from sweeps.figures.traces import over_angle, trace
+from sweeps.figures.views import (
+    MOST_LINES,
+    MOST_PANELS,
+    View,
+    facet_of,
+    key_text,
+    pick,
+    picked_text,
+    place_on,
+    stem_of,
+)
+from sweeps.figures.wording import axis_label, name_of, number_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+POLAR = {
+    ("tangential", "radial"): "in axes that turn with the crank",
+    ("x", "y"): "in axes of the engine",
+    ("side", "down"): "in axes of the engine",
+}
+"""Endings of two variables that are the components of one load: to the right, and up."""
+MARKED = 30.0
+"""Degrees between the marks of a polar diagram; the dead centres are written beside it."""
+GUIDE = "#8a8a8a"
+
+
+def polar_names(view: View) -> list[str]:
+    """Both components of each load that has them over the crank angle."""
+    return [name for _, *pair in _loads(view) for name in pair]
+
+
+def _loads(view: View) -> list[tuple[str, str, str]]:
+    """Loads with both components over the crank angle: file, to the right, and up."""
+    found = []
+    for name in map(str, view.data.data_vars):
+        for right, up in POLAR:
+            load = name.removesuffix(f"_{right}")
+            other = f"{load}_{up}"
+            if load != name and over_angle(view, name) and view.has(other):
+                found.append((f"{load}_polar_{right}_{up}", name, other))
+    return found
+
+
+def polar_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw one component of each load against the other over the cycle."""
+    for stem, *components in _loads(study.view):
+        found = study.along(components)
+        # Journals have a panel each, whatever else there is.
+        others = [(view, axis) for view, axis in found if axis != "main_bearing"]
+        for whole, along in others or [(found[0][0], None)]:
+            if along is None or whole.varies(components, along):
+                yield stem_of(stem, whole, along), _polar_figure(whole, components, along)
+
+
+def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure:
+    right, up = names
+    facet = "main_bearing" if "main_bearing" in view.array(right).dims else None
+    if facet is None and along is not None:
+        facet = facet_of(view, names, [along])
+    view = view.only(names, [along, facet])
+    axis = view.axis(along) if along else None
+    across = view.axis(facet) if facet else None
+    shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
+    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
+    rows, columns = grid_of(len(shown))
+    (left, low), (width, height) = _frame(view, names)
+    wide = min(6.1 / columns - 0.15, 3.0 if across else 4.6, 4.6 * width / height)
+    tall = wide * height / width
+    size = WIDTH if columns > 2 else wide * columns + 1.0
+    share = {"sharex": True, "sharey": True}
+    figure, panels = new_sheet(rows, columns, (tall + 0.25) * rows + 0.4, width=size, **share)
+    entries: Entries = {}
+    for panel, index in zip(panels, shown, strict=False):
+        ends = (low, low + height)
+        panel.set_xlim(left, left + width)
+        panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
+        for rank, value in enumerate(picked):
+            place = {**place_on(across, index), **place_on(axis, value)}
+            text = axis.text(value) if axis else ""
+            style = line_style(rank, len(picked), axis is not None and value == axis.nominal)
+            _loop(panel, view, names, place, style, text, entries, apart=0.06 * height)
+        panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
+        panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
+        panel.set_aspect("equal", adjustable="box")
+        panel.locator_params("x", nbins=max(2, int(1.6 * wide)))
+        if across:
+            panel.set_title(across.tag(index))
+    bare_panels(panels, len(shown), columns)
+    for panel in lowest_panels(panels, len(shown), columns):
+        x_label(panel, axis_label(view.array(right), right), 6.3 / columns if across else wide)
+    for panel in panels[::columns]:
+        y_label(panel, axis_label(view.array(up), up), tall)
+    axes_said = next(said for pair, said in POLAR.items() if right.endswith(f"_{pair[0]}"))
+    title = f"Polar diagram of the {_common(view, names)}"
+    notes = [
+        *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
+        axes_said, f"a mark every {MARKED:g}° of crank angle",
+    ]  # fmt: skip
+    return finish(
+        figure, f"{title} by {key_text(axis)}" if axis else title, notes,
+        entries if axis else None, axis.label if axis else "", view.caption,
+        below=across is not None, spare=panels[len(shown) :] if across else (),
+    )  # fmt: skip
+
+
+def _frame(view: View, names: Sequence[str]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Lower left corner and size of a frame for all curves, zero included, of one scale."""
+    ranges = []
+    for name in names:
+        values = np.asarray(view.array(name).values, dtype=float)
+        known = values[np.isfinite(values)]
+        ranges.append((min(known.min(initial=0.0), 0.0), max(known.max(initial=0.0), 0.0)))
+    spans = [1.15 * (high - low) or 1.0 for low, high in ranges]
+    size = (max(spans[0], 0.6 * spans[1]), max(spans[1], 0.6 * spans[0]))
+    middles = [0.5 * (low + high) for low, high in ranges]
+    return (middles[0] - 0.5 * size[0], middles[1] - 0.5 * size[1]), size
+
+
+def _common(view: View, names: Sequence[str]) -> str:
+    """What the names of two components have in common, at their beginning or end."""
+    words = [name_of(view.array(name), name).split() for name in names]
+    for turn in (1, -1):
+        pairs = zip(words[0][::turn], words[1][::turn], strict=False)
+        same = [one for one, _ in itertools.takewhile(lambda pair: pair[0] == pair[1], pairs)]
+        if same:
+            return " ".join(same[::turn])
+    return " and ".join(names)
+
+
+def _loop(
+    panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
+    style: dict[str, Any], text: str, entries: Entries, *, apart: float,
+) -> None:  # fmt: skip
+    """One closed curve, with marks along it, and the dead centres by their angle."""
+    from matplotlib.patheffects import withStroke
+
+    angle, x, lost = trace(view, names[0], place)
+    _, y, _ = trace(view, names[1], place)
+    if lost:  # padded to the engine with most journals
+        return
+    (line,) = panel.plot(x, y, **(style | {"marker": ""}))
+    marks = np.flatnonzero(np.isclose(angle[:-1] % MARKED, 0.0, atol=1e-6))
+    panel.plot(
+        x[marks], y[marks], linestyle="none", marker="o", markersize=2.2, color=style["color"]
+    )
+    if text:
+        entries.setdefault(text, line)
+    middle = (float(np.mean(x[:-1])), float(np.mean(y[:-1])))
+    upward = -1.0 if panel.yaxis_inverted() else 1.0
+    halo = [withStroke(linewidth=1.5, foreground="white")]
+    written: list[tuple[float, float]] = []
+    for mark in marks:
+        here = (float(x[mark]), float(y[mark]))
+        crowded = any(np.hypot(here[0] - u, here[1] - v) < apart for u, v in written)
+        if crowded or text or not np.isclose(angle[mark] % 90.0, 0.0, atol=1e-6):
+            continue
+        written.append(here)
+        # across the curve, away from its middle
+        before, after = (mark - 1) % (x.size - 1), (mark + 1) % (x.size - 1)
+        aside, above = float(y[after] - y[before]), float(x[before] - x[after])
+        outward = aside * (here[0] - middle[0]) + above * (here[1] - middle[1])
+        sign = 1.0 if outward > 0.0 else -1.0
+        aside, above = sign * aside, sign * upward * above
+        far = float(np.hypot(aside, above)) or 1.0
+        panel.annotate(
+            f"{number_text(angle[mark])}°", here, textcoords="offset points",
+            xytext=(6.0 * aside / far, 6.0 * above / far),
+            ha="left" if aside > 0.3 * far else "right" if aside < -0.3 * far else "center",
+            va="bottom" if above > 0.3 * far else "top" if above < -0.3 * far else "center",
+            fontsize=6.5, color=style["color"], path_effects=halo,
+        )  # fmt: skip

@@ -1,0 +1,124 @@
+"""Curves over one cycle: closed lines over the crank angle, and the axis below them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn import status as outcome
+from engine_dyn.types import Floats
+from sweeps.figures.marks import line_style, lost_handle, mark_lost
+from sweeps.figures.scales import crank_axis, no_ordinate
+from sweeps.figures.sheet import WIDTH, Entries
+from sweeps.figures.views import FROM_SPEED, MOST_LINES, NO_VALUE, StudyAxis, View, pick
+from sweeps.figures.wording import title_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+PADDED = {"cylinder", "main_bearing"}
+"""Dimensions as long as the largest engine needs; others have no values at their end."""
+
+
+def over_angle(view: View, name: str) -> bool:
+    """Whether there is a variable of this name over the crank angle."""
+    return view.has(name) and "crank_angle" in view.array(name).dims
+
+
+def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floats, str]:
+    """One curve over the crank angle: abscissa, ordinate, and the outcome if there is no curve.
+
+    It is closed by its first point. A design that is computed for a number of passes from a
+    starting angle is not periodic: there the gap between end and start stays open.
+    """
+    array = view.array(name)
+    array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+    x = np.asarray(view.data.variables.get("crank_angle", np.arange(array.size)), dtype=float)
+    y = np.asarray(array.values, dtype=float)
+    if not np.isfinite(y).any():
+        said = view.outcomes(name, array, index)
+        return x, y, str(said[0]) if y.size else NO_VALUE
+    if x.size < 3:
+        return x, y, ""
+    period = round((x[-1] - x[0]) + (x[1] - x[0]), 6)
+    if period % 360 == 0:
+        x, y = np.append(x, x[0] + period), np.append(y, y[0])
+        start = _start_angle(view, index) if name.startswith(FROM_SPEED) else None
+        if start is not None:
+            place = int(np.searchsorted(x, (start - x[0]) % period + x[0]))
+            if 0 < place < x.size - 1:
+                x, y = np.insert(x, place, x[place]), np.insert(y, place, np.nan)
+    return x, y, ""
+
+
+def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
+    """Where a curve that was not run to a closed cycle begins."""
+    found = []
+    for name in ("status", "start_angle"):
+        if name not in view.data.variables:
+            return None
+        array = view.array(name)
+        array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+        if array.ndim or not np.isfinite(float(array.values)):
+            return None
+        found.append(float(array.values))
+    return found[1] if found[0] == outcome.PASSES_DONE else None
+
+
+def draw_curves(
+    axes: Axes,
+    view: View,
+    name: str,
+    axis: StudyAxis | None,
+    fixed: Mapping[str, int],
+    entries: Entries,
+    change: Callable[[Floats], Floats] | None = None,
+) -> list[Floats]:
+    """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
+    picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
+    drawn = []
+    cell = axes.get_subplotspec()
+    width = WIDTH / (cell.get_gridspec().ncols if cell else 1)
+    for rank, index in enumerate(picked):
+        place = {**fixed, axis.name: index} if axis else fixed
+        x, y, lost = trace(view, name, place)
+        text = axis.text(index) if axis else title_of(view.array(name), name)
+        nominal = axis is not None and index == axis.nominal
+        if nominal:
+            text += " (nominal)"
+        style = line_style(rank, len(picked), nominal)
+        if lost:
+            padded = lost == NO_VALUE and PADDED & set(view.array(name).dims)
+            if not padded:  # to the longest engine
+                mark_lost(axes, lost, style["color"], rank)
+                entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
+            continue
+        if len(picked) == 1:
+            style["marker"] = ""
+        if x.size > 40:
+            step = max(x.size // (8 if width > 3 else 4), 1)
+            style["markevery"] = (rank * step // len(picked) + step // 16, step)
+        (line,) = axes.plot(x, change(y) if change else y, **style)
+        entries.setdefault(text, line)
+        drawn.append(y)
+    if not drawn:
+        no_ordinate(axes)
+    axes.set_xlim(*_cycle(view))
+    return drawn
+
+
+def _cycle(view: View) -> tuple[float, float]:
+    """First and last angle of the cycle; the last is the first again."""
+    degrees = np.asarray(view.array("crank_angle").values, dtype=float)
+    step = degrees[1] - degrees[0] if degrees.size > 1 else 0.0
+    return float(degrees[0]), float(degrees[-1] + step)
+
+
+def set_cycle(panels: Iterable[Axes], view: View, room: float, lowest: Sequence[Axes]) -> None:
+    """The whole cycle on each panel, named below the lowest ones."""
+    for panel in panels:
+        panel.set_xlim(*_cycle(view))
+        crank_axis(panel, view.array("crank_angle"), room, named=panel in lowest)
