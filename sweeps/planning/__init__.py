@@ -1,1 +1,1 @@
-"""From a scene to the stages that have to be computed, in blocks and parts."""
+"""From a scene to the stages that have to be computed, in blocks and shards."""

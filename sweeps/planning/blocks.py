@@ -1,9 +1,9 @@
-"""Blocks: what a plan makes on the way to its outputs stays small, however many designs it has.
+"""Blocks: intermediate results stay small, however many designs a plan has.
 
-A block is a range of positions along some axes of the scene. Where the arrays that nobody asked for
-(columns in SI units, friction, mean torque, curves that are only added up) would take more than
-`LIMIT`, the plan is computed block by block into its outputs; else in one piece. What depends on
-none of the axes that are cut is computed once.
+A block is a range of positions along some axes of the scene. Where the intermediate arrays (columns
+in SI units, friction, mean torque, curves that are only added up) would take more than `LIMIT`, the
+plan is computed block by block into its outputs; otherwise in one piece. What depends on none of
+the axes that are cut is computed once.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # archives are opened without the planner
     from sweeps.planning.plan import Plan, Stage
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
     "along",
     "block_count",
     "blocks",
-    "bytes_beside",
+    "intermediate_bytes",
     "cut",
     "cut_to",
     "holds",
@@ -33,23 +33,23 @@ Block = dict[str, slice]
 """Range of positions along each axis that is cut."""
 
 LIMIT = 64e6
-"""Bytes of the arrays that exist beside the outputs, about."""
+"""Bytes of the intermediate arrays, about."""
 
 STEP = 64
-"""Long blocks have a multiple of so many positions, so that chunks of an archive divide them."""
+"""Long blocks have a multiple of this number of positions, so that chunks divide them."""
 
 _TEMPORARIES = 3
-"""Arrays while a formula is evaluated: its result and what it is added up from."""
+"""Arrays that exist while a formula is evaluated: its result and the terms of its sum."""
 
 
 def cut(plan: Plan) -> dict[str, int]:
-    """Axes that are cut, and how many positions of each a block has at most; none: one piece."""
-    return {} if _beside(plan, _whole(plan)) <= LIMIT else cut_to(plan, LIMIT)
+    """Axes that are cut, and the most positions of each in a block; empty where none has to be."""
+    return {} if _intermediate(plan, _lengths(plan)) <= LIMIT else cut_to(plan, LIMIT)
 
 
 def cut_to(plan: Plan, limit: float) -> dict[str, int]:
-    """As `cut`, where all arrays of a block, its part of the outputs included, have this limit."""
-    lengths = _whole(plan)
+    """As `cut`, but `limit` holds for all arrays of a block, its part of the outputs included."""
+    lengths = _lengths(plan)
     for dimension in _in_order(plan):
         if passing_bytes(plan, lengths) <= limit:
             break
@@ -60,7 +60,7 @@ def cut_to(plan: Plan, limit: float) -> dict[str, int]:
                 low = middle
             else:
                 high = middle - 1
-        # Blocks of like size: a last one of a few designs would cost as much as the others.
+        # Blocks of equal size: a last one of a few designs would cost as much as the others.
         length = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
         if length > STEP:
             length = min(math.ceil(length / STEP), low // STEP) * STEP
@@ -69,12 +69,12 @@ def cut_to(plan: Plan, limit: float) -> dict[str, int]:
 
 
 def block_count(plan: Plan, lengths: Mapping[str, int]) -> int:
-    """How many blocks there are."""
+    """Number of blocks."""
     return math.prod(math.ceil(plan.sizes[d] / length) for d, length in lengths.items())
 
 
 def blocks(plan: Plan, lengths: Mapping[str, int]) -> Iterator[Block]:
-    """Ranges of positions along the axes that are cut, block by block; one without if none are."""
+    """Ranges of positions along the axes that are cut, block by block; `{}` if none is cut."""
     ranges = [
         [
             (dimension, slice(begin, min(begin + length, plan.sizes[dimension])))
@@ -91,32 +91,32 @@ def along(dims: tuple[str, ...], block: Mapping[str, slice]) -> tuple[slice, ...
 
 
 def holds(block: Block, dims: tuple[str, ...]) -> bool:
-    """Whether results with these dimensions belong to a block.
+    """Whether a block contains results with these dimensions.
 
-    Along an axis that they do not have, all blocks would hold the same: the first one does.
+    Results without an axis that is cut would be the same in all blocks: the first one has them.
     """
     return all(part.start == 0 for d, part in block.items() if d not in dims)
 
 
 def passing_bytes(plan: Plan, lengths: Mapping[str, int]) -> float:
-    """Bytes of the arrays of one block, those that become part of an output included."""
+    """Bytes of all arrays of one block, its part of the outputs included."""
     return sum(_bytes(plan, stage, lengths) for stage in plan.stages)
 
 
-def bytes_beside(plan: Plan) -> float:
-    """Bytes of the arrays that exist beside the outputs, at most."""
+def intermediate_bytes(plan: Plan) -> float:
+    """Bytes of the intermediate arrays, at most."""
     lengths = cut(plan)
     if lengths:
-        return passing_bytes(plan, {**_whole(plan), **lengths})
-    return _beside(plan, _whole(plan))
+        return passing_bytes(plan, {**_lengths(plan), **lengths})
+    return _intermediate(plan, _lengths(plan))
 
 
-def _whole(plan: Plan) -> dict[str, int]:
+def _lengths(plan: Plan) -> dict[str, int]:
     return {d: plan.sizes[d] for d in plan.scene.dimensions}
 
 
-def _beside(plan: Plan, lengths: Mapping[str, int]) -> float:
-    """Bytes of what is made in one piece, without the outputs that a kernel writes itself."""
+def _intermediate(plan: Plan, lengths: Mapping[str, int]) -> float:
+    """Bytes of arrays but the outputs that a kernel writes itself, in blocks of these lengths."""
     outputs = set(plan.outputs)
     return sum(
         _bytes(plan, stage, lengths)
@@ -139,7 +139,7 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
 
 
 def _in_order(plan: Plan) -> list[str]:
-    """Axes that stages have, those of the tables first: cut along these, none is made twice."""
+    """Axes of the stages, those of the tables first: cut along them, no table is made twice."""
     used = {d for stage in plan.stages for d in stage.dims}
     return sorted(used & set(plan.scene.dimensions), key=lambda d: (
         d not in plan.of_tables, plan.scene.dimensions.index(d)

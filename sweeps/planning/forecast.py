@@ -1,4 +1,4 @@
-"""What a plan would do, told before it is done: work counted, shared, skipped, and its time."""
+"""What a plan would do, in words: stages, shared work, what is skipped, and the estimated time."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 import psutil
 
 from engine_dyn.loads.driven_machine import repeats_of
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
-from sweeps.planning.plan import Plan, Stage
+from sweeps.planning.memory import memory_bytes
+from sweeps.planning.plan import TABLE_QUANTITIES, Plan, Stage
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.toml_tables import STEPPING_METHODS
 from sweeps.scene.variants import variant_words
@@ -23,10 +23,10 @@ __all__ = ["RATES", "seconds", "table_count", "text"]
 
 RATES = {
     "start": 1.0,  # s, to load what a run needs
-    "tables": 1e5,  # tables of work; of many, most are interpolated
-    "no iteration": 2.5e6,  # designs, load exponents in DIRECT
-    "iteration": 1.5e6,  # designs, other exponents
-    "variable": 1.5e6,  # designs with variable inertia
+    "tables": 7e5,  # tables of work; of many, most are interpolated
+    "no iteration": 4e6,  # designs, load exponents in DIRECT
+    "iteration": 3.5e6,  # designs, other exponents
+    "variable": 3.5e6,  # designs with variable inertia
     "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
     "thesis": 1e2,  # designs
     "picard": 1e1,  # designs
@@ -36,13 +36,10 @@ RATES = {
     "bytes": 3e8,  # written
 }
 """Work a second and core (curves and bytes: a second), for the estimate of time and for nothing
-else. Rough: a table of one diagram, one cylinder, two cores of a server of 2024."""
+else. A test keeps them near what docs/benchmarks_machines.csv and docs/benchmarks.md measured."""
 
-TABLE_INPUTS = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-    *NO_STROKE_FRICTION, "cylinder_set",
-)  # fmt: skip
-"""What a table of work depends on; designs that agree in all of it share one."""
+SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
+"""Designs that agree in all of these share a table of work."""
 
 DIRECT = {
     2.0: "in closed form, never iterates",
@@ -77,20 +74,20 @@ def text(plan: Plan) -> str:
     lines += [
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, "
-        f"memory for all of it at once about {size_text(plan.memory_bytes)}{block}, "
+        f"memory for all of it at once about {size_text(memory_bytes(plan))}{block}, "
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
 
 
 def _no_cycles(plan: Plan) -> list[str]:
-    """How many combinations of the parameters of a modelled cycle are none."""
+    """Line on the combinations of parameters that are no possible cycle; empty without any."""
     known = np.asarray(plan.leaves["cycle_known"].data)
-    lost = int(np.isnan(known).sum())
-    if not lost:
+    impossible = int(np.isnan(known).sum())
+    if not impossible:
         return []
     keys = ", ".join(plan.scene.cycle_keys)
-    return [f"no cycle: {lost} of {known.size} combinations of {keys} (status 4)"]
+    return [f"no cycle: {impossible} of {known.size} combinations of {keys} (status 4)"]
 
 
 def seconds(plan: Plan) -> float:
@@ -113,7 +110,7 @@ def table_count(plan: Plan, stage: Stage) -> int:
     """Tables of work that a kernel needs: one for each combination of what they depend on."""
     dims = {s.node.name: s.dims for s in plan.stages}
     dims |= {name: value.dims for name, value in plan.leaves.items()}
-    along = {d for name in TABLE_INPUTS if name in stage.node.needs for d in dims[name]}
+    along = {d for name in SHARED_BY if name in stage.node.needs for d in dims[name]}
     return math.prod(plan.sizes[d] for d in along)
 
 
@@ -137,9 +134,9 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
             if not driven_machine(scene).plain:
                 yield each, RATES["driven"]
                 continue
-            share = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
-            yield each * share, min(RATES["no iteration"], slowest)
-            yield each * (1.0 - share), min(RATES["iteration"], slowest)
+            fraction = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
+            yield each * fraction, min(RATES["no iteration"], slowest)
+            yield each * (1.0 - fraction), min(RATES["iteration"], slowest)
 
 
 def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
@@ -196,16 +193,16 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
         repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
-    parts: dict[str, None] = {}
+    solved_parts: dict[str, None] = {}
     periods: dict[str, None] = {}
     for engine in engines.values():
-        number = str(engine.count) if parts else counted(engine.count, "cylinder")
+        number = str(engine.count) if solved_parts else counted(engine.count, "cylinder")
         together = sorted({math.gcd(engine.symmetry, times) for times in repeats})
         solved = " or ".join(f"{cycle / times:.4g}" for times in together)
-        parts.setdefault(f"{solved} ({number})")
+        solved_parts.setdefault(f"{solved} ({number})")
         periods.setdefault(f"{number}: {engine.solved}")
     lines = [
-        f"part of the cycle of {cycle} degrees that is solved: {', '.join(parts)}",
+        f"part of the cycle of {cycle} degrees that is solved: {', '.join(solved_parts)}",
         f"period of the torque: {'; '.join(periods)}",
     ]
     if load is not None:

@@ -1,7 +1,7 @@
-"""Parts of a plan: some positions along one axis, computed as in the whole.
+"""Parts of a plan: some positions along one axis, computed as in the whole plan.
 
-A part keeps what the whole decides about (how tables are made, the longest engine), so that its
-numbers are to the bit those of the whole.
+A part keeps what the whole plan decides (how tables are shared, the engine with most cylinders), so
+that its numbers are those of the whole plan to the bit.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ __all__ = ["part", "shard"]
 
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
-    """One of so many parts of like size, cut along the longest axis; numbers begin with 1.
+    """Shard `number`, from 1 on, of `count` shards of about equal size, cut along the longest axis.
 
     Raises
     ------
     SceneError
-        Where there are not so many positions along any axis.
+        Where no axis has so many positions.
     """
     used = {d for stage in plan.stages for d in stage.dims}
     axes = [d for d in plan.scene.dimensions if d in used]

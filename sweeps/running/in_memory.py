@@ -15,7 +15,9 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
-from sweeps.planning.plan import Plan, Stage, Value, make_plan
+from sweeps.planning.leaves import Value
+from sweeps.planning.memory import check_memory
+from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -56,7 +58,7 @@ def run(
     from sweeps.archive.labels import label
 
     plan = make_plan(read_scene(scene))
-    plan.check_memory()
+    check_memory(plan)
     began = time.perf_counter()
     results = compute(plan, progress=progress, threads=threads)
     return label(plan, results, seconds=time.perf_counter() - began)
@@ -67,22 +69,22 @@ def compute(
 ) -> dict[str, npt.NDArray[Any]]:
     """Arrays of the plan's outputs, in SI units, on the dimensions of their stages.
 
-    Nothing else of the size of an output exists at any time: see `sweeps.planning.blocks`.
+    No other array as large as an output exists at any time: see `sweeps.planning.blocks`.
     """
     results: dict[str, npt.NDArray[Any]] = {}
     lengths = cut(plan)
-    for block, parts in computed(
+    for block, found in computed(
         plan, lengths, blocks(plan, lengths), progress=progress, threads=threads
     ):
-        for name, part in parts.items():
+        for name, values in found.items():
             dims = plan.dims(name)
             shape = tuple(plan.sizes[d] for d in dims)
-            if part.shape == shape:
-                results[name] = part
+            if values.shape == shape:
+                results[name] = values
                 continue
             if name not in results:
-                results[name] = np.empty(shape, dtype=part.dtype)
-            results[name][along(dims, block)] = part
+                results[name] = np.empty(shape, dtype=values.dtype)
+            results[name][along(dims, block)] = values
     return {name: results[name] for name in plan.outputs}
 
 
@@ -112,9 +114,9 @@ def computed(
 
     Yields
     ------
-    block, parts
-        The block, and what `blocks.holds` says that it holds of the plan's outputs, in SI units:
-        the same bits however the plan is cut.
+    block, results
+        The block, and the outputs that it contains (see `blocks.holds`), in SI units: the same
+        bits however the plan is cut.
     """
     once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
     each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
@@ -125,13 +127,13 @@ def computed(
             here = _computed(plan, each, values, block, bars, threads)
             if not each:
                 values = {}
-            parts = {
+            results = {
                 name: _filled(here.pop(name).si, dims[name], block, plan)
                 for name in plan.outputs
                 if holds(block, dims[name])
             }
-            here = {}  # only the outputs stay while they are taken over
-            yield block, parts
+            here = {}  # only the outputs stay in memory while the caller uses them
+            yield block, results
 
 
 def _computed(
@@ -142,7 +144,7 @@ def _computed(
     bars: _Bars,
     threads: int | None,
 ) -> dict[str, Value]:
-    """Values of some stages for one block, and what was given before and is still needed."""
+    """Values of some stages for one block, and the given values that are still needed."""
     values = {
         name: replace(value, data=value.data[along(value.dims, block)]) if value.dims else value
         for name, value in given.items()
@@ -150,7 +152,7 @@ def _computed(
     waiting = _uses(plan.stages)
     for stage in stages:
         node = stage.node
-        if node.make is None:  # a result of a kernel: already there
+        if node.make is None:  # a result of a kernel, which its stage has given
             continue
         needs = {name: values[name] for name in node.needs}
         if node.kind == "stage":
@@ -173,7 +175,7 @@ def _computed(
             values[node.name] = Value(np.asarray(data), stage.dims)
         for need in node.needs:
             waiting[need] -= 1
-            # Of one piece, what has served is given up; blocks need the common values again.
+            # In one piece, values that have served are dropped; blocks need the common ones again.
             if waiting[need] == 0 and need not in plan.outputs and need not in given:
                 values.pop(need)
     return values
@@ -182,7 +184,7 @@ def _computed(
 def _filled(
     data: npt.NDArray[Any], dims: tuple[str, ...], block: Block, plan: Plan
 ) -> npt.NDArray[Any]:
-    """Array of a block's whole shape; copied only where it was broadcast or is padded."""
+    """Array of the full shape of a block; copied only where it was broadcast or is padded."""
     array = np.asarray(data)
     places = [block.get(d, slice(0, plan.sizes[d])) for d in dims]
     shape = tuple(place.stop - place.start for place in places)
@@ -190,11 +192,11 @@ def _filled(
         return array
     short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
     if any(short):
-        # A block may lack the engines of most cylinders, and so the last throws.
-        whole = np.full(shape, np.nan)
+        # A block may lack the engines with most cylinders, and so the last throws.
+        padded = np.full(shape, np.nan)
         ends = zip(short, array.shape, strict=True)
-        whole[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
-        return whole
+        padded[tuple(slice(n) if cut else slice(None) for cut, n in ends)] = array
+        return padded
     return np.array(np.broadcast_to(array, shape))
 
 

@@ -15,7 +15,7 @@ from engine_dyn.loads.driven_machine import torque_over_angle
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.planning import forecast
-from sweeps.planning.blocks import bytes_beside
+from sweeps.planning.blocks import intermediate_bytes
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
 
@@ -355,7 +355,7 @@ def test_blocks_and_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "360 or 120 (6 cylinders)" in told
     assert "load over angle: repeats 2, 6 times a cycle" in told
     whole = sweeps.run(scene)
-    assert bytes_beside(plan) > 0.0
+    assert intermediate_bytes(plan) > 0.0
     monkeypatch.setattr("sweeps.planning.blocks.LIMIT", 4000.0)
     pieces = sweeps.run(scene)
     np.testing.assert_array_equal(whole["delta"], pieces["delta"])

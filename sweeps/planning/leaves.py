@@ -1,0 +1,287 @@
+"""What a scene and its engine give: the leaves of the graph of quantities, with their axes.
+
+Numbers flow one way here: what is given, the points of the dimensions that quantities add, then
+everything that no stage of the plan computes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.pressure.diagram import Family, family_from_diagrams
+from engine_dyn.pressure.family_grid import FamilyGrid, FamilyStack
+from engine_dyn.quantities.balance import DIRECTIONS
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION
+from engine_dyn.quantities.graph import (
+    CONSTANTS,
+    DIMENSIONS,
+    NODES,
+    PARAMETERS,
+    UNLESS_GIVEN,
+    Variants,
+    select,
+)
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.quantities.single_cylinders import with_values
+from engine_dyn.types import Floats, Integers
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.driven import driven_machine
+from sweeps.scene.model import Scene
+
+__all__ = ["Value", "given_values", "leaves_of", "points_of"]
+
+FIRST_SET = MOST_CYLINDERS + 1
+"""Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
+
+REPLACED_BY = {"crank_ratio": "rod_length"}
+"""Parameters of an engine that give way where the scene gives another one: they follow from it.
+
+Others give way by the words of a scene: see `_own_values`.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """An array, the names of its dimensions, and the SI value of one of its units.
+
+    A constant is anything, without dimensions. Given columns stay in the units of files until a
+    stage takes them: a copy of each in SI units would double them.
+    """
+
+    data: Any
+    dims: tuple[str, ...] = ()
+    unit: float = 1.0
+
+    @property
+    def si(self) -> Any:
+        """The array in SI units; itself where it is so already."""
+        return self.data if self.unit == 1.0 else self.data * self.unit
+
+
+def given_values(scene: Scene, words: Sequence[str]) -> dict[str, Value]:
+    """Parameters that engine or scene give; the scene's word counts.
+
+    `words` are those of the scene, which select variants of quantities.
+    """
+    of_scene: dict[str, Value] = {}
+    for key, number in scene.settings.items():
+        of_scene[key] = Value(np.float64(number))
+    for key, values in scene.axes.items():
+        if key in PARAMETERS:
+            of_scene[key] = Value(np.asarray(values, dtype=np.float64), (key,))
+    for key, column in scene.designs.items():
+        of_scene[key] = Value(np.asarray(column, dtype=np.float64), (DESIGN,))
+    for key in SOLVER_COLUMNS:
+        single = getattr(scene, key)
+        if single is not None:
+            of_scene[key] = Value(np.float64(single))
+    single_values = {**UNLESS_GIVEN, **_own_values(scene, words, of_scene)}
+    given = {key: Value(np.float64(number)) for key, number in single_values.items()}
+    return {k: Value(v.data, v.dims, PARAMETERS[k].si) for k, v in (given | of_scene).items()}
+
+
+def _own_values(
+    scene: Scene, words: Sequence[str], of_scene: Mapping[str, Value]
+) -> dict[str, float]:
+    """Values of the engine that the scene leaves in force.
+
+    Where the words of a scene select a derived variant of a parameter that has a given variant too
+    (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
+    engine's.
+    """
+
+    def derived(key: str) -> bool:
+        by_choice = any(variant.make is None for variant in NODES[key])
+        return by_choice and select(key, *words).make is not None
+
+    return {
+        key: value
+        for key, value in scene.engine.values.items()
+        if not derived(key) and REPLACED_BY.get(key) not in of_scene
+    }
+
+
+# --- points of the dimensions that quantities add -------------------------------------------------
+
+
+def points_of(scene: Scene, given: Mapping[str, Value]) -> dict[str, npt.NDArray[Any]]:
+    """Points of the dimensions that quantities add, in the units of files."""
+    counts = np.unique(given["cylinders"].data)
+    lowest = math.tau / scene.engine.period
+    orders = math.floor(scene.highest_order / lowest + 1e-9)
+    return {
+        "cylinder": np.arange(1, int(counts[-1]) + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, _throws(scene, counts) + 2, dtype=np.int32),
+        "order": lowest * np.arange(1, orders + 1),
+        "direction": np.array(DIRECTIONS),
+        "crank_angle": _crank_angles(scene.engine.period, scene.angle_step),
+    }
+
+
+def _throws(scene: Scene, counts: npt.NDArray[Any]) -> int:
+    """Throws of the engine with most of them; none where their order is unknown."""
+    engines = scene.arrangements or [cylinders_of_count(scene, int(count)) for count in counts]
+    return max(len(engine.along_shaft or ()) for engine in engines)
+
+
+def _crank_angles(period: float, step: float) -> Floats:
+    """Crank angles of curves [degree]: one cycle around firing top dead centre, end excluded."""
+    cycle = math.degrees(period)
+    return np.asarray(-0.5 * cycle + np.arange(round(cycle / step)) * step, dtype=np.float64)
+
+
+# --- leaves ---------------------------------------------------------------------------------------
+
+
+def leaves_of(
+    scene: Scene, words: Sequence[str], given: Mapping[str, Value],
+    points: Mapping[str, npt.NDArray[Any]],
+) -> dict[str, Value]:  # fmt: skip
+    """All that no stage computes: given values, neutral ones, points, and constants.
+
+    The constant `sharing` is None: it is known with the stages.
+    """
+    engine = scene.engine
+    leaves = dict(given)
+    family = engine.family
+    if scene.indicator is not None:
+        # A given diagram holds whatever the load is called.
+        family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
+    family, leaves["cycle"], leaves["cycle_known"] = _with_cycles(scene, family, leaves)
+    if engine.pressure_scale is None or scene.indicator is not None:
+        follows = scene.characteristic is not None  # the scale then tells whether it is reached
+        leaves["diagram_scale" if follows else "pressure_scale"] = leaves["cycle_known"]
+    leaves |= {name: Value(np.float64(value)) for name, value in _neutral(words).items()}
+    driven = driven_machine(scene)
+    if not driven.geared:
+        leaves["load_gear"] = Value(np.float64(1.0))
+    leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
+    for name, values in points.items():
+        leaves[name] = Value(values * DIMENSIONS[name].si, (name,))
+    constants = {
+        "family": family,
+        "period": engine.period,
+        "closure": scene.closure,
+        "tolerance": scene.tolerance,
+        "scale_table": engine.pressure_scale,
+        "driven": driven,
+        "cylinders_by_count": sets,
+        "sharing": None,
+        "characteristic": scene.characteristic,
+        "variant_of": Variants(tuple(words)),
+    }
+    choices = {"method": scene.methods, "inertia_model": scene.inertia_models}
+    for name in CONSTANTS:
+        if name in leaves:
+            continue
+        if name in choices:
+            varies = name in scene.dimensions
+            data = np.asarray(choices[name]) if varies else choices[name][0]
+            leaves[name] = Value(data, (name,) if varies else ())
+        else:
+            leaves[name] = Value(constants[name])
+    return leaves
+
+
+def _neutral(words: Sequence[str]) -> dict[str, float]:
+    """Values of what an engine with these words does not have."""
+    found: dict[str, float] = {}
+    if "centred" in words:
+        found["offset_ratio"] = 0.0
+    if "equal" in words:
+        found["pressure_share"] = found["mass_share"] = 1.0
+    if "equal_throws" in words:
+        found["stroke_share"] = 1.0
+    if "uniform_friction" in words:
+        found |= dict.fromkeys(NO_STROKE_FRICTION, 0.0)
+    return found
+
+
+def _with_cycles(
+    scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
+) -> tuple[Family, Value, Value]:
+    """Family with the modelled cycles of the scene; place and existence of each design's cycle.
+
+    Existence is 1, or NaN for combinations of parameters that give no cycle; their place is 0.
+    """
+
+    def of_speeds(found: Family | FamilyGrid) -> Family:
+        return found.at_speeds(leaves["speed"].si) if isinstance(found, FamilyGrid) else found
+
+    keys = scene.cycle_keys
+    if not keys:
+        plain = of_speeds(family)
+        if scene.characteristic is not None and type(plain) is Family:
+            # The load may vary along several axes, which only a stack's rows may.
+            plain = FamilyStack.of([plain])
+        return plain, Value(np.zeros(())), Value(np.float64(1.0))
+    dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
+    cycles = scene.engine.cycles or ()
+    members: list[Family] = []
+    place = np.zeros(len(distinct))
+    known = np.full(len(distinct), np.nan)
+    refused: ValueError | None = None
+    for i, combination in enumerate(distinct.tolist()):
+        fields = dict(zip(keys, combination, strict=True))
+        cycle = iter(cycles)
+        try:
+            member = of_speeds(family.each(lambda _: next(cycle)(**fields)))  # noqa: B023
+        except ValueError as error:
+            refused = refused or error
+            continue
+        place[i], known[i] = len(members), 1.0
+        members.append(member)
+    if not members:
+        name = scene.path.name if scene.path else "scene"
+        raise SceneError(f"{name}: {scene.engine.name}: {refused}") from None
+    all_known = Value(np.float64(1.0)) if refused is None else Value(known[number], dims)
+    return FamilyStack.of(members), Value(place[number], dims), all_known
+
+
+def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
+    """Axes on which any of the values depends, the distinct combinations, and their numbers there.
+
+    The combinations are rows of a table.
+    """
+    dims = tuple(d for d in scene.dimensions if any(d in value.dims for value in values))
+    shaped = [
+        np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
+        for value in values
+    ]
+    columns = np.stack([c.reshape(-1) for c in np.broadcast_arrays(*shaped)], axis=1)
+    distinct, number = np.unique(columns, axis=0, return_inverse=True)
+    return dims, distinct, number.reshape(np.broadcast_shapes(*(c.shape for c in shaped)))
+
+
+def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
+    """Number of each design's set of cylinders, and the sets by these numbers.
+
+    Where sets differ only in the number of cylinders, that is their number.
+    """
+    count, misfire = leaves["cylinders"], leaves["misfire"]
+    arrangements, keys = scene.arrangements, scene.cylinder_keys
+    if not (arrangements or keys or np.any(misfire.data)):
+        counts = [n for n in range(1, MOST_CYLINDERS + 1) if (count.data == n).any()]
+        return count, {n: cylinders_of_count(scene, n) for n in counts}
+    which = Value(np.zeros(()))
+    if arrangements:
+        which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
+    of_keys = [leaves[key] for key in keys]
+    dims, distinct, number = _combinations(scene, [count, which, misfire, *of_keys])
+    sets = {}
+    for i, (cylinders, place, silent, *values) in enumerate(distinct.tolist()):
+        engine = cylinders_of_count(scene, int(cylinders))
+        engine = arrangements[int(place)] if arrangements else engine
+        engine = with_values(engine, dict(zip(keys, values, strict=True)))
+        sets[FIRST_SET + i] = engine.without(int(silent))
+    return Value(FIRST_SET + number, dims), sets
