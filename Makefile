@@ -15,14 +15,15 @@ typed := $(wildcard engine_dyn sweeps tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint types validation calibrate bench bench-kernels stress \
+.PHONY: help demo test coverage lint imports types validation calibrate bench bench-kernels stress \
 	reliability fuzz wheel clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
 	@echo "make test        every test"
 	@echo "make coverage    tests/engine_dyn with the compiler off, and which lines of the kernels ran"
-	@echo "make lint types  ruff, mypy"
+	@echo "make lint types  ruff and the rules of imports, mypy"
+	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
@@ -45,9 +46,12 @@ coverage: $(VENV)/.installed-test
 	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -q -m 'not compiled and not slow' tests/engine_dyn
 	$(python) -m coverage report
 
-lint: $(VENV)/.installed-lint
+lint: $(VENV)/.installed-lint imports
 	$(python) -m ruff check $(checked)
 	$(python) -m ruff format --check $(checked)
+
+imports: $(VENV)/.installed-lint
+	$(VENV)/bin/lint-imports --no-cache --no-logo
 
 types: $(VENV)/.installed-lint
 	$(python) -m mypy $(typed)
