@@ -39,6 +39,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
+from sweeps.catalogue import ENGINES, PACKAGE, SCENES
 from sweeps.errors import SceneError
 
 __all__ = ["MEMORY", "TARGETS", "main", "refused_or_taken"]
@@ -52,8 +53,6 @@ LONGEST = 60
 """Seconds of the processor that one input may take; where it waits, ten times that of the clock."""
 
 COUNTS: Counter[str] = Counter()
-
-PACKAGE = ROOT / "sweeps"
 
 SCENE = """\
 title = "All tables"
@@ -293,14 +292,14 @@ def sandbox() -> Path:
     (home / "out").mkdir()
     (home / "secret.csv").write_text(DESIGNS)
     (outside / "precious.txt").write_text("precious")
-    pressure = (PACKAGE / "engines" / PRESSURE).read_bytes()
+    pressure = (ENGINES / PRESSURE).read_bytes()
     files = {
         "pressure.csv": pressure, PRESSURE: pressure, "load.csv": LOAD.encode(),
         "driver.csv": DRIVER.encode(), "published.csv": PUBLISHED.encode(),
         "designs.csv": DESIGNS.encode(), "engine.toml": engines()["diesel_105x137"],
         "scene.toml": SCENE.encode(),
     }  # fmt: skip
-    for path in (PACKAGE / "scenes").glob("*.csv"):
+    for path in SCENES.glob("*.csv"):
         files[path.name] = path.read_bytes()
     for name, data in files.items():
         (inside / name).write_bytes(data)
@@ -315,12 +314,12 @@ def sandbox() -> Path:
 
 @cache
 def engines() -> dict[str, bytes]:
-    return {p.stem: p.read_bytes() for p in sorted((PACKAGE / "engines").glob("*.toml"))}
+    return {p.stem: p.read_bytes() for p in sorted(ENGINES.glob("*.toml"))}
 
 
 @cache
 def scenes() -> dict[str, bytes]:
-    built_in = {p.stem: p.read_bytes() for p in sorted((PACKAGE / "scenes").glob("*.toml"))}
+    built_in = {p.stem: p.read_bytes() for p in sorted(SCENES.glob("*.toml"))}
     return {"all tables": SCENE.encode(), **built_in}
 
 
@@ -401,7 +400,7 @@ _TABLES: dict[str, tuple[bytes, dict[str, Any]]] = {
 
 def _tables() -> st.SearchStrategy[tuple[str, bytes]]:
     def of(kind: str) -> st.SearchStrategy[tuple[str, bytes]]:
-        data = _TABLES[kind][0] or (PACKAGE / "engines" / PRESSURE).read_bytes()
+        data = _TABLES[kind][0] or (ENGINES / PRESSURE).read_bytes()
         return st.tuples(st.just(kind), cut_up(data))
 
     return st.sampled_from(list(_TABLES)).flatmap(of)
@@ -682,16 +681,16 @@ def write_archive(path: Path, example: tuple[str, Any]) -> None:
 
 def check_archive(example: tuple[str, Any]) -> None:
     """Whatever reads archives, but figures: they take long."""
-    from sweeps.archive.contents import held, part_of, plan_of
-    from sweeps.exploring import search
+    from sweeps.archive.contents import part_of, plan_of, read_contents
+    from sweeps.exploring import opening
 
     home = sandbox()
     path, other = home / "scenes" / "mutated.nc", home / "scenes" / "other.nc"
     write_archive(path, example)
     other.write_bytes(good_archive())
     with unchanged(home):
-        refused_or_taken(lambda: part_of(old := held(path), plan_of(old)))
-        refused_or_taken(lambda: search.open([other, path]).close())
+        refused_or_taken(lambda: part_of(old := read_contents(path), plan_of(old)))
+        refused_or_taken(lambda: opening.open([other, path]).close())
     table = home / "out" / "table.csv"
     merged = home / "out" / "merged.nc"
     for arguments in (
@@ -727,7 +726,8 @@ def good_partial() -> dict[str, bytes]:
     """Files of an interrupted run that needs no compiled kernel."""
     from sweeps.archive.partial import Partial
     from sweeps.planning.plan import make_plan
-    from sweeps.running import into_archive
+    from sweeps.running import into_archive, limits
+    from sweeps.running.options import Options, Stopped
     from sweeps.scene.reading import read_scene
 
     output = sandbox() / "out" / "interrupted.nc"
@@ -739,14 +739,14 @@ def good_partial() -> dict[str, bytes]:
             raise KeyboardInterrupt
         return write(self, *arguments)
 
-    largest = into_archive.LARGEST_BLOCK
-    into_archive.LARGEST_BLOCK = 4e3
+    largest = limits.LARGEST_BLOCK
+    limits.LARGEST_BLOCK = 4e3
     Partial.write = until  # type: ignore[assignment, method-assign]
     try:
-        with suppress(into_archive.Stopped):
-            into_archive.run(make_plan(read_scene(_PLAIN)), output, into_archive.Options())
+        with suppress(Stopped):
+            into_archive.run(make_plan(read_scene(_PLAIN)), output, Options())
     finally:
-        into_archive.LARGEST_BLOCK = largest
+        limits.LARGEST_BLOCK = largest
         Partial.write = write  # type: ignore[method-assign]
     folder = Partial.of(output)
     found = {p.name: p.read_bytes() for p in folder.path.iterdir() if p.name != "lock"}
@@ -783,6 +783,7 @@ def check_partial(example: tuple[str, Any]) -> None:
     from sweeps.archive.partial import Partial
     from sweeps.planning.plan import make_plan
     from sweeps.running import into_archive
+    from sweeps.running.options import Options, Stopped
     from sweeps.scene.reading import read_scene
 
     home = sandbox()
@@ -810,10 +811,8 @@ def check_partial(example: tuple[str, Any]) -> None:
         in_one_line("info", folder)
         plan = make_plan(read_scene(_PLAIN))
         try:
-            taken = refused_or_taken(
-                lambda: into_archive.run(plan, output, into_archive.Options(resume=True))
-            )
-        except (into_archive.Stopped, OSError) as error:
+            taken = refused_or_taken(lambda: into_archive.run(plan, output, Options(resume=True)))
+        except (Stopped, OSError) as error:
             # A folder or a link in a circle where a file must be: the command words it.
             assert content in ("folder", "loop", "pipe", "link"), error
             taken = False
@@ -971,7 +970,7 @@ def _atheris() -> Any:
 
 def _led(atheris: Any, one: Callable[[bytes], Any], seconds: float, number: int) -> None:
     """Inputs that coverage leads; returns when the time is over."""
-    for found in pkgutil.iter_modules([str(PACKAGE)], "sweeps."):
+    for found in pkgutil.walk_packages([str(PACKAGE)], "sweeps."):
         if found.name == "sweeps.__main__":
             continue
         module = importlib.import_module(found.name)

@@ -39,8 +39,8 @@ BLOCK = 1e6
 
 COMMAND = """
 import sys
-from sweeps.running import into_archive
-into_archive.LARGEST_BLOCK = min(into_archive.LARGEST_BLOCK, float(sys.argv.pop(1)))
+from sweeps.running import limits
+limits.LARGEST_BLOCK = min(limits.LARGEST_BLOCK, float(sys.argv.pop(1)))
 from sweeps.cli.main import main
 main()
 """

@@ -23,13 +23,13 @@ _HOMES = {
     "SceneError": "sweeps.errors",
     "best": "sweeps.exploring.search",
     "export": "sweeps.exploring.export",
-    "nearest": "sweeps.exploring.search",
-    "open": "sweeps.exploring.search",
+    "nearest": "sweeps.exploring.slices",
+    "open": "sweeps.exploring.opening",
     "open_archive": "sweeps.archive.netcdf",
     "pareto": "sweeps.exploring.search",
     "read_scene": "sweeps.scene.reading",
     "run": "sweeps.running.in_memory",
-    "stream": "sweeps.running.into_archive",
+    "stream": "sweeps.running.streaming",
 }
 
 

@@ -20,6 +20,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.reading.engine_files import load_engine
 from sweeps.running import into_archive
+from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -123,7 +124,7 @@ def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
     }
     for number in (1, 2):
         piece = shard(make_plan(read_scene(scene)), number, 2)
-        into_archive.run(piece, Path(f"part{number}.nc"), into_archive.Options())
+        into_archive.run(piece, Path(f"part{number}.nc"), Options())
     spaces: list[dict[str, Any]] = []
     for block in blocks("python"):
         spaces.append({})

@@ -1,1 +1,1 @@
-"""Labelled datasets and the netCDF files that hold them."""
+"""Labelled datasets, the netCDF files that contain them, and the folders of unfinished ones."""

@@ -1,4 +1,4 @@
-"""What an archive holds beside its results: the scene, and all files that the scene names.
+"""What an archive contains beside its results: the scene, and all files that the scene names.
 
 It is read without xarray, and without any file but the archive.
 """
@@ -9,32 +9,37 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.archive.provenance import check_identity, files_from_text
+from sweeps.catalogue import PACKAGE
 from sweeps.checks import shortened
 from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import part
-from sweeps.reading.netcdf_files import opened_archive
-from sweeps.scene.model import Scene
+from sweeps.reading.netcdf_files import check_format, opened_archive
 from sweeps.scene.reading import scene_of
 
-__all__ = ["Held", "held", "part_of", "plan_of", "sound"]
+__all__ = ["Contents", "damage_refused", "part_of", "plan_of", "read_contents"]
 
 MOST = 10**9
 """Positions along an axis of which an archive may claim to be a part."""
 
 _NEEDED = ("scene", "scene_name", "input_files", "identity")
 
+_MOVED = {
+    1: {"sweeps/engines": "sweeps/catalogue/engines", "sweeps/scenes": "sweeps/catalogue/scenes"}
+}
+"""Folders of the package in archives of older formats, and what they are now."""
+
 
 @dataclass(frozen=True)
-class Held:
+class Contents:
     """What an archive says about the run that made it.
 
     Attributes
@@ -52,13 +57,13 @@ class Held:
     identity : dict
         See `sweeps.archive.provenance`.
     piece : dict
-        Which part of the scene the archive is; empty for the whole.
+        Which part of the scene the archive is; empty for the whole scene.
     values : dict
         Values along each dimension, columns and labels of designs.
-    along : dict of str
+    dimension : dict of str
         The dimension of each of them.
     level : int
-        Of its compression.
+        Its compression level.
     """
 
     path: Path
@@ -69,7 +74,7 @@ class Held:
     identity: dict[str, Any]
     piece: dict[str, Any]
     values: dict[str, Any]
-    along: dict[str, str]
+    dimension: dict[str, str]
     level: int
 
     @property
@@ -79,13 +84,13 @@ class Held:
 
 
 @contextmanager
-def sound(path: Path) -> Iterator[None]:
-    """Word the failures of reading what an archive holds: it may be damaged, or of other hands.
+def damage_refused(path: Path) -> Iterator[None]:
+    """Refuse, in one line, an archive whose contents cannot be used: damaged, or of other origin.
 
     Raises
     ------
     SceneError
-        For them all.
+        For every failure of reading what the archive contains.
     """
     try:
         yield
@@ -100,15 +105,15 @@ def sound(path: Path) -> Iterator[None]:
         ) from error
 
 
-def held(path: Path) -> Held:
-    """Read what an archive holds beside its results.
+def read_contents(path: Path) -> Contents:
+    """Read what an archive contains beside its results.
 
     Raises
     ------
     SceneError
-        Where it is no archive that `run` wrote, or an older one that holds less.
+        Where it is no archive that `run` wrote, or of a newer format than this version reads.
     """
-    with sound(path), opened_archive(path) as file:
+    with damage_refused(path), opened_archive(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         missing = [name for name in _NEEDED if name not in attributes]
         if missing:
@@ -123,49 +128,84 @@ def held(path: Path) -> Held:
             or (variable.dimensions == (DESIGN,) and _is_column(name))
         }
         values = {name: variable[...] for name, variable in coordinates.items()}
-        along = {name: variable.dimensions[0] for name, variable in coordinates.items()}
+        dimension = {name: variable.dimensions[0] for name, variable in coordinates.items()}
         filters = [variable.filters() or {} for variable in file.variables.values()]
         level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
-    with sound(path):
+    with damage_refused(path):
         piece = json.loads(attributes.get("part", "{}"))
-        _check_piece(piece, along, values)
+        _check_piece(piece, dimension, values)
         folder, files = files_from_text(attributes["input_files"])
-        known = json.loads(attributes["identity"])
-        check_identity(known)
+        folder, files = files_as_now(folder, files, check_format(attributes, path))
+        identity = json.loads(attributes["identity"])
+        check_identity(identity)
         source = json.loads(attributes["scene"])
         if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
             raise ValueError("scene: no tables")
-        return Held(path, attributes, source, folder, files, known, piece, values, along, level)
+        return Contents(
+            path, attributes, source, folder, files, identity, piece, values, dimension, level
+        )
+
+
+def files_as_now(
+    folder: str, files: dict[str, bytes], version: int
+) -> tuple[str, dict[str, bytes]]:
+    """Folder and files of an archive, those of the package as this version names them.
+
+    Files of the package are kept by their place in it. The folder of a built-in scene is kept as it
+    was on the machine of the run, where the package may have lain elsewhere.
+    """
+    moved = _MOVED.get(version, {})
+
+    def name_now(name: str) -> str:
+        home = PurePath(name).parent.as_posix()
+        return f"{moved[home]}/{PurePath(name).name}" if home in moved else name
+
+    found = {name_now(name): data for name, data in files.items()}
+    place = "/".join(PurePath(folder).parts[-(2 if version == 1 else 3) :])
+    place = moved.get(place, place)
+    if any(PurePath(name).parent.as_posix() == place for name in found):
+        folder = str(PACKAGE.parent / place)
+    return folder, found
 
 
 def plan_of(
-    archive: Held, *, axis: str = "", values: Any = None, whole: Mapping[str, Any] | None = None
-) -> Plan:
-    """Plan of the scene that an archive holds, which reads no other file.
+    archive: Contents, *, axis: str = "", values: Any = None,
+    coordinates: Mapping[str, Any] | None = None,
+) -> Plan:  # fmt: skip
+    """Plan of the scene that an archive contains, which reads no other file.
 
     Parameters
     ----------
-    archive : Held
-        Where the scene is held.
+    archive : Contents
+        Where the scene is.
     axis, values
         An axis that has other values.
-    whole : mapping, optional
-        Values of axes, columns of designs and labels instead of the archive's own: a shard has but
+    coordinates : mapping, optional
+        Values of axes, columns of designs and labels instead of the archive's own: a shard has only
         its part of them.
 
     Raises
     ------
     SceneError
-        As `read_scene`; where the archive is a shard that does not hold all values.
+        As `read_scene`; where the archive is a shard that does not contain all values.
     """
-    with sound(archive.path):
-        return _plan_of(archive, axis, values, whole)
+    with damage_refused(archive.path):
+        raw = _scene_tables(archive, coordinates)
+        source = archive.source
+        if axis:
+            raw["axes"][axis] = values
+            listed = shortened([float(value) for value in values])
+            source = {**source, "axes": {**source["axes"], axis: listed}}
+        name = str(archive.attributes["scene_name"])
+        scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files)
+        return make_plan(replace(scene, source=source))
 
 
-def _plan_of(archive: Held, axis: str, values: Any, whole: Mapping[str, Any] | None) -> Plan:
-    known = archive.values if whole is None else whole
-    raw = json.loads(json.dumps(archive.source))
-    cut = "" if whole is not None else archive.piece.get("axis", "")
+def _scene_tables(archive: Contents, coordinates: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Tables of the scene, with the values of long lists, which an archive keeps as coordinates."""
+    known = archive.values if coordinates is None else coordinates
+    raw: dict[str, Any] = json.loads(json.dumps(archive.source))
+    cut = "" if coordinates is not None else archive.piece.get("axis", "")
 
     def filled(table: str, key: str) -> Any:
         if cut == (DESIGN if table == "designs" else key):
@@ -176,7 +216,7 @@ def _plan_of(archive: Held, axis: str, values: Any, whole: Mapping[str, Any] | N
         return np.asarray(known[key])
 
     for key, item in raw.get("axes", {}).items():
-        if isinstance(item, str):  # a long list, told by its number of values
+        if isinstance(item, str):  # a long list: only its number of values
             raw["axes"][key] = filled("axes", key)
     designs = raw.get("designs", {})
     if "file" in designs:
@@ -186,18 +226,10 @@ def _plan_of(archive: Held, axis: str, values: Any, whole: Mapping[str, Any] | N
         if isinstance(item, str):
             found = filled("designs", key)
             designs[key] = [str(t) for t in found] if key in LABELS else found
-    source = archive.source
-    if axis:
-        raw["axes"][axis] = values
-        listed = shortened([float(value) for value in values])
-        source = {**source, "axes": {**source["axes"], axis: listed}}
-    name = str(archive.attributes["scene_name"])
-    scene: Scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files)
-    scene = replace(scene, source=source)
-    return make_plan(scene)
+    return raw
 
 
-def _check_piece(piece: Any, along: Mapping[str, str], values: Mapping[str, Any]) -> None:
+def _check_piece(piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any]) -> None:
     """Check that an archive says of which part of its scene it is, where it is one."""
     if not isinstance(piece, dict):
         raise ValueError("part: no table")
@@ -206,7 +238,7 @@ def _check_piece(piece: Any, along: Mapping[str, str], values: Mapping[str, Any]
     first, size, axis = piece["first"], piece["of"], piece["axis"]
     if not (isinstance(first, int) and isinstance(size, int) and isinstance(piece["shard"], str)):
         raise ValueError("part: no numbers")
-    if first < 0 or along.get(axis) != axis or not first + len(values[axis]) <= size <= MOST:
+    if first < 0 or dimension.get(axis) != axis or not first + len(values[axis]) <= size <= MOST:
         raise ValueError("part: it does not fit its axis")
 
 
@@ -214,11 +246,11 @@ def _is_column(name: str) -> bool:
     return name in PARAMETERS or name in LABELS
 
 
-def part_of(archive: Held, plan: Plan) -> Plan:
-    """Return the part of a plan that an archive is; the plan itself where it is the whole."""
+def part_of(archive: Contents, plan: Plan) -> Plan:
+    """Return the part of a plan that an archive is; the plan itself where it has no parts."""
     if not archive.piece:
         return plan
-    with sound(archive.path):
+    with damage_refused(archive.path):
         axis, first = archive.piece["axis"], int(archive.piece["first"])
         places = np.arange(first, first + len(archive.values[axis]))
         return part(plan, axis, places, archive.attributes["part"])

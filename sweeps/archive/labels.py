@@ -25,6 +25,7 @@ from sweeps.archive.provenance import provenance
 from sweeps.dimensions import DESIGN
 from sweeps.errors import printable
 from sweeps.planning.plan import Plan
+from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.variants import variant_words
@@ -32,7 +33,16 @@ from sweeps.scene.variants import variant_words
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PUBLISHED", "Labels", "Variable", "dataset_of", "describe", "label", "to_file_units"]
+__all__ = [
+    "PUBLISHED",
+    "Labels",
+    "Variable",
+    "as_stored",
+    "dataset_of",
+    "describe",
+    "label",
+    "to_file_units",
+]
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference]."""
@@ -151,6 +161,19 @@ def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any
     if variable.si == 1.0:
         return data
     return np.divide(data, variable.si, out=data if data.flags.writeable else None)
+
+
+def as_stored(labels: Labels, name: str, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Results of one variable in the units and the kind of number that its archive stores.
+
+    `data` is in SI units; it is converted in place where that is possible.
+    """
+    variable = labels.variables[name]
+    found = to_file_units(variable, data)
+    if found.dtype.str[1:] == variable.kind:
+        return found
+    with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
+        return found.astype(variable.kind)
 
 
 def label(
@@ -292,6 +315,7 @@ def _about(plan: Plan) -> dict[str, Any]:
     }
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
+        "archive_format": str(ARCHIVE_FORMAT),
         "title": scene.title,
         "references": "; ".join(engine.sources),
         "engine": engine.name,

@@ -1,4 +1,4 @@
-"""Archives: netCDF-4 files that are whole or not there."""
+"""Archives: netCDF-4 files, which are either complete or do not exist."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.archive.partial import sync_folder
+from sweeps.errors import SceneError
 from sweeps.planning.blocks import STEP
+from sweeps.reading.netcdf_files import check_format
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,11 +26,12 @@ if TYPE_CHECKING:
 __all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "slabs", "write"]
 
 CHUNK = 1 << 17
-"""Numbers of a chunk at most, about: a megabyte."""
+"""Numbers in a chunk at most, about: a megabyte."""
 
 SMALLEST_CHUNK = 1 << 12
 
 WASTE = 0.02
+"""Fraction of the room of all chunks that may be unused, about."""
 
 SLAB = 16e6
 """Bytes of a variable that are read or copied at a time."""
@@ -60,7 +63,7 @@ def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> 
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """Temporary name beside a file; what was written there gets the file's name at the end."""
+    """Temporary name beside a file; the file written there is renamed at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
     os.close(handle)
@@ -83,12 +86,20 @@ def open_archive(path: str | Path) -> xr.Dataset:
     ------
     OSError, ValueError
         If there is no such file, or it is no netCDF file.
+    SceneError
+        If it is an archive of a newer format than this version reads.
     """
     import xarray as xr
 
-    # A whole path: some others mean servers to the library. No quantity is a date.
-    whole = os.path.abspath(path)
-    return xr.open_dataset(whole, engine="netcdf4", decode_times=False, decode_timedelta=False)
+    # An absolute path: the library takes some others for servers. No quantity is a date.
+    absolute = os.path.abspath(path)
+    found = xr.open_dataset(absolute, engine="netcdf4", decode_times=False, decode_timedelta=False)
+    try:
+        check_format(found.attrs, path)
+    except SceneError:
+        found.close()
+        raise
+    return found
 
 
 def publish(partial: Path, path: Path) -> None:
@@ -115,15 +126,15 @@ class Writer:
 def new(
     path: Path, labels: Labels, lengths: Mapping[str, int], *, level: int = 0
 ) -> Iterator[Writer]:
-    """Make an archive of a name that is nobody's yet, with all that is known without computing.
+    """Create an archive under a temporary name, with all that is known without computing.
 
-    xarray cannot write a part of a variable, so netCDF4 does; the library is not safe for threads,
-    and only one may be at work in it. The file is what `write` would make of `dataset.label`.
+    xarray cannot write a part of a variable, so netCDF4 does; the library is not thread-safe, and
+    only one thread may use it at a time. The file is what `write` would make of `dataset.label`.
 
     Parameters
     ----------
     path : Path
-        Where; an older file there is replaced.
+        The file; an older one is replaced.
     labels : Labels
         Names, dimensions, attributes, coordinates.
     lengths : mapping
@@ -179,7 +190,7 @@ def _made(
         kind = str
     elif shape:
         chunks = chunks_of(variable.dims, shape, lengths)
-        # Chunks are written whole: a cache of more than one or two would only take memory.
+        # Chunks are written completely: a cache of more than one or two would only take memory.
         size = 2 * math.prod(chunks) * np.dtype(kind).itemsize
         options = {"chunksizes": chunks, "chunk_cache": size}
         if level:
@@ -197,8 +208,8 @@ def chunks_of(
 ) -> tuple[int, ...]:
     """Chunks of a variable: about `CHUNK` numbers, and blocks are whole numbers of them.
 
-    The last chunk along a dimension takes as much room as the others: where that would be more
-    than `WASTE` of the whole, chunks are smaller.
+    The last chunk along a dimension takes as much room as the others: where more than the fraction
+    `WASTE` of the file would be unused, chunks are smaller.
     """
     if math.prod(shape) <= CHUNK:
         return shape
@@ -223,7 +234,7 @@ def chunks_of(
 
 
 def _waste(shape: tuple[int, ...], chunks: list[int]) -> float:
-    """Share of the room of all chunks that is not used."""
+    """Fraction of the room of all chunks that is not used."""
     room = math.prod(-(-n // c) * c for n, c in zip(shape, chunks, strict=True))
     return 1.0 - math.prod(shape) / room
 

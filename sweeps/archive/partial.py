@@ -2,11 +2,11 @@
 
 The folder holds `run.json` (what is computed, and how it is cut), a file for each finished block,
 the scene for those who compute blocks elsewhere (`sweeps.running.cluster`), and the archive while
-it is put together. Every file is written under another name, synced and renamed, so what has its
-name is whole. A block begins with the hash of all that follows; then comes one line of JSON (its
-number, the run that it belongs to, its arrays), then the arrays as they lie in memory,
-little-endian. A lock of the operating system, which ends with the process that has it, keeps a
-second run away.
+it is put together. Every file is written under another name, synced and renamed, so a file
+with its final name is complete. A block begins with the hash of all that follows; then comes one
+line of JSON (its number, the run that it belongs to, its arrays), then the arrays as they lie in
+memory, little-endian. A lock of the operating system keeps a second run away; it ends with the
+process that has it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MOST_HEADER = 1 << 27
 """Bytes of `run.json`; the scene is in it, of long lists only their length."""
 
 MOST_BLOCK = 1 << 32
-"""Bytes of the values of a block, where nobody knows better."""
+"""Bytes of the values of a block at most, where the expected size is not known."""
 
 MOST_BESIDE = 1 << 20
 """Bytes of a block beside its values."""
@@ -78,34 +78,34 @@ class Partial:
 
     @property
     def archive(self) -> Path:
-        """Where the archive is put together."""
+        """The file in which the archive is put together."""
         return self.path / _ARCHIVE
 
     @property
     def added(self) -> Path:
-        """Where what is added to an archive is computed."""
+        """The archive of the points that `extend` adds."""
         return self.path / _ADDED
 
     def adding(self) -> Partial:
-        """Folder of what is added to an archive, while that is not finished."""
+        """Folder of the points that `extend` adds, while they are being computed."""
         return Partial.of(self.added)
 
     def adds(self) -> bool:
-        """Whether anything of what is added to an archive is finished."""
+        """Whether any of the points that `extend` adds are finished."""
         return self.added.exists() or bool(self.adding().finished())
 
     # --- the run --------------------------------------------------------------------------------
 
     @contextlib.contextmanager
     def locked(self, output: Path) -> Iterator[None]:
-        """Hold the folder for one process; it is made where it is not there.
+        """Lock the folder for this process; it is created where it does not exist.
 
         Raises
         ------
         SceneError
-            Where another process holds it, or the name belongs to something else.
+            Where another process has locked it, or the name belongs to something else.
         OSError
-            Where it cannot be made.
+            Where it cannot be created.
         """
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
             raise SceneError(f"{self.path}: is in the way; a run keeps its finished blocks there")
@@ -120,7 +120,7 @@ class Partial:
                     stream.seek(0)
                     who = one_line(stream.read(200))
                     raise SceneError(
-                        f"{output}: another run is writing it ({who or 'it holds the lock'}); wait "
+                        f"{output}: another run is writing it ({who or 'it has the lock'}); wait "
                         "for its end, or name another output"
                     )
                 if not _is(stream, self.path / _LOCK):
@@ -149,12 +149,12 @@ class Partial:
         """Say what is computed here, before the first block."""
         text = json.dumps(header, ensure_ascii=False, sort_keys=True)
         self.key = hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
-        whole = json.dumps({**header, "key": self.key}, ensure_ascii=False, indent=1)
-        self._write(_HEADER, [whole.encode("utf-8", "surrogateescape")])
+        keyed = json.dumps({**header, "key": self.key}, ensure_ascii=False, indent=1)
+        self._write(_HEADER, [keyed.encode("utf-8", "surrogateescape")])
 
     def clear(self) -> None:
-        """Remove what was computed; the folder and its lock stay."""
-        # The header goes last: without it, blocks are nobody's.
+        """Remove the blocks and all else but the folder and its lock."""
+        # The header goes last: without it, blocks belong to no run.
         if not self.path.is_dir():
             return
         for path in sorted(self.path.iterdir(), key=lambda p: p.name == _HEADER):
@@ -173,23 +173,23 @@ class Partial:
     # --- blocks ---------------------------------------------------------------------------------
 
     def finished(self) -> list[int]:
-        """Numbers of the blocks that are there, in order; whether they are whole is not checked."""
+        """Numbers of the finished blocks, in order; whether they are damaged is not checked."""
         if not self.path.is_dir():
             return []
         found = (_BLOCK.fullmatch(path.name) for path in self.path.iterdir())
         return sorted(int(match.group(1)) for match in found if match)
 
     def write(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> int:
-        """Write a finished block; how many bytes."""
+        """Write a finished block; returns the bytes of its values."""
         return self._write_arrays(_name(number), {"number": number}, arrays)
 
     def read(self, number: int, most: int = MOST_BLOCK) -> dict[str, npt.NDArray[Any]]:
-        """Arrays of a finished block, whose values take at most so many bytes.
+        """Arrays of a finished block, whose values may take at most `most` bytes.
 
         Raises
         ------
         Damaged
-            Where it is not there, or not what was written.
+            Where it does not exist, or is not what was written.
         """
         about, arrays = self._read_arrays(_name(number), most)
         if about.get("number") != number:
@@ -218,18 +218,18 @@ class Partial:
     def _write_arrays(
         self, name: str, about: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]
     ) -> int:
-        table, parts, size = [], [], 0
+        table, buffers, size = [], [], 0
         for array_name, array in arrays.items():
             plain = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
             table.append([array_name, plain.dtype.str, list(array.shape)])
-            parts.append(plain.reshape(-1).view(np.uint8).data)
+            buffers.append(plain.reshape(-1).view(np.uint8).data)
             size += plain.nbytes
         line = json.dumps({"run": self.key, **about, "arrays": table}).encode() + b"\n"
         digest = hashlib.sha256(line)
-        for part in parts:
-            digest.update(part)
+        for buffer in buffers:
+            digest.update(buffer)
         first = _MAGIC + digest.hexdigest().encode() + b"\n"
-        self._write(name, [first, line, *parts])
+        self._write(name, [first, line, *buffers])
         return size
 
     def _read_arrays(
@@ -257,7 +257,7 @@ class Partial:
                 arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
                 second += count * dtype.itemsize
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-            # The hash is right, so that somebody wrote it who is not this program.
+            # The hash is right: another program has written it.
             raise Damaged(f"{path}: not as a run writes it") from None
         return about, arrays
 
@@ -277,19 +277,19 @@ class Partial:
         (self.path / _TRIED).unlink(missing_ok=True)
 
     def tidy(self) -> None:
-        """Remove what writers that were killed have left unfinished."""
+        """Remove the unfinished files of writers that were killed."""
         for path in self.path.iterdir():
             if path.name.endswith(_ENDING) and _OWN.fullmatch(path.name):
                 path.unlink(missing_ok=True)
 
-    def _write(self, name: str, parts: list[Any]) -> None:
-        # A name for each writer: a worker that was given up may still be at the same block.
+    def _write(self, name: str, buffers: list[Any]) -> None:
+        # A name for each writer: a worker that was taken for lost may still write the same block.
         new = self.path / f"{name}.{secrets.token_hex(4)}{_ENDING}"
         try:
             new.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
             with new.open("xb") as stream:
-                for part in parts:
-                    stream.write(part)
+                for buffer in buffers:
+                    stream.write(buffer)
                 stream.flush()
                 os.fsync(stream.fileno())
             new.replace(self.path / name)

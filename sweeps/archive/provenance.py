@@ -1,8 +1,8 @@
 """Where an archive comes from: what it was computed from, by what, on what, and when.
 
-What decides about the numbers is the *identity* of a run: the scene, the files that it names, the
+What determines the numbers is the *identity* of a run: the scene, the files that it names, the
 versions, the kind of archive. It says whether an interrupted run may be resumed or archives joined,
-and if not, what differs. Of the files themselves, an archive holds the whole text, so that
+and if not, what differs. An archive contains the files themselves, so that
 `sweeps.joining.rerun` needs nothing else.
 """
 
@@ -36,6 +36,7 @@ __all__ = [
     "files_from_text",
     "files_text",
     "identity",
+    "json_text",
     "kind_differences",
     "machine_kind",
     "provenance",
@@ -69,7 +70,7 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Versions that decide about the numbers."""
+    """Versions that determine the numbers."""
     return {
         "engine-dyn": version("engine-dyn"),
         "kernels": source_hash()[:16],
@@ -79,7 +80,7 @@ def versions() -> dict[str, str]:
 
 
 def machine_kind() -> dict[str, str]:
-    """What decides about the last digits beside the versions: processor, its instructions, libm."""
+    """What determines the last digits beside the versions: processor, its instructions, libm."""
     library = " ".join(platform.libc_ver()).strip()
     return {
         "processor": processor(),
@@ -133,7 +134,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str =
         one, other = before.get(table, {}), now.get(table, {})
         for key in dict.fromkeys((*one, *other)):
             if one.get(key) != other.get(key):
-                was, new = one.get(key, "not there"), other.get(key, "not there")
+                was, new = one.get(key, "missing"), other.get(key, "missing")
                 found.append(f"{what.format(key)} (was {was[:16]}, is {new[:16]})")
     in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), ""))
     left_out = (f"[axes] {but}", f"[axes] {but} ")
@@ -142,10 +143,10 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any], *, but: str =
         for where, text in in_scene
         if where != left_out[0] and not where.startswith(left_out[1])
     ]
-    told = " ".join(where for where, _ in in_scene).split()
+    named = " ".join(where for where, _ in in_scene).split()
     one, other = before.get("values", {}), now.get("values", {})
     for key in dict.fromkeys((*one, *other)):
-        if one.get(key) != other.get(key) and key not in (but, *told):
+        if one.get(key) != other.get(key) and key not in (but, *named):
             found.append(f"values of {key}")
     rest = [k for k in dict.fromkeys((*before, *now)) if k not in ("scene", *_TABLES)]
     for key in rest:
@@ -166,7 +167,7 @@ def _unequal(before: Any, now: Any, where: str) -> Iterator[tuple[str, str]]:
             yield from _unequal(before.get(key), now.get(key), f"{where} {name}".strip())
     elif before != now:
         shown = [
-            "not there" if value is None else one_line(json.dumps(value, ensure_ascii=False), 60)
+            "missing" if value is None else one_line(json.dumps(value, ensure_ascii=False), 60)
             for value in (before, now)
         ]
         yield where, f"{where} (was {shown[0]}, is {shown[1]})"
@@ -194,12 +195,12 @@ def provenance(
     attributes: dict[str, Any] = {
         "source": f"engine-dyn {own}: periodic crank speed of piston engines",
         "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
-        "scene": _json(scene.source),
+        "scene": json_text(scene.source),
         "scene_name": printable(plan.name),
         "part": plan.piece,
         "input_files": files_text(scene.folder, scene.files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
-        "identity": _json(identity(plan, numbers=numbers)),
+        "identity": json_text(identity(plan, numbers=numbers)),
         "software": "; ".join(
             [f"Python {platform.python_version()}"] + [f"{n} {version(n)}" for n in PACKAGES]
         ),
@@ -213,8 +214,8 @@ def provenance(
     return {key: value for key, value in attributes.items() if value != ""}
 
 
-def _json(value: Any) -> str:
-    """Return JSON with letters as they are; names of files that are no text as escapes."""
+def json_text(value: Any) -> str:
+    """JSON with letters as they are; names of files that are not valid text as escapes."""
     text = json.dumps(value, ensure_ascii=False)
     return text if text.isprintable() else json.dumps(value)
 

@@ -93,7 +93,7 @@ def not_written(path: Path, error: Exception) -> SceneError:
 @contextmanager
 def writing(output: Path) -> Iterator[None]:
     """Tell how the writing of an output failed, or where it was stopped."""
-    from sweeps.running.into_archive import Stopped
+    from sweeps.running.options import Stopped
 
     try:
         yield
@@ -112,9 +112,9 @@ def opened(path: Path) -> Iterator[xr.Dataset]:
     An archive that was made by other programs, or is damaged, may hold anything under the names of
     quantities: whatever fails while it is open is told as a fault of the archive.
     """
-    from sweeps.exploring import search
+    from sweeps.exploring.opening import open as open_any
 
-    with search.open(path) as dataset:
+    with open_any(path) as dataset:
         try:
             yield dataset
         except (SceneError, MemoryError, click.exceptions.Exit):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from sweeps.planning.plan import Plan
-    from sweeps.running.into_archive import Finished
+    from sweeps.running.options import Finished
     from sweeps.scene.model import Scene
 
 __all__ = ["extend", "merge", "rerun", "run"]
@@ -95,7 +95,8 @@ def run(
 
     from sweeps.planning.plan import make_plan
     from sweeps.planning.shards import shard as shard_of
-    from sweeps.running import into_archive
+    from sweeps.running import streaming
+    from sweeps.running.options import Options
 
     _announce_compiling(quiet)
     plan = make_plan(read)
@@ -108,14 +109,18 @@ def run(
     again += [] if shard is None else ["--shard", shard]
     again += [] if scheduler is None else ["--scheduler", scheduler]
     again += ["--overwrite"] if overwrite and output.exists() else []
-    options = into_archive.Options(
+    options = Options(
         resume=resume, overwrite=overwrite, memory=allowed, threads=threads,
         progress=_shows_progress(quiet), level=level, single=single, command=_command_line(),
-        again=shlex.join(again), scheduler=scheduler or "",
-        tell=lambda line: None if quiet else click.echo(line, err=True),
+        resume_command=shlex.join(again),
     )  # fmt: skip
+
+    def tell(line: str) -> None:
+        if not quiet:
+            click.echo(line, err=True)
+
     with writing(output):
-        done = into_archive.run(plan, output, options)
+        done = streaming.run(plan, output, options, scheduler or "", tell)
     if not quiet:
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
@@ -143,18 +148,18 @@ def extend(
     """
     name, values = new_points(axis)
     _check_archive(archive)
-    from sweeps.joining import merge as joining
-    from sweeps.running.into_archive import Options
+    from sweeps.joining.extend import extend as add_points
+    from sweeps.running.options import Options
 
     _announce_compiling(quiet)
     again = ["engine-dyn", "extend", str(archive), "--axis", axis]
     again += [] if level is None else ["--compression", str(level)]
     options = Options(
         threads=threads, level=level, command=_command_line(), overwrite=overwrite,
-        progress=_shows_progress(quiet), again=shlex.join(again),
+        progress=_shows_progress(quiet), resume_command=shlex.join(again),
     )  # fmt: skip
     with writing(archive):
-        plan = joining.extend(archive, name, values, options)
+        plan = add_points(archive, name, values, options)
     if not quiet:
         say(
             f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
@@ -179,12 +184,12 @@ def merge(
     for path in archives:
         _check_archive(path)
     check_output(output, overwrite)
-    from sweeps.joining import merge as joining
-    from sweeps.running.into_archive import Options
+    from sweeps.joining.merge import merge as join
+    from sweeps.running.options import Options
 
     options = Options(overwrite=overwrite, level=level, command=_command_line())
     with writing(output):
-        plan = joining.merge(archives, output, options)
+        plan = join(archives, output, options)
     if not quiet:
         say(_designs_line(plan, output))
 
@@ -206,13 +211,13 @@ def rerun(
     _check_archive(archive)
     check_output(output, overwrite or resume, archive)
     from sweeps.joining.rerun import rerun as run_again
-    from sweeps.running.into_archive import Options
+    from sweeps.running.options import Options
 
     _announce_compiling(quiet)
     again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
     options = Options(
         overwrite=overwrite, resume=resume, level=level, threads=threads, command=_command_line(),
-        progress=_shows_progress(quiet), again=shlex.join(again),
+        progress=_shows_progress(quiet), resume_command=shlex.join(again),
     )  # fmt: skip
     with writing(output):
         plan, differences = run_again(archive, output, options)

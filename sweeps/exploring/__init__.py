@@ -1,1 +1,1 @@
-"""Looking into archives: opening, searching, comparing, exporting."""
+"""Archives are opened, searched, compared and exported."""

@@ -1,4 +1,4 @@
-"""Two archives against each other: axes, quantities, the largest differences and where they are.
+"""Two archives are compared: axes, quantities, the largest differences and where they are.
 
 Both are read a range at a time: they may be larger than memory.
 """
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from sweeps.archive.provenance import differences
 from sweeps.errors import counted, one_line
-from sweeps.exploring.search import ranges
+from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,12 +38,12 @@ class Difference:
     only_one : int
         Those of them that are a number in one archive only.
     largest, relative : float
-        Largest difference, and largest over the greater of the two magnitudes; 0 where there is
-        none.
+        Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
+        where there is none.
     largest_at, relative_at : dict
-        Where they are: the values of the axes.
+        The values of the axes where they are.
     pair, relative_pair : tuple of float
-        The two values there.
+        The two values at these places.
     only_at : dict
         Where the first of `only_one` is.
     """
@@ -64,15 +64,15 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two archives have in common, and what not.
+    """What two archives have in common, and what differs.
 
     Attributes
     ----------
     axes : list of str
         In words, how axes differ; empty where they are the same. Values that only one archive has
-        are left out of what follows.
+        are not compared.
     made : list of str
-        In words, in what else they were made otherwise.
+        In words, what else differs in how they were made, such as versions.
     only_first, only_second : list of str
         Quantities that one archive alone has.
     not_compared : list of str
@@ -95,7 +95,7 @@ class Comparison:
 
     @property
     def others(self) -> bool:
-        """Whether there is anything in one archive that was not compared with the other."""
+        """Whether one archive has anything that was not compared with the other."""
         return bool(self.axes or self.only_first or self.only_second or self.not_compared)
 
     def within(self, tolerance: float) -> bool:
@@ -245,7 +245,7 @@ def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -
 
 
 def _made(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """In what else the archives were made otherwise, as they say themselves."""
+    """What else differs in how the archives were made, by their own attributes."""
     try:
         one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
         return differences(one, two)

@@ -1,6 +1,7 @@
 """Archives as flat tables, for programs that read no netCDF: CSV and Parquet.
 
-One row a design, or a design and crank angle; the table is written a range of rows at a time.
+There is a row for each design, or for each design and crank angle; the table is written a range of
+rows at a time.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.errors import SceneError, not_known, shown
-from sweeps.exploring.search import ranges, words_of
+from sweeps.exploring.ranges import ranges
+from sweeps.exploring.slices import words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,16 +32,16 @@ ROWS = 1 << 18
 
 @dataclass(frozen=True)
 class Exported:
-    """What an exported table holds.
+    """What an exported table contains.
 
     Attributes
     ----------
     rows : int
-        Without the header.
+        Number of rows, the header not counted.
     columns : tuple of str
         Axes first, then columns of designs, then quantities.
     left_out : tuple of str
-        Quantities that are not in it because nobody asked for them: curves.
+        Quantities that are not in it: curves, unless they were asked for.
     """
 
     rows: int
@@ -54,27 +56,27 @@ def export(
     """Write an archive as a table.
 
     Axes come first and the last varies fastest, then columns of designs, then quantities, all in
-    the units of the archive; words and outcomes are texts. A number that there is not is an empty
-    field of a CSV file, NaN in Parquet, where each column also tells its unit (metadata `units`).
-    The file is whole or not there.
+    the units of the archive; words and outcomes are texts. A missing number is an empty
+    field of a CSV file and NaN in Parquet, where each column also has its unit (metadata `units`).
+    The file is complete or does not exist.
 
     Parameters
     ----------
     archive : Dataset
         As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
     path : str or Path
-        The table; its ending, .csv or .parquet, says which format.
+        The table; its extension, .csv or .parquet, says which format.
     quantities : str or sequence of str, optional
-        Those to write; all that have one number a design, if not given. With a curve, such as
-        omega over crank_angle, there is a row for each of its points.
+        Those to write; if not given, all that have one number for each design. With a curve, such
+        as omega over crank_angle, there is a row for each of its points.
     overwrite : bool
         Replace an older file.
 
     Raises
     ------
     SceneError
-        For another ending, quantities that the archive has not, or a file that exists; for Parquet
-        without pyarrow.
+        For another extension, quantities that the archive does not have, or a file that exists; for
+        Parquet without pyarrow.
     OSError
         Where the table cannot be written.
     """
@@ -103,12 +105,12 @@ _OUTCOMES = np.array(MEANINGS, dtype=object)
 
 
 def check_format(path: Path) -> Callable[..., Any]:
-    """Return what writes files of this ending.
+    """Return the function that writes files with this extension.
 
     Raises
     ------
     SceneError
-        For an ending that is none, and for Parquet without pyarrow.
+        For an unknown extension, and for Parquet without pyarrow.
     """
     kind = path.suffix.lower()
     if kind not in FORMATS:
@@ -141,7 +143,7 @@ def _chosen(archive: xr.Dataset, quantities: Sequence[str] | None) -> list[str]:
                 f"{shown(name)}: not a quantity of the archive{not_known(name, known)}"
             )
         if name in quantities[:i]:
-            raise SceneError(f"{name}: stands there twice; each quantity once")
+            raise SceneError(f"{name}: given twice; each quantity once")
     if not quantities:
         raise SceneError("no quantities to write; must be at least one")
     return list(quantities)
@@ -214,4 +216,4 @@ def _parquet(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
 
 
 FORMATS: Mapping[str, Callable[..., Any]] = {".csv": _csv, ".parquet": _parquet}
-"""What writes each format, by the ending of its files."""
+"""The function that writes each format, by the extension of its files."""

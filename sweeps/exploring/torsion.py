@@ -38,7 +38,7 @@ class Excitation:
     nodes : tuple of int
         Number of the node on which each throw acts, along the shaft.
     order : ndarray, shape (n,)
-        Periods a turn of the crank.
+        Periods per revolution of the crank.
     omega : ndarray, shape (n,)
         Angular frequency [rad/s], rising.
     amplitude, phase : ndarray, shape (nodes, n)
@@ -121,9 +121,9 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
         axes = ", ".join(str(d) for d in data.dims if d not in ("cylinder", "order"))
         raise SceneError(f"archive: has no axis '{unknown[0]}'; its axes are {axes or 'none'}")
     data = data.sel(select, method="nearest")
-    left = [str(d) for d in data.dims if d not in ("cylinder", "order") and data.sizes[d] > 1]
-    if left:
-        raise SceneError(f"archive: more than one design along {', '.join(left)}; choose one")
+    several = [str(d) for d in data.dims if d not in ("cylinder", "order") and data.sizes[d] > 1]
+    if several:
+        raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")
     data = data.squeeze([d for d in data.dims if d not in ("cylinder", "order")])
     amplitude = data["throw_torque_order"].transpose("cylinder", "order").values
     phase = np.radians(data["throw_torque_phase"].transpose("cylinder", "order").values)

@@ -1,20 +1,21 @@
-"""Archives that are made again, from what they hold and nothing else."""
+"""Archives that are computed again, from what they contain and nothing else."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
-from sweeps.archive.contents import held, part_of, plan_of
+from sweeps.archive.contents import part_of, plan_of, read_contents
 from sweeps.archive.provenance import differences, identity
 from sweeps.planning.plan import Plan
-from sweeps.running.into_archive import Options, run
+from sweeps.running.into_archive import run
+from sweeps.running.options import Options
 
 __all__ = ["rerun"]
 
 
 def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
-    """Compute again what an archive holds.
+    """Compute again what an archive contains.
 
     Parameters
     ----------
@@ -23,23 +24,23 @@ def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
     output : Path
         The archive to write.
     options : Options
-        How.
+        How the new archive is written.
 
     Returns
     -------
     plan, differences
-        What was computed, and which versions were others when the archive was made: where there
-        are none, the variables are the same to the byte on the same kind of processor.
+        What was computed, and what differed when the archive was made, such as versions: where
+        nothing did, the variables are the same to the byte on the same kind of processor.
 
     Raises
     ------
     SceneError
         Where it is no archive that this version's `run` wrote, or a shard without the values that
-        all shards share; else as `streaming.run`.
+        all shards share; else as `sweeps.running.into_archive.run`.
     Stopped
-        As `streaming.run`.
+        As `sweeps.running.into_archive.run`.
     """
-    old = held(path)
+    old = read_contents(path)
     plan = part_of(old, plan_of(old))
     found = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
     level = old.level if options.level is None else options.level

@@ -12,7 +12,7 @@ import numpy as np
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
-from sweeps.exploring.search import ranges
+from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,22 @@ from sweeps.errors import SceneError, one_line, shown, size_text
 from sweeps.reading.hdf5_links import external_member
 
 __all__ = [
+    "ARCHIVE_FORMAT",
     "TEXT_REFERENCE",
     "check_archive",
     "check_chunks",
     "check_file",
+    "check_format",
     "open_netcdf",
     "opened_archive",
 ]
+
+ARCHIVE_FORMAT = 2
+"""Format of the archives that this version writes, their attribute `archive_format`.
+
+1, of version 0.1, has no such attribute; it names the files of the catalogue by another folder: see
+`sweeps.archive.contents`. A change that an older version would misread raises the number.
+"""
 
 LARGEST_CHUNK = 1 << 28
 """Bytes of one chunk of a netCDF file: any value of it needs all of it. Those of `run` have one
@@ -97,19 +107,43 @@ def opened_archive(path: Path) -> Iterator[Any]:
         file.close()
 
 
+def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
+    """Format of an archive, by its attributes.
+
+    Raises
+    ------
+    SceneError
+        Where it is newer than this version knows, or no number.
+    """
+    found = str(attributes.get("archive_format", 1))
+    if not re.fullmatch(r"[1-9]\d{0,5}", found, re.ASCII):
+        raise SceneError(
+            f"{path}: archive_format = {shown(found)}: must be a whole number, 1 to "
+            f"{ARCHIVE_FORMAT}"
+        )
+    if int(found) > ARCHIVE_FORMAT:
+        raise SceneError(
+            f"{path}: an archive of format {found}; this version of engine-dyn reads formats up to "
+            f"{ARCHIVE_FORMAT}, a newer version wrote it"
+        )
+    return int(found)
+
+
 def check_archive(file: Any, path: Path) -> None:
     """Refuse a netCDF file that no run wrote, or that claims to hold more than it can.
 
     Raises
     ------
     SceneError
-        For groups, for other types than numbers and texts, for sizes that the file has no room
-        for.
+        For a newer format, for groups, for other types than numbers and texts, for sizes that the
+        file has no room for.
     """
     if "scene" not in file.ncattrs() or not isinstance(file.getncattr("scene"), str):
         raise SceneError(
             f"{path}: a netCDF file, but not an archive that `run` wrote (no attribute 'scene')"
         )
+    names = [name for name in file.ncattrs() if name == "archive_format"]
+    check_format({name: file.getncattr(name) for name in names}, path)
     if file.groups:
         raise SceneError(f"{path}: has groups, which no archive that `run` wrote has")
     size = path.stat().st_size

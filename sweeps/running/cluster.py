@@ -1,16 +1,16 @@
 """Runs on more than one machine: dask.distributed hands out blocks, workers write them.
 
-Two designs were weighed. Workers could each run a part of the scene (`--shard`) into an archive of
-its own, which `merge` joins: nothing new is computed or written, but a worker that is killed costs
-its whole part, and resuming, locking and reporting would have to be made again for a folder of
-archives. Or workers write the same finished blocks as a run of one process
-(`sweeps.archive.partial`) into the same folder, on a file system that all of them see, and the
-process that asked puts them together. That is what is done: resuming, checksums, the lock, `info`
-and the archive itself are those of any run, a killed worker costs the block it was at, and only
-numbers of blocks go over the network. dask decides who computes what, and again where a worker is
-lost.
+Workers write the same finished blocks as a run of one process (`sweeps.archive.partial`) into the
+same folder, on a file system that all of them share, and the process that asked puts them together.
+So resuming, checksums, the lock, `info` and the archive itself are those of any run, a killed
+worker loses only the block that it was computing, and only numbers of blocks go over the network.
+dask decides which worker computes which block, and chooses another one where a worker is lost.
 
-dask is imported here, and only when it is used.
+The alternative, each worker running a shard into an archive of its own, which `merge` joins, was
+rejected: a killed worker would lose its whole shard, and resuming, locking and reporting would have
+to be written a second time, for a folder of archives.
+
+dask is imported in this file alone, and only when it is used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import psutil
 
@@ -31,13 +31,12 @@ from sweeps.archive.partial import Partial
 from sweeps.archive.provenance import kind_differences, versions
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.planning.blocks import passing_bytes
+from sweeps.planning.plan import Plan
 from sweeps.running import worker
-from sweeps.running.into_archive import AT_ONCE, SMALLEST_BLOCK, Lost
+from sweeps.running.limits import AT_ONCE, SMALLEST_BLOCK
+from sweeps.running.options import Lost
 
-if TYPE_CHECKING:
-    from sweeps.planning.plan import Plan
-
-__all__ = ["Workers", "check_address", "connected"]
+__all__ = ["DaskWorkers", "check_address", "connected"]
 
 LOCAL = "local:"
 
@@ -45,25 +44,25 @@ MOST = 1024
 """Processes of one machine at most."""
 
 EACH = 4
-"""Blocks that each worker gets at least, so that none waits long for the last."""
+"""Blocks for each worker at least, so that none waits long for the last."""
 
 FEWEST = 64
-"""Blocks that a run is cut into at least: workers may come later."""
+"""Blocks of a run at least: more workers may join later."""
 
 LATE = 60.0
-"""Seconds after which a file that others have written is seen."""
+"""Seconds after which a file that another machine has written is visible."""
 
 _SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 
 _TICK = 0.05
-"""Seconds between two looks at what is done."""
+"""Seconds between two checks for finished blocks."""
 
 _QUIET = 5.0
-"""Seconds between two looks at whether anybody is there."""
+"""Seconds between two checks that there are workers."""
 
 
 def check_address(text: str) -> int:
-    """Check what --scheduler says; the number of processes, or 0 for an address.
+    """Check the value of --scheduler; returns the number of processes, or 0 for an address.
 
     Raises
     ------
@@ -82,7 +81,7 @@ def check_address(text: str) -> int:
 
 
 @contextmanager
-def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Iterator[Workers]:
+def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Iterator[DaskWorkers]:
     """Workers of a scheduler, or of processes that live as long as this context.
 
     Parameters
@@ -90,12 +89,13 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
     address : str
         See `check_address`.
     tell : callable
-        Gets a line where one has to wait.
+        Gets a line where one has to wait for workers.
 
     Raises
     ------
     SceneError
-        Where dask is not installed, nobody answers, or workers cannot be used or are not alike.
+        Where dask is not installed, the scheduler does not answer, or workers cannot be used or are
+        not alike.
     """
     processes = check_address(address)
     try:
@@ -115,12 +115,12 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
             raise SceneError(
                 f"--scheduler {address}: cannot be reached ({one_line(error, 200)})"
             ) from None
-        yield _looked_at(client, address, tell)
+        yield _checked(client, address, tell)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """What goes wrong is said in one line; dask's client would print its tracebacks before."""
+    """Silence dask's client: failures are reported in one line, without its tracebacks."""
     logs = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [log.level for log in logs]
     for log in logs:
@@ -133,7 +133,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _local(distributed: Any, processes: int) -> Any:
-    # What runs take is bounded anyway; dask would kill what it thinks too large.
+    # The memory of a run is bounded anyway; dask would kill workers that it takes for too large.
     return distributed.LocalCluster(
         n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
         dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
@@ -141,17 +141,17 @@ def _local(distributed: Any, processes: int) -> Any:
     )  # fmt: skip
 
 
-def _looked_at(client: Any, address: str, tell: Callable[[str], None]) -> Workers:
-    """Wait for a worker, and check that all that are there can be used together."""
+def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWorkers:
+    """Wait for a worker, and check that all present workers can be used together."""
     if not client.nthreads():
         tell(f"{address}: no workers yet; waiting for the first")
         client.wait_for_workers(1)
-    told = _asked(client, address, worker.about)
-    first, own = next(iter(told.values())), versions()
-    for where, found in told.items():
+    answers = _asked(client, address, worker.about)
+    first, own = next(iter(answers.values())), versions()
+    for where, found in answers.items():
         named = f"--scheduler {address}: worker {where} on {found['host']}"
         other = [
-            f"{name} (is {found['versions'].get(name, 'not there')}, here {version})"
+            f"{name} (is {found['versions'].get(name, 'missing')}, here {version})"
             for name, version in own.items()
             if found["versions"].get(name) != version
         ]
@@ -168,7 +168,8 @@ def _looked_at(client: Any, address: str, tell: Callable[[str], None]) -> Worker
                 f"{named}: another kind of machine than {first['host']}, which would give other "
                 f"last digits: {'; '.join(kind)}"
             )
-    return Workers(client, address, first["kind"], [t["machine"] for t in told.values()], tell)
+    machines = [t["machine"] for t in answers.values()]
+    return DaskWorkers(client, address, first["kind"], machines, tell)
 
 
 def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: Any) -> Any:
@@ -194,13 +195,13 @@ def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: 
 
 
 @dataclass(frozen=True)
-class Workers:
-    """Processes that compute blocks.
+class DaskWorkers:
+    """Workers of a dask scheduler: see `sweeps.running.options.Workers`.
 
     Attributes
     ----------
     client : distributed.Client
-        Who knows them.
+        The connection to the scheduler.
     address : str
         Of the scheduler, as it was given.
     kind : dict
@@ -208,7 +209,7 @@ class Workers:
     machines : list of str
         One line for each of them.
     tell : callable
-        Gets a line where one has to wait.
+        Gets a line where one has to wait for workers.
     """
 
     client: Any
@@ -225,16 +226,16 @@ class Workers:
         return f"{self.address}: {listed}"
 
     def block_bytes(self, plan: Plan, limit: float) -> float:
-        """Bytes of a block, so that there are enough blocks for all, and enough memory."""
+        """Bytes of a block, so that there are enough blocks for all workers, and enough memory."""
         if self.address.startswith(LOCAL):
             free = psutil.virtual_memory().available
             limit = min(limit, 0.5 * free / (AT_ONCE * len(self.machines)))
-        whole = passing_bytes(plan, {d: plan.sizes[d] for d in plan.scene.dimensions})
-        share = whole / max(FEWEST, EACH * len(self.machines))
-        return min(limit, max(SMALLEST_BLOCK, share))
+        total = passing_bytes(plan, {d: plan.sizes[d] for d in plan.scene.dimensions})
+        each = total / max(FEWEST, EACH * len(self.machines))
+        return min(limit, max(SMALLEST_BLOCK, each))
 
     def compute(
-        self, here: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
+        self, partial: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
     ) -> None:
         """Have blocks computed and written; `done` gets the number of each.
 
@@ -249,9 +250,9 @@ class Workers:
         """
         from distributed import as_completed
 
-        worker.hand_over(here, plan)
-        folder = str(here.path.absolute())
-        seen = _asked(self.client, self.address, worker.look, folder, here.key)
+        worker.hand_over(partial, plan)
+        folder = str(partial.path.absolute())
+        seen = _asked(self.client, self.address, worker.look, folder, partial.key)
         for where, wrong in seen.items():
             if wrong:
                 raise SceneError(
@@ -264,7 +265,7 @@ class Workers:
             for number in numbers
             for future in (
                 self.client.submit(
-                    worker.block, folder, here.key, number,
+                    worker.block, folder, partial.key, number,
                     key=f"engine-dyn-{run}-{number}", pure=False,
                 ),
             )
@@ -273,51 +274,51 @@ class Workers:
             finished = as_completed(
                 [future for future, _ in futures.values()], loop=self.client.loop
             )
-            heard, told = time.monotonic(), False
+            heard, warned = time.monotonic(), False
             while not finished.is_empty():
                 if self.client.status != "running":
                     raise Lost(f"{self.address}: the scheduler is gone")
                 if not finished.has_ready():
                     time.sleep(_TICK)
-                    if time.monotonic() - heard > _QUIET and not told and not self._anybody():
+                    if time.monotonic() - heard > _QUIET and not warned and not self._any_worker():
                         self.tell(f"{self.address}: all workers are gone; waiting for others")
-                        told = True
+                        warned = True
                     continue
-                heard, told = time.monotonic(), False
+                heard, warned = time.monotonic(), False
                 for future in finished.next_batch(block=False):
                     if future.status in ("pending", "lost"):
                         # Its worker died with the answer: another one is asked, and finds the
-                        # block written.
+                        # block finished.
                         finished.add(future)
                         continue
                     _check(future, self.address)
                     done(futures.pop(future.key)[1])
-            _wait_for(here, numbers)
+            _wait_for(partial, numbers)
         finally:
             if self.client.status == "running":
                 with suppress(OSError, TimeoutError, CancelledError):  # it may end at any moment
                     self.client.cancel([future for future, _ in futures.values()])
 
-    def _anybody(self) -> bool:
+    def _any_worker(self) -> bool:
         try:
             return bool(self.client.nthreads())
         except (OSError, TimeoutError, CancelledError) as error:
             raise Lost(f"{self.address}: the scheduler is gone ({one_line(error, 200)})") from None
 
 
-def _wait_for(here: Partial, numbers: Sequence[int]) -> None:
-    """Wait until finished blocks can be seen: a network file system may show new files late."""
+def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
+    """Wait until finished blocks are visible: a network file system may show new files late."""
     end = time.monotonic() + LATE
-    while not set(numbers) <= set(here.finished()) and time.monotonic() < end:
+    while not set(numbers) <= set(partial.finished()) and time.monotonic() < end:
         time.sleep(_TICK)
 
 
 def _check(future: Any, address: str) -> None:
-    """Turn what a worker answered into what a run raises."""
+    """Raise what the answer of a worker says; nothing where its block is finished."""
     if future.status == "finished":
         try:
             word, what = future.result()
-        except Exception as error:  # it went with the scheduler, or a worker
+        except Exception as error:  # the answer was lost with the scheduler or a worker
             raise Lost(f"{address}: the scheduler is gone ({one_line(error, 200)})") from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")

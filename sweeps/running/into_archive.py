@@ -2,9 +2,9 @@
 
 While one block is computed, the one before is written by a thread of its own. Finished blocks are
 files (`sweeps.archive.partial`), so a run that is killed has lost nothing but the unfinished ones.
-When all are there, they are laid into one netCDF file under a temporary name, which is renamed. A
-run of one block writes no block: it goes into the file at once. Where there is a scheduler, its
-workers compute and write the blocks (`sweeps.running.cluster`); all else is the same.
+When all blocks are finished, they are copied into one netCDF file under a temporary name, which is
+renamed. A run of one block writes no block: its results go into the file at once. Where there are
+workers (`sweeps.running.cluster`), they compute and write the blocks; all else is the same.
 """
 
 from __future__ import annotations
@@ -17,19 +17,16 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import psutil
 
-from engine_dyn.status import MEANINGS
-from engine_dyn.types import Integers
 from sweeps.archive import netcdf
-from sweeps.archive.labels import Labels, describe, to_file_units
+from sweeps.archive.labels import Labels, as_stored, describe
 from sweeps.archive.netcdf import slabs
 from sweeps.archive.partial import Damaged, Partial
 from sweeps.archive.provenance import (
@@ -41,183 +38,42 @@ from sweeps.archive.provenance import (
 )
 from sweeps.errors import SceneError, counted, one_line, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
-from sweeps.planning.plan import Plan, make_plan
+from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import opened_archive
 from sweeps.running.in_memory import computed
-from sweeps.scene.model import Scene
-from sweeps.scene.reading import read_scene
+from sweeps.running.limits import block_bytes, check_disk
+from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
 
-if TYPE_CHECKING:
-    from sweeps.running.cluster import Workers
-
-__all__ = [
-    "Finished",
-    "Options",
-    "Stopped",
-    "archive_bytes",
-    "block_bytes",
-    "check_room",
-    "in_file",
-    "run",
-    "stopped",
-    "stream",
-]
-
-LARGEST_BLOCK = 64e6
-"""Bytes of the arrays of one block, about: larger ones are not quicker."""
-
-SMALLEST_BLOCK = 4e6
-
-AT_ONCE = 4
-"""Times the arrays of one block that exist: computed once for all, computed, written, kernels'."""
+__all__ = ["run", "stopped"]
 
 TRIES = 3
 """How often blocks that turn out to be damaged are computed again."""
 
-BESIDE = 0.03
-"""Share of an archive that is neither results nor coordinates, at most: see `archive.WASTE`."""
-
 _COUNTED = 1_000_000
-"""Outcomes that are counted at a time."""
+"""Outcomes that are read at a time."""
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-class Stopped(Exception):
-    """A run that did not come to its end; the message says how to go on."""
-
-
-class Lost(Exception):
-    """Those who compute cannot go on; the message says why."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a run writes its archive.
-
-    Parameters
-    ----------
-    resume : bool
-        Complete an interrupted run; start where there is none.
-    overwrite : bool
-        Replace an archive, and begin an interrupted run again.
-    memory : float, optional
-        Bytes that arrays and buffers may take beyond the loaded libraries.
-    threads : int, optional
-        As many as the machine has processors, unless given.
-    progress : bool
-        Show a progress bar.
-    level : int, optional
-        Of compression, 0 to 9; that of the archives that it is made from, or none.
-    single : bool
-        Results in 32 bits.
-    command : str
-        The command line, for the archive.
-    again : str
-        The command that goes on with this run, for messages.
-    scheduler : str
-        Address of a dask scheduler whose workers compute, or `local:N` for N processes.
-    tell : callable
-        Gets a line where one has to wait for others.
-    """
-
-    resume: bool = False
-    overwrite: bool = False
-    memory: float | None = None
-    threads: int | None = None
-    progress: bool = False
-    level: int | None = None
-    single: bool = False
-    command: str = ""
-    again: str = "the same command with --resume"
-    scheduler: str = ""
-    tell: Callable[[str], None] = lambda _: None
-
-
-@dataclass
-class Finished:
-    """What a run did: outcomes by their codes, blocks, seconds."""
-
-    codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
-    blocks: int = 1
-    before: int = 0
-    computing: float = 0.0
-    writing: float = 0.0
-    already: bool = False
-
-    @property
-    def outcomes(self) -> dict[str, int]:
-        """Number of designs of each outcome, in the order of the codes; those that there are."""
-        return {name: int(n) for name, n in zip(MEANINGS, self.codes, strict=True) if n}
-
-    def count(self, status: npt.NDArray[Any]) -> None:
-        """Add the outcomes of some designs."""
-        codes = status.reshape(-1)
-        for begin in range(0, codes.size, _COUNTED):
-            # Piece by piece: counting makes an index of eight bytes out of each code.
-            self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
-
-
-def stream(
-    scene: str | Path | Mapping[str, Any] | Scene,
-    output: str | Path,
-    *,
-    resume: bool = False,
-    overwrite: bool = False,
-    memory: float | None = None,
-    threads: int | None = None,
-    scheduler: str = "",
-    compression: int = 0,
-    single: bool = False,
-    progress: bool = False,
+def run(
+    plan: Plan,
+    output: Path,
+    options: Options,
+    workers: Callable[[], AbstractContextManager[Workers]] | None = None,
 ) -> Finished:
-    """Run a scene into an archive, block by block, as the command does.
+    """Compute a plan into an archive, in bounded memory.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
-        See `sweeps.run`.
-    output : str or Path
-        The archive to write; `sweeps.open` opens it.
-    resume : bool
-        Complete an interrupted run; start where there is none.
-    overwrite : bool
-        Replace an archive, and begin an interrupted run again.
-    memory : float, optional
-        Bytes that arrays and buffers may take beyond the loaded libraries.
-    threads : int, optional
-        As many as the machine has processors, unless given.
-    scheduler : str
-        Address of a dask scheduler whose workers compute the blocks, such as
-        `cluster.scheduler_address`, or `local:N` for N processes of this machine. A program that
-        starts processes needs the usual ``if __name__ == "__main__":``.
-    compression : int
-        0 (none) to 9.
-    single : bool
-        Results in 32 bits.
-    progress : bool
-        Show a progress bar.
-
-    Returns
-    -------
-    Finished
-        Outcomes, number of blocks, seconds.
-
-    Raises
-    ------
-    SceneError, Stopped, OSError
-        See `run` of this module.
-    """
-    options = Options(
-        resume=resume, overwrite=overwrite, memory=memory, threads=threads, scheduler=scheduler,
-        level=compression, single=single, progress=progress,
-        again="the same with resume=True",
-    )  # fmt: skip
-    return run(make_plan(read_scene(scene)), Path(output), options)
-
-
-def run(plan: Plan, output: Path, options: Options) -> Finished:
-    """Compute a plan into an archive, in bounded memory.
+    plan : Plan
+        What is computed.
+    output : Path
+        The archive to write.
+    options : Options
+        How it is written.
+    workers : callable, optional
+        Gives a context with the workers that compute the blocks; it is called when the output has
+        been checked. Without it, this process computes them.
 
     Raises
     ------
@@ -231,126 +87,35 @@ def run(plan: Plan, output: Path, options: Options) -> Finished:
         Where nothing can be written at all.
     """
     output.parent.mkdir(parents=True, exist_ok=True)
-    here = Partial.of(output)
+    partial = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
-    with here.locked(output):
+    with partial.locked(output):
         try:
             if options.resume and not options.overwrite and output.exists():
-                done = _already(plan, output, now)
-                if not here.adds():
-                    here.remove()
+                done = _already(output, now)
+                if not partial.adds():
+                    partial.remove()
                 return done
             if output.exists() and not options.overwrite:
                 raise SceneError(f"{output}: exists; use --overwrite to replace it")
             with ExitStack() as stack:
-                workers = None
-                if options.scheduler:
-                    from sweeps.running.cluster import connected
-
-                    workers = stack.enter_context(connected(options.scheduler, options.tell))
-                return _run(plan, output, options, here, now, workers)
+                used = None if workers is None else stack.enter_context(workers())
+                return _Run(plan, output, options, partial, used).complete(now)
         finally:
-            if not here.finished() and not here.adds():
-                here.remove()
+            if not partial.finished() and not partial.adds():
+                partial.remove()
 
 
-def _run(
-    plan: Plan, output: Path, options: Options, here: Partial, now: dict[str, Any],
-    workers: Workers | None,
-) -> Finished:  # fmt: skip
-    kind = machine_kind() if workers is None else workers.kind
-    header = here.header()
-    if header is not None and here.finished():
-        if options.resume:
-            try:
-                check_identity(header["identity"])
-                found = differences(header["identity"], now)
-                found += kind_differences(header.get("kind", {}), kind)
-            except (ValueError, KeyError, TypeError, AttributeError):
-                found = ["what it says of itself is damaged"]
-            if found:
-                raise SceneError(
-                    f"{here.path}: cannot be resumed, it is a run of something else: "
-                    f"{'; '.join(found)}; --overwrite instead of --resume begins again"
-                )
-        elif options.overwrite:
-            header = None
-        else:
-            raise SceneError(
-                f"{here.path}: holds an interrupted run; --resume completes it, --overwrite begins "
-                "again"
-            )
-    else:
-        header = None
-    limit = block_bytes(plan, options.memory)
-    if header is None:
-        here.clear()
-        if workers is not None:
-            limit = workers.block_bytes(plan, limit)
-        lengths = cut_to(plan, limit)
-    else:
-        here.tidy()
-        lengths = {str(d): int(n) for d, n in header["lengths"].items()}
-        if options.memory is not None and header["block_bytes"] > limit:
-            raise SceneError(
-                f"{here.path}: cannot be resumed with --memory {size_text(options.memory)}: its "
-                "blocks are larger; give as much as the first time"
-            )
-    count = block_count(plan, lengths)
-    done = Finished(blocks=count, before=len(here.finished()))
-    tight = _check_disk(plan, output, options, count, done.before)
-    whole = count == 1 and workers is None and header is None
-    if header is None and not whole:
-        started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        here.begin(
-            {
-                "identity": now,
-                "kind": kind,
-                "lengths": lengths,
-                "blocks": count,
-                "block_bytes": limit,
-                "title": plan.scene.title,
-                "designs": plan.designs,
-                "output": output.name,
-                "command_line": options.command,
-                "started": started,
-            }
-        )
-    try:
-        if whole:
-            _run_whole(plan, output, options, here, done)
-        else:
-            _run_blocks(plan, output, options, here, lengths, done, workers, tight=tight)
-    except KeyboardInterrupt:
-        raise Stopped(f"interrupted; {_left(here, count, options)}") from None
-    except Lost as error:
-        raise Stopped(f"{error}; {_left(here, count, options)}") from None
-    except (OSError, RuntimeError) as error:
-        raise stopped(error, output, _left(here, count, options)) from None
-    finally:
-        here.archive.unlink(missing_ok=True)
-    here.remove()
-    return done
+def stopped(error: Exception, output: Path, remains: str) -> Exception:
+    """What to raise for an error of a run: `Stopped`, where the disk is to blame.
 
-
-def _left(here: Partial, count: int, options: Options) -> str:
-    """What an interrupted run leaves, and how to go on."""
-    finished = len(here.finished())
-    if not finished:
-        return "nothing written"
-    return (
-        f"{finished} of {counted(count, 'block')} are finished in {here.path}; to go on: "
-        f"{options.again}"
-    )
-
-
-def stopped(error: Exception, output: Path, left: str) -> Exception:
-    """What to raise for an error of a run: `Stopped`, where the disk is to blame."""
+    `remains` says what is left of the run, and how to go on.
+    """
     if not _about_disk(error):
         return error
     reason = one_line(getattr(error, "strerror", None) or error, 200)
     free = size_text(shutil.disk_usage(output.parent).free)
-    return Stopped(f"{output}: cannot be written ({reason}; {free} are free); {left}")
+    return Stopped(f"{output}: cannot be written ({reason}; {free} are free); {remains}")
 
 
 def _about_disk(error: BaseException) -> bool:
@@ -361,259 +126,287 @@ def _about_disk(error: BaseException) -> bool:
     ) or "NetCDF" in str(error)
 
 
-# --- sizes --------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class _Run:
+    """One run: what is computed, by whom, into which archive, and the folder of its blocks."""
 
+    plan: Plan
+    output: Path
+    options: Options
+    partial: Partial
+    workers: Workers | None
 
-def block_bytes(plan: Plan, memory: float | None) -> float:
-    """Bytes that the arrays of one block may take, so that a run takes no more than `memory`.
+    def complete(self, now: dict[str, Any]) -> Finished:
+        """Compute what is missing, and write the archive; `now` is the identity of the plan."""
+        kind = machine_kind() if self.workers is None else dict(self.workers.kind)
+        header = self._interrupted(now, kind)
+        lengths, limit = self._cut(header)
+        count = block_count(self.plan, lengths)
+        done = Finished(blocks=count, before=len(self.partial.finished()))
+        discard = check_disk(self.plan, self.output, count, done.before, single=self.options.single)
+        one_piece = count == 1 and self.workers is None and header is None
+        if header is None and not one_piece:
+            self._begin(now, kind, lengths, limit)
+        try:
+            if one_piece:
+                self._in_one_piece(done)
+            else:
+                self._in_blocks(lengths, done, discard=discard)
+        except KeyboardInterrupt:
+            raise Stopped(f"interrupted; {self._remains(count)}") from None
+        except Lost as error:
+            raise Stopped(f"{error}; {self._remains(count)}") from None
+        except (OSError, RuntimeError) as error:
+            raise stopped(error, self.output, self._remains(count)) from None
+        finally:
+            self.partial.archive.unlink(missing_ok=True)
+        self.partial.remove()
+        return done
 
-    Raises
-    ------
-    SceneError
-        Where that leaves nothing, or the machine has less.
-    """
-    given = [np.asarray(v.data).nbytes for v in plan.leaves.values() if v.dims]
-    fixed = float(sum(given))
-    limit = LARGEST_BLOCK
-    if memory is not None:
-        limit = min(limit, (memory - fixed) / AT_ONCE)
-        smallest = min(SMALLEST_BLOCK, LARGEST_BLOCK)
-        if limit < smallest:
+    # --- what an interrupted run has left -----------------------------------------------------
+
+    def _interrupted(self, now: dict[str, Any], kind: dict[str, str]) -> dict[str, Any] | None:
+        """Header of the interrupted run that is resumed; None where a run begins."""
+        header = self.partial.header()
+        if header is None or not self.partial.finished():
+            return None
+        if self.options.resume:
+            try:
+                check_identity(header["identity"])
+                found = differences(header["identity"], now)
+                found += kind_differences(header.get("kind", {}), kind)
+            except (ValueError, KeyError, TypeError, AttributeError):
+                found = ["what it says of itself is damaged"]
+            if found:
+                raise SceneError(
+                    f"{self.partial.path}: cannot be resumed, it is a run of something else: "
+                    f"{'; '.join(found)}; --overwrite instead of --resume begins again"
+                )
+            return header
+        if self.options.overwrite:
+            return None
+        raise SceneError(
+            f"{self.partial.path}: holds an interrupted run; --resume completes it, --overwrite "
+            "begins again"
+        )
+
+    def _cut(self, header: dict[str, Any] | None) -> tuple[dict[str, int], float]:
+        """Lengths of the blocks, as before where a run is resumed, and the limit of their bytes."""
+        options = self.options
+        limit = block_bytes(self.plan, options.memory)
+        if header is None:
+            self.partial.clear()
+            if self.workers is not None:
+                limit = self.workers.block_bytes(self.plan, limit)
+            return cut_to(self.plan, limit), limit
+        self.partial.tidy()
+        if options.memory is not None and header["block_bytes"] > limit:
             raise SceneError(
-                f"{plan.name}: --memory {size_text(memory)}: {counted(plan.designs, 'design')} "
-                f"with columns of {size_text(fixed)} need at least "
-                f"{size_text(fixed + AT_ONCE * smallest)}"
+                f"{self.partial.path}: cannot be resumed with --memory "
+                f"{size_text(options.memory)}: its blocks are larger; give as much as the first "
+                "time"
             )
-    need, free = fixed + AT_ONCE * limit, psutil.virtual_memory().available
-    if need > 0.9 * free:
-        raise SceneError(
-            f"{plan.name}: {counted(plan.designs, 'design')} need {size_text(need)} of memory, "
-            f"{size_text(free)} are free"
-        )
-    return limit
+        return {str(d): int(n) for d, n in header["lengths"].items()}, limit
 
-
-def archive_bytes(plan: Plan, *, single: bool = False) -> int:
-    """Size of an archive's variables and coordinates, uncompressed."""
-    total = 0
-    for name in plan.outputs:
-        size = math.prod(plan.sizes[d] for d in plan.dims(name))
-        total += size * (1 if name == "status" else 4 if single else 8)
-    return total + 8 * sum(plan.sizes[d] for d in plan.scene.dimensions)
-
-
-def _check_disk(plan: Plan, output: Path, options: Options, count: int, before: int) -> bool:
-    """Refuse what does not fit the disk, before anything is computed.
-
-    Returns whether it fits but for the room that blocks and archive take together: then blocks
-    are given up as they are put together.
-    """
-    size = archive_bytes(plan, single=options.single)
-    if count == 1:
-        check_room(plan, output, size, size)
-        return False
-    missing = size * (count - before) / count
-    check_room(plan, output, size, missing + (BESIDE + 1.0 / count) * size)
-    return size + missing > shutil.disk_usage(output.parent).free
-
-
-def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
-    """Refuse what does not fit the disk.
-
-    Raises
-    ------
-    SceneError
-        With the size, and what is free.
-    """
-    free = shutil.disk_usage(output.parent).free
-    if need > free:
-        raise SceneError(
-            f"{plan.name}: {counted(plan.designs, 'design')} make an archive of "
-            f"{size_text(size)}; {size_text(free)} are free where {output} would be; ask for fewer "
-            "points or fewer quantities"
+    def _begin(
+        self, now: dict[str, Any], kind: dict[str, str], lengths: dict[str, int], limit: float
+    ) -> None:
+        """Write into the folder what is computed there."""
+        self.partial.begin(
+            {
+                "identity": now,
+                "kind": kind,
+                "lengths": lengths,
+                "blocks": block_count(self.plan, lengths),
+                "block_bytes": limit,
+                "title": self.plan.scene.title,
+                "designs": self.plan.designs,
+                "output": self.output.name,
+                "command_line": self.options.command,
+                "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+            }
         )
 
+    def _remains(self, count: int) -> str:
+        """What is kept of an interrupted run, and how to go on."""
+        finished = len(self.partial.finished())
+        if not finished:
+            return "nothing written"
+        return (
+            f"{finished} of {counted(count, 'block')} are finished in {self.partial.path}; "
+            f"to go on: {self.options.resume_command}"
+        )
 
-# --- computing and writing ----------------------------------------------------------------------
+    # --- computing ----------------------------------------------------------------------------
 
+    def _labels(self, seconds: float) -> Labels:
+        return describe(
+            self.plan, seconds=seconds, command=self.options.command, single=self.options.single,
+            machine="" if self.workers is None else self.workers.text,
+        )  # fmt: skip
 
-def _labels(plan: Plan, options: Options, seconds: float, workers: Workers | None = None) -> Labels:
-    return describe(
-        plan, seconds=seconds, command=options.command, single=options.single,
-        machine="" if workers is None else workers.text,
-    )  # fmt: skip
-
-
-def in_file(labels: Labels, name: str, part: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Results as they stand in the archive."""
-    variable = labels.variables[name]
-    found = to_file_units(variable, part)
-    if found.dtype.str[1:] == variable.kind:
-        return found
-    with np.errstate(over="ignore"):  # beyond 32 bits it is infinite
-        return found.astype(variable.kind)
-
-
-def _run_whole(plan: Plan, output: Path, options: Options, here: Partial, done: Finished) -> None:
-    """Compute in one piece, straight into the file."""
-    began = time.perf_counter()
-    ((_, parts),) = computed(plan, {}, [{}], progress=options.progress, threads=options.threads)
-    done.computing = time.perf_counter() - began
-    labels = _labels(plan, options, done.computing)
-    with netcdf.new(here.archive, labels, {}, level=options.level or 0) as file:
-        for name in plan.outputs:
-            part = in_file(labels, name, parts.pop(name))
-            file.put(name, (), part)
-            if name == "status":
-                done.count(part)
-    _publish(here, output, options)
-    done.writing = time.perf_counter() - began - done.computing
-
-
-def _run_blocks(
-    plan: Plan, output: Path, options: Options, here: Partial, lengths: dict[str, int],
-    done: Finished, workers: Workers | None, *, tight: bool,
-) -> None:  # fmt: skip
-    """Compute the blocks that are not there, then put all of them together."""
-    for _ in range(TRIES):
+    def _in_one_piece(self, done: Finished) -> None:
+        """Compute everything, straight into the file."""
         began = time.perf_counter()
-        there = set(here.finished())
-        missing = [(n, b) for n, b in enumerate(blocks(plan, lengths)) if n not in there]
-        if missing and workers is not None:
-            _compute_elsewhere(plan, options, here, missing, workers)
-        elif missing:
-            _compute(plan, options, here, lengths, missing)
-        done.computing += time.perf_counter() - began
-        began = time.perf_counter()
-        done.codes[:] = 0
-        labels = _labels(plan, options, done.computing, workers)
-        damaged = _assemble(plan, options, here, lengths, labels, done, tight=tight)
-        if not damaged:
-            _publish(here, output, options)
+        ((_, results),) = computed(
+            self.plan, {}, [{}], progress=self.options.progress, threads=self.options.threads
+        )
+        done.computing = time.perf_counter() - began
+        labels = self._labels(done.computing)
+        with netcdf.new(self.partial.archive, labels, {}, level=self.options.level or 0) as file:
+            for name in self.plan.outputs:
+                values = as_stored(labels, name, results.pop(name))
+                file.put(name, (), values)
+                if name == "status":
+                    done.count(values)
+        self._publish()
+        done.writing = time.perf_counter() - began - done.computing
+
+    def _in_blocks(self, lengths: dict[str, int], done: Finished, *, discard: bool) -> None:
+        """Compute the blocks that are missing, then put all of them together."""
+        for _ in range(TRIES):
+            began = time.perf_counter()
+            finished = set(self.partial.finished())
+            missing = {
+                number: block
+                for number, block in enumerate(blocks(self.plan, lengths))
+                if number not in finished
+            }
+            if missing and self.workers is not None:
+                self._compute_by(self.workers, missing)
+            elif missing:
+                self._compute(lengths, missing)
+            done.computing += time.perf_counter() - began
+            began = time.perf_counter()
+            done.codes[:] = 0
+            damaged = self._assemble(lengths, done, discard=discard)
+            if not damaged:
+                self._publish()
+                done.writing += time.perf_counter() - began
+                return
+            for number in damaged:
+                self.partial.discard(number)
+            done.before -= len(damaged)
             done.writing += time.perf_counter() - began
-            return
-        for number in damaged:
-            here.discard(number)
-        done.before -= len(damaged)
-        done.writing += time.perf_counter() - began
-    raise Stopped(
-        f"{here.path}: blocks are damaged as soon as they are written; is the disk sound?"
-    )
+        raise Stopped(
+            f"{self.partial.path}: blocks are damaged as soon as they are written; is the disk "
+            "sound?"
+        )
 
-
-def _compute(
-    plan: Plan, options: Options, here: Partial, lengths: dict[str, int],
-    missing: list[tuple[int, Block]],
-) -> None:  # fmt: skip
-    """Compute blocks; each is written while the next is computed."""
-    labels = _labels(plan, options, 0.0)
-    results = computed(
-        plan, lengths, (block for _, block in missing),
-        progress=options.progress, threads=options.threads,
-    )  # fmt: skip
-    with ThreadPoolExecutor(1) as pool:
-        # One thread, one block: what comes next waits, whether the disk or the processor is slow.
-        written: Future[int] | None = None
-        for (number, _), (_, parts) in zip(missing, results, strict=True):
-            arrays = {name: in_file(labels, name, parts.pop(name)) for name in list(parts)}
+    def _compute(self, lengths: dict[str, int], missing: Mapping[int, Block]) -> None:
+        """Compute blocks; each is written while the next is computed."""
+        labels = self._labels(0.0)
+        results = computed(
+            self.plan, lengths, missing.values(),
+            progress=self.options.progress, threads=self.options.threads,
+        )  # fmt: skip
+        with ThreadPoolExecutor(1) as pool:
+            # One thread, one block: the next one waits, whether the disk or the processor is slow.
+            written: Future[int] | None = None
+            for number, (_, found) in zip(missing, results, strict=True):
+                arrays = {name: as_stored(labels, name, found.pop(name)) for name in list(found)}
+                if written is not None:
+                    written.result()
+                written = pool.submit(self.partial.write, number, arrays)
             if written is not None:
                 written.result()
-            written = pool.submit(here.write, number, arrays)
-        if written is not None:
-            written.result()
 
+    def _compute_by(self, workers: Workers, missing: Mapping[int, Block]) -> None:
+        """Have blocks computed and written by workers."""
+        sizes = self.plan.sizes
+        designs = {
+            number: math.prod(
+                len(range(*block[d].indices(sizes[d]))) if d in block else sizes[d]
+                for d in self.plan.scene.dimensions
+            )
+            for number, block in missing.items()
+        }
+        with ExitStack() as stack:
+            bar: Any = None
+            if self.options.progress:
+                from tqdm import tqdm
 
-def _compute_elsewhere(
-    plan: Plan, options: Options, here: Partial, missing: list[tuple[int, Block]], workers: Workers
-) -> None:
-    """Have blocks computed and written by others."""
-    designs = {
-        number: math.prod(
-            len(range(*block[d].indices(plan.sizes[d]))) if d in block else plan.sizes[d]
-            for d in plan.scene.dimensions
-        )
-        for number, block in missing
-    }
-    with ExitStack() as stack:
-        bar: Any = None
-        if options.progress:
-            from tqdm import tqdm
+                bar = stack.enter_context(tqdm(
+                    total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
+                    leave=False, file=sys.stderr,
+                ))  # fmt: skip
 
-            bar = stack.enter_context(tqdm(
-                total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
-                leave=False, file=sys.stderr,
-            ))  # fmt: skip
+            def show(number: int) -> None:
+                if bar is not None:
+                    bar.update(designs[number])
 
-        def show(number: int) -> None:
-            if bar is not None:
-                bar.update(designs[number])
+            workers.compute(self.partial, self.plan, list(designs), show)
 
-        workers.compute(here, plan, list(designs), show)
+    # --- putting together ---------------------------------------------------------------------
 
+    def _assemble(self, lengths: Mapping[str, int], done: Finished, *, discard: bool) -> list[int]:
+        """Copy all blocks into one file; returns the numbers of those that are damaged.
 
-def _assemble(
-    plan: Plan, options: Options, here: Partial, lengths: Mapping[str, int], labels: Labels,
-    done: Finished, *, tight: bool,
-) -> list[int]:  # fmt: skip
-    """Lay all blocks into one file; returns the numbers of those that are damaged.
+        With `discard`, each block is deleted once it has been copied.
+        """
+        labels = self._labels(done.computing)
+        damaged: list[int] = []
+        level = self.options.level or 0
+        with netcdf.new(self.partial.archive, labels, lengths, level=level) as file:
+            for number, block, arrays in self._read_ahead(lengths, labels):
+                if arrays is None:
+                    damaged.append(number)
+                    continue
+                if damaged:
+                    continue  # the file is useless by now, but the other damaged blocks are sought
+                for name, values in arrays.items():
+                    file.put(name, along(labels.variables[name].dims, block), values)
+                if "status" in arrays:
+                    done.count(arrays["status"])
+                if discard:
+                    self.partial.discard(number)
+        return damaged
 
-    Where it is `tight`, each block makes room for the next.
-    """
-    damaged: list[int] = []
-    with netcdf.new(here.archive, labels, lengths, level=options.level or 0) as file:
-        for number, block, arrays in _read_ahead(plan, here, lengths, labels):
-            if arrays is None:
-                damaged.append(number)
-                continue
-            if damaged:
-                continue  # the file is of no use any more, but what else is damaged is
-            for name, part in arrays.items():
-                file.put(name, along(labels.variables[name].dims, block), part)
-            if "status" in arrays:
-                done.count(arrays["status"])
-            if tight:
-                here.discard(number)
-    return damaged
+    def _read_ahead(
+        self, lengths: Mapping[str, int], labels: Labels
+    ) -> Iterator[tuple[int, Block, dict[str, npt.NDArray[Any]] | None]]:
+        """All blocks in turn and their arrays, None if damaged; the next is read meanwhile."""
 
+        def read(number: int, block: Block) -> dict[str, npt.NDArray[Any]] | None:
+            try:
+                return _read(self.partial, number, self._expected(labels, block))
+            except Damaged:
+                return None
 
-def _read_ahead(
-    plan: Plan, here: Partial, lengths: Mapping[str, int], labels: Labels
-) -> Iterator[tuple[int, Block, dict[str, npt.NDArray[Any]] | None]]:
-    """All blocks in turn and what they hold, None if damaged; the next is read meanwhile."""
-
-    def read(number: int, block: Block) -> dict[str, npt.NDArray[Any]] | None:
-        try:
-            return _read(here, number, _held(plan, labels, block))
-        except Damaged:
-            return None
-
-    with ThreadPoolExecutor(1) as reader:
-        before: tuple[int, Block, Future[dict[str, npt.NDArray[Any]] | None]] | None = None
-        for number, block in enumerate(blocks(plan, dict(lengths))):
-            this = number, block, reader.submit(read, number, block)
+        with ThreadPoolExecutor(1) as reader:
+            before: tuple[int, Block, Future[dict[str, npt.NDArray[Any]] | None]] | None = None
+            for number, block in enumerate(blocks(self.plan, dict(lengths))):
+                this = number, block, reader.submit(read, number, block)
+                if before is not None:
+                    yield before[0], before[1], before[2].result()
+                before = this
             if before is not None:
                 yield before[0], before[1], before[2].result()
-            before = this
-        if before is not None:
-            yield before[0], before[1], before[2].result()
 
+    def _expected(self, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
+        """Shape and kind of number of each array that a block must hold."""
+        found = {}
+        for name in self.plan.outputs:
+            dims = self.plan.dims(name)
+            if holds(block, dims):
+                places = (block.get(d, slice(0, self.plan.sizes[d])) for d in dims)
+                shape = tuple(place.stop - place.start for place in places)
+                found[name] = shape, labels.variables[name].kind
+        return found
 
-def _held(plan: Plan, labels: Labels, block: Block) -> dict[str, tuple[tuple[int, ...], str]]:
-    """Shape and kind of all that a block holds."""
-    found = {}
-    for name in plan.outputs:
-        dims = plan.dims(name)
-        if holds(block, dims):
-            places = (block.get(d, slice(0, plan.sizes[d])) for d in dims)
-            shape = tuple(place.stop - place.start for place in places)
-            found[name] = shape, labels.variables[name].kind
-    return found
+    def _publish(self) -> None:
+        """Give the archive its name, unless somebody else has taken it meanwhile."""
+        if self.output.exists() and not self.options.overwrite:
+            raise SceneError(
+                f"{self.output}: exists by now; move it and use --resume, or --resume --overwrite"
+            )
+        netcdf.publish(self.partial.archive, self.output)
 
 
 def _read(
-    here: Partial, number: int, expected: Mapping[str, tuple[tuple[int, ...], str]]
+    partial: Partial, number: int, expected: Mapping[str, tuple[tuple[int, ...], str]]
 ) -> dict[str, npt.NDArray[Any]]:
-    """Read a block that holds what it must.
+    """Read a block, and check that it holds the arrays that it must hold.
 
     Raises
     ------
@@ -621,25 +414,13 @@ def _read(
         Where it does not, though its hash is right.
     """
     size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in expected.values())
-    arrays = here.read(number, size)
+    arrays = partial.read(number, size)
     if {n: (a.shape, a.dtype.str[1:]) for n, a in arrays.items()} != dict(expected):
-        raise Damaged(f"block {number} of {here.path}: holds something else")
+        raise Damaged(f"block {number} of {partial.path}: holds something else")
     return arrays
 
 
-def _publish(here: Partial, output: Path, options: Options) -> None:
-    """Give the archive its name, unless somebody else has taken it meanwhile."""
-    if output.exists() and not options.overwrite:
-        raise SceneError(
-            f"{output}: exists by now; move it and use --resume, or --resume --overwrite"
-        )
-    netcdf.publish(here.archive, output)
-
-
-# --- what is there already ----------------------------------------------------------------------
-
-
-def _already(plan: Plan, output: Path, now: dict[str, Any]) -> Finished:
+def _already(output: Path, now: dict[str, Any]) -> Finished:
     """Check that a finished archive is what would be computed."""
     try:
         with opened_archive(output) as file:

@@ -1,49 +1,62 @@
 """What processes on a cluster do: compute blocks of a run, and write them into its folder.
 
-A worker is told the folder, the run's key and the number of a block, nothing else: the scene lies
-in the folder as plain data, as archives hold it, and a worker makes its own plan of it. Whether
-that is the plan of the one who asks, the identity in the folder says. Nothing is raised, nothing
-but texts and numbers is returned: an exception would have to be understood at the other end.
+A worker gets the folder, the run's key and the number of a block, nothing else: the scene lies in
+the folder as plain data, in the form that archives have, and a worker makes its own plan of it. The
+identity in the folder says whether that is the plan of the process that asked. Workers raise
+nothing and return only texts and numbers: the other side might not be able to load an exception.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import signal
 from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from engine_dyn.compilation import own_cache
+from sweeps.archive.contents import Contents, files_as_now, plan_of
+from sweeps.archive.labels import as_stored, describe
 from sweeps.archive.partial import Damaged, Partial
+from sweeps.archive.provenance import (
+    differences,
+    files_from_text,
+    files_text,
+    identity,
+    kind_differences,
+    machine_kind,
+    machine_text,
+    versions,
+)
 from sweeps.errors import SceneError, one_line
-
-if TYPE_CHECKING:
-    from sweeps.planning.blocks import Block
-    from sweeps.planning.plan import Plan
+from sweeps.planning.blocks import Block, blocks
+from sweeps.planning.plan import Plan
+from sweeps.planning.shards import shard
+from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
+from sweeps.running.in_memory import computed
 
 __all__ = ["about", "block", "hand_over", "look"]
 
 Answer = tuple[str, Any]
-"""A word and what belongs to it: ("done", bytes), ("refused", text), ("os", [number, text])."""
+"""A word and its details: ("done", bytes), ("refused", text), ("os", [number, text])."""
 
 
 def dask_setup(_: Any) -> None:
-    """Leave ctrl-C to the process that asked: dask calls this in processes of `local:N`."""
+    """Leave Ctrl-C to the process that asked; dask calls this in processes of `local:N`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def hand_over(here: Partial, plan: Plan) -> None:
+def hand_over(partial: Partial, plan: Plan) -> None:
     """Put the scene of a plan into the folder of its run."""
-    from sweeps.archive.provenance import files_text
-
     scene = (plan.whole or plan).scene
     values = {**scene.axes, **scene.designs}
     words = {name: list(v) for name, v in values.items() if isinstance(v, tuple)}
-    here.write_scene(
+    partial.write_scene(
         {
             "scene": scene.source,
             "name": plan.name,
@@ -55,42 +68,33 @@ def hand_over(here: Partial, plan: Plan) -> None:
     )
 
 
-def plan_of_folder(here: Partial, identity: Mapping[str, Any]) -> Plan:
-    """Plan of the scene that lies in a folder, which reads no other file.
+def plan_of_folder(partial: Partial, known: Mapping[str, Any]) -> Plan:
+    """Plan of the scene that lies in a folder, which reads no other file; `known` is its identity.
 
     Raises
     ------
     SceneError
-        Where it cannot be read, or is none that this version can plan.
+        Where it cannot be read, or this version cannot plan it.
     """
-    import json
-
-    from sweeps.archive.contents import Held, plan_of
-    from sweeps.archive.provenance import files_from_text
-    from sweeps.planning.shards import shard
-
     try:
-        told, columns = here.read_scene()
+        scene, columns = partial.read_scene()
     except Damaged as error:
         raise SceneError(str(error)) from None
-    folder, files = files_from_text(told["files"])
-    values = {**columns, **told["words"]}
-    source = Held(
-        here.path, {"scene_name": told["name"]}, told["scene"], folder, files, dict(identity),
+    folder, files = files_as_now(*files_from_text(scene["files"]), ARCHIVE_FORMAT)
+    values = {**columns, **scene["words"]}
+    contents = Contents(
+        partial.path, {"scene_name": scene["name"]}, scene["scene"], folder, files, dict(known),
         {}, values, {}, 0,
     )  # fmt: skip
-    plan = plan_of(source, whole=values)
-    if told["part"]:
-        number, _, count = json.loads(told["part"])["shard"].partition("/")
+    plan = plan_of(contents, coordinates=values)
+    if scene["part"]:
+        number, _, count = json.loads(scene["part"])["shard"].partition("/")
         plan = shard(plan, int(number), int(count))
     return plan
 
 
 def about(dask_worker: Any = None) -> dict[str, Any]:
-    """Tell what a worker is: its machine, versions and threads."""
-    from engine_dyn.compilation import own_cache
-    from sweeps.archive.provenance import machine_kind, machine_text, versions
-
+    """Machine, versions and threads of a worker."""
     threads = 1 if dask_worker is None else int(dask_worker.state.nthreads)
     return {
         "host": platform.node(),
@@ -104,19 +108,19 @@ def about(dask_worker: Any = None) -> dict[str, Any]:
 
 
 def look(folder: str, key: str) -> str:
-    """Look for the folder of a run; what is wrong with it, empty if nothing."""
-    here = Partial(Path(folder))
-    if here.header() is None or here.key != key:
+    """Look for the folder of a run; returns what is wrong with it, empty if nothing is."""
+    partial = Partial(Path(folder))
+    if partial.header() is None or partial.key != key:
         return f"does not see {folder}, or another one of that name"
     try:
-        here.try_writing()
+        partial.try_writing()
     except OSError as error:
         return f"cannot write into {folder} ({one_line(error.strerror)})"
     return ""
 
 
 def block(folder: str, key: str, number: int) -> Answer:
-    """Compute one block of a run and write it; nothing is done where it is there already."""
+    """Compute one block of a run and write it; nothing is done where it is finished already."""
     try:
         return "done", _work_of(folder, key).do(number)
     except SceneError as error:
@@ -135,7 +139,7 @@ def _where() -> str:
 
 
 _WORK: dict[tuple[str, str], _Work] = {}
-"""The run that this process is at, one at most."""
+"""The run for which this process computes, one at most."""
 
 
 def _work_of(folder: str, key: str) -> _Work:
@@ -146,31 +150,25 @@ def _work_of(folder: str, key: str) -> _Work:
 
 
 class _Work:
-    """A run as one worker sees it.
+    """A run as seen by one worker.
 
-    What no block changes is computed once, as in a run of one process: `runner.computed` goes on
-    with one block after the other, as they come.
+    What no block changes is computed once, as in a run of one process: `in_memory.computed` goes
+    on with one block after the other, as they come.
     """
 
     def __init__(self, folder: str, key: str) -> None:
         from distributed import get_worker
 
-        from engine_dyn.compilation import own_cache
-        from sweeps.archive.labels import describe
-        from sweeps.archive.provenance import differences, identity, kind_differences, machine_kind
-        from sweeps.planning.blocks import blocks
-        from sweeps.running.in_memory import computed
-
         own_cache()
-        self.here = Partial(Path(folder))
-        header = self.here.header()
-        if header is None or self.here.key != key:
+        self.partial = Partial(Path(folder))
+        header = self.partial.header()
+        if header is None or self.partial.key != key:
             raise SceneError(f"does not see {folder}, or another one of that name")
         threads = int(get_worker().state.nthreads)
         if threads != 1:
             raise SceneError(f"has {threads} threads; must have one (--nthreads 1)")
         wanted = header["identity"]
-        self.plan = plan_of_folder(self.here, wanted)
+        self.plan = plan_of_folder(self.partial, wanted)
         found = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
         found += kind_differences(header["kind"], machine_kind())
         if found:
@@ -187,13 +185,11 @@ class _Work:
 
     def do(self, number: int) -> int:
         """Compute a block and write it, unless a worker that died meanwhile has done so."""
-        from sweeps.running.into_archive import in_file
-
         try:
-            return sum(array.nbytes for array in self.here.read(number).values())
+            return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
         self.next.append(self.blocks[number])
-        _, parts = next(self.results)
-        arrays = {name: in_file(self.labels, name, parts.pop(name)) for name in list(parts)}
-        return self.here.write(number, arrays)
+        _, found = next(self.results)
+        arrays = {name: as_stored(self.labels, name, found.pop(name)) for name in list(found)}
+        return self.partial.write(number, arrays)

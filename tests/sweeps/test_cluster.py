@@ -22,7 +22,8 @@ import sweeps
 from sweeps.archive import provenance
 from sweeps.archive.netcdf import open_archive
 from sweeps.archive.partial import Partial
-from sweeps.running import cluster, into_archive, worker
+from sweeps.running import cluster, into_archive, limits, worker
+from sweeps.running.options import Options
 from tests.sweeps.test_joining import TABLE
 from tests.sweeps.test_streaming import (
     ENGINE,
@@ -59,7 +60,7 @@ def scheduler() -> Iterator[str]:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some ten blocks of few designs."""
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e5)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e5)
 
 
 def same_but_machine(path: Path, expected: xr.Dataset) -> None:
@@ -102,7 +103,7 @@ def test_archive_is_that_of_a_local_run(
             '[output]\nquantities = ["delta", "imep"]\n'
         )
     if name != "one block":
-        monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
+        monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     single = name == "float32"
     done = sweeps.stream(scene, tmp_path / "out.nc", scheduler=scheduler, single=single)
     assert (done.blocks == 1) == (name == "one block")
@@ -143,7 +144,7 @@ def test_blocks_that_are_seen_late_are_waited_for(
 
 def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 500000"))
-    few, many = (cluster.Workers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
+    few, many = (cluster.DaskWorkers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
     assert len(set(cluster.EACH * np.array([2, 100]) > cluster.FEWEST)) == 2
     assert 4e6 < many.block_bytes(plan, 64e6) < few.block_bytes(plan, 64e6) < 64e6
     assert few.block_bytes(plan, 1e5) == 1e5
@@ -251,8 +252,8 @@ def test_a_killed_worker_costs_its_blocks_and_nothing_else(
 
 SLOW_CLIENT = """
 import sys, time
-import sweeps.running.into_archive, sweeps.running.worker
-sweeps.running.into_archive.LARGEST_BLOCK = 4e5
+import sweeps.running.limits, sweeps.running.worker
+sweeps.running.limits.LARGEST_BLOCK = 4e5
 def slow(folder, key, number):
     import time
     from sweeps.running import worker
@@ -570,7 +571,7 @@ def test_resume_on_another_kind_of_machine_is_refused(
         assert result.exit_code == 2, result.output
         assert f"cannot be resumed, it is a run of something else: {key} (" in result.stderr
     assert len(Partial.of(output).finished()) == 3
-    assert into_archive.run(plan, output, into_archive.Options(resume=True)).before == 3
+    assert into_archive.run(plan, output, Options(resume=True)).before == 3
 
 
 def test_differences_of_machines_in_words() -> None:

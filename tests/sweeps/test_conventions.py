@@ -24,11 +24,12 @@ from cf_xarray.units import units
 from benchmarks.fuzz import good_archive
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, QUANTITIES
 from sweeps.archive import netcdf
-from sweeps.joining import merge
+from sweeps.joining.extend import extend
+from sweeps.joining.merge import merge
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive
-from sweeps.running.into_archive import Options
+from sweeps.running.options import Options
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support import NOT_OF_AN_ENGINE
 from tests.sweeps.test_blocks import SCENES
@@ -108,14 +109,14 @@ def written(folder: Path) -> list[Path]:
         run(name, reduced(name))
     run("in 32 bits", OWN["words"], single=True)
     grown = run("compressed", reduced("first"), level=4)
-    merge.extend(grown, "inertia", [33.0], Options())
+    extend(grown, "inertia", [33.0], Options())
     plan = make_plan(read_scene(reduced("first")))
     pieces = []
     for number in (1, 2):
         pieces.append(folder / f"shard_{number}.nc")
         into_archive.run(shard(plan, number, 2), pieces[-1], Options())
     found += pieces
-    merge.merge(pieces, folder / "merged.nc", Options())
+    merge(pieces, folder / "merged.nc", Options())
     found.append(folder / "merged.nc")
     return found
 

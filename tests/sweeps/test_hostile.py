@@ -35,8 +35,8 @@ from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.reading import hdf5_links, netcdf_files, regular_files
-from sweeps.running import into_archive
-from sweeps.running.into_archive import Options
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -370,7 +370,7 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
 ) -> None:
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
     plan = make_plan(read_scene(fuzz._PLAIN))
     for name in ("run.json.new", "block-000001.bin.new", "archive.nc", "run.json", "lock"):
         output = tmp_path / f"{name}.nc"
@@ -459,8 +459,8 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
     # Not in pytest's own folder, which is its user's alone.
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for path in ("engines/diesel_105x137.toml", "engines/diesel_105x137_pressure.csv"):
-            (folder / Path(path).name).write_bytes((PACKAGE / path).read_bytes())
+        for path in ("diesel_105x137.toml", "diesel_105x137_pressure.csv"):
+            (folder / path).write_bytes((PACKAGE / "catalogue" / "engines" / path).read_bytes())
         scene = folder / "scene.toml"
         scene.write_text(SCENE.replace('"ntua"', '"diesel_105x137.toml"'))
         assert invoke("plan", scene).exit_code == 0  # loads what the package may be hidden from
@@ -524,7 +524,7 @@ def test_a_slow_disk_without_locks_or_synced_folders(
     into_archive.run(plan, tmp_path / "quick.nc", Options())
     monkeypatch.setattr(fcntl, "flock", no_locks)
     monkeypatch.setattr(os, "fsync", slow)
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
     done = into_archive.run(plan, tmp_path / "slow.nc", Options())
     assert done.blocks > 3
     with (
@@ -689,7 +689,7 @@ def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
 
 def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A right hash does not make it a block: kind, shape and names must be right too."""
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e3)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
     plan, output = make_plan(read_scene(fuzz._PLAIN)), tmp_path / "out.nc"
     folder = Partial.of(output)
     good = fuzz.good_partial()

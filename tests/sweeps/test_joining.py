@@ -13,12 +13,12 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive.contents import held
+from sweeps.archive.contents import read_contents
 from sweeps.archive.netcdf import open_archive, slabs
 from sweeps.archive.partial import Partial
 from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive
-from sweeps.running.into_archive import Options
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.sweeps.test_streaming import (
     ENGINE,
@@ -95,7 +95,7 @@ def test_shards_make_up_the_whole(
     if scene is None:
         scene = tmp_path / "scene.toml"
         scene.write_text(SCENE)
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     whole = make_plan(read_scene(scene))
     paths = [tmp_path / f"{number}.nc" for number in range(1, count + 1)]
     for number, path in enumerate(paths, start=1):
@@ -332,7 +332,7 @@ def test_an_interrupted_extension_leaves_the_archive(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.joining.merge._copy", stop)
+        patch.setattr("sweeps.joining.copying._copy", stop)
         result = invoke("extend", path, "--axis", "speed=1300")
     assert result.exit_code == 1
     assert f"engine-dyn: interrupted; {path} is as it was, what is finished is" in result.stderr
@@ -391,7 +391,7 @@ def assert_extended(path: Path) -> None:
 def test_the_same_command_goes_on_with_an_extension(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e5)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e5)
     path, said = extended(tmp_path, monkeypatch)
     again = f"engine-dyn extend {path} --axis {EXTENSION}"
     assert said.endswith(
@@ -422,7 +422,7 @@ def test_the_same_command_goes_on_with_an_extension(
 def test_an_extension_is_dropped_when_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e5)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e5)
     path, _ = extended(tmp_path, monkeypatch)
     ok("extend", path, "--axis", "speed=1950", "--overwrite")
     with open_archive(path) as found:
@@ -442,7 +442,7 @@ def test_an_extension_killed_at_its_last_moments(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.joining.merge._copy", stop)
+        patch.setattr("sweeps.joining.copying._copy", stop)
         assert "to go on" in invoke("extend", path, "--axis", EXTENSION).stderr
     remove = Partial.remove
 
@@ -497,7 +497,7 @@ def test_rerun_needs_nothing_but_the_archive(
     ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
     monkeypatch.undo()
     assert_same(tmp_path / "again.nc", expected)
-    about = held(tmp_path / "again.nc")
+    about = read_contents(tmp_path / "again.nc")
     if name == "files":
         names = {Path(n).name for n in about.files}
         assert names == {"my.toml", "pressure.csv", "measured é.csv", "published.csv"}
@@ -558,7 +558,7 @@ def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
 def test_an_interrupted_rerun_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.toml").write_text(SCENE)
     run(tmp_path / "scene.toml", tmp_path / "out.nc")
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 1e4)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e4)
     plan = make_plan(read_scene(tmp_path / "scene.toml"))
     interrupted(plan, tmp_path / "again.nc", monkeypatch, 2)
     ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc", "--resume")

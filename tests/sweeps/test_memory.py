@@ -54,7 +54,8 @@ def run(scene):
 def stream(scene):
     from sweeps.planning.plan import make_plan
     from sweeps.scene.reading import read_scene
-    from sweeps.running.into_archive import Options, run
+    from sweeps.running.into_archive import run
+    from sweeps.running.options import Options
     run(make_plan(read_scene(scene)), Path("out.nc"), Options(overwrite=True, memory=100e6))
     return Path("out.nc").stat().st_size
 

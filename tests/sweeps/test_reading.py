@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 import sweeps
 from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
-from sweeps.exploring import search
+from sweeps.exploring import opening, ranges
 from sweeps.exploring.search import constraint, front_of
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive
-from sweeps.running.into_archive import Options
+from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 from tests.sweeps.test_joining import SCENE, TABLE, ok, run
 
@@ -70,13 +70,13 @@ def test_nothing_is_read_before_it_is_used(
     paths = shards(scene, 3, tmp_path)
     monkeypatch.setitem(sys.modules, "dask", None)
     read: list[tuple[int, ...]] = []
-    of_file = search._slice_of
+    of_file = opening._slice_of
 
     def counting(places: Any) -> Any:
         read.append(tuple(places))
         return of_file(places)
 
-    monkeypatch.setattr(search, "_slice_of", counting)
+    monkeypatch.setattr(opening, "_slice_of", counting)
     with sweeps.open(paths) as lazy:
         cut = lazy["delta"].isel(speed=1, inertia=[6, 0, 1])
         assert lazy["delta"].shape == (4, 7)
@@ -182,7 +182,7 @@ def test_nearest_by_words() -> None:
 def test_best_is_what_looking_at_all_finds(
     whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(search.ranges, "__defaults__", (24.0,))  # three designs at a time
+    monkeypatch.setattr(ranges.ranges, "__defaults__", (24.0,))  # three designs at a time
     limit = float(whole["delta"].median())
     found = sweeps.best(whole, least="inertia", within=[f"delta <= {limit!r}", "speed >= 1100"])
     table = whole[["delta"]].to_dataframe().reset_index()
@@ -264,7 +264,7 @@ def test_what_best_and_pareto_refuse(whole: xr.Dataset) -> None:
         (lambda: sweeps.best(whole, least="load_torque"), "over crank_angle"),
         (lambda: sweeps.best(whole, least="delta", within="lod < 1"), "not in the archive"),
         (lambda: sweeps.best(whole, least="delta", within="delta < 0"), "by 0"),
-        (lambda: sweeps.pareto(whole, "delta", "delta"), "stands there twice"),
+        (lambda: sweeps.pareto(whole, "delta", "delta"), "is given twice"),
         (lambda: sweeps.pareto(whole, "delta", "imep", most="inertia"), "must be delta or imep"),
     ):
         with pytest.raises(SceneError, match=told):
@@ -298,7 +298,7 @@ def test_front_is_what_comparing_all_pairs_finds(pairs: list[tuple[int, int]]) -
 
 
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search.ranges, "__defaults__", (24.0,))
+    monkeypatch.setattr(ranges.ranges, "__defaults__", (24.0,))
     front = sweeps.pareto(whole, "delta", "torque_max", most=["torque_max"], within="speed < 1550")
     cut = whole.isel(speed=slice(0, 3))
     delta, torque = (

@@ -26,8 +26,8 @@ from sweeps.archive import netcdf, partial
 from sweeps.archive.partial import Partial
 from sweeps.cli.main import main
 from sweeps.planning.plan import Plan, make_plan
-from sweeps.running import into_archive
-from sweeps.running.into_archive import Options
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options, Stopped
 from sweeps.scene.reading import read_scene
 from tests.sweeps.test_blocks import SCENES
 
@@ -58,8 +58,8 @@ LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
 
 PROGRAM = """
 import sys
-import sweeps.running.into_archive
-sweeps.running.into_archive.LARGEST_BLOCK = 4e5
+import sweeps.running.limits
+sweeps.running.limits.LARGEST_BLOCK = 4e5
 from sweeps.cli.main import main
 main()
 """
@@ -98,7 +98,7 @@ def invoke(*arguments: str | Path) -> click.testing.Result:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many blocks of few designs."""
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", SMALL)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", SMALL)
 
 
 def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseException) -> None:
@@ -119,7 +119,7 @@ def interrupted(plan: Plan, output: Path, monkeypatch: pytest.MonkeyPatch, block
     """Leave an interrupted run."""
     with monkeypatch.context() as patch:
         stop_after(patch, blocks, KeyboardInterrupt())
-        with pytest.raises(into_archive.Stopped, match=rf"{blocks} of \d+ blocks are finished"):
+        with pytest.raises(Stopped, match=rf"{blocks} of \d+ blocks are finished"):
             into_archive.run(plan, output, Options())
     assert not output.exists()
     assert len(Partial.of(output).finished()) == blocks
@@ -134,7 +134,7 @@ def test_streamed_archive_is_that_of_the_dataset(
     name: str, limit: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = {"engine": "ntua", **SCENES[name]}
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", limit)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", limit)
     done = into_archive.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
     if limit == 1e3 and name != "one design":
         assert done.blocks > 1
@@ -252,9 +252,9 @@ def test_columns_that_do_not_fit_the_memory_are_refused() -> None:
     scene = {"engine": "ntua", "designs": columns, "output": {"quantities": ["delta"]}}
     plan = make_plan(read_scene(scene))
     with pytest.raises(sweeps.SceneError, match=r"--memory 100 MB: 4000000 designs .* 112 MB"):
-        into_archive.block_bytes(plan, 100e6)
-    assert into_archive.block_bytes(plan, 200e6) == pytest.approx((200e6 - 96e6) / 4, rel=1e-3)
-    assert into_archive.block_bytes(plan, None) == into_archive.LARGEST_BLOCK
+        limits.block_bytes(plan, 100e6)
+    assert limits.block_bytes(plan, 200e6) == pytest.approx((200e6 - 96e6) / 4, rel=1e-3)
+    assert limits.block_bytes(plan, None) == limits.LARGEST_BLOCK
 
 
 def test_an_archive_larger_than_the_disk_is_refused_before_computing(
@@ -262,8 +262,8 @@ def test_an_archive_larger_than_the_disk_is_refused_before_computing(
 ) -> None:
     plan_of(tmp_path)
     monkeypatch.setattr(into_archive, "computed", None)
-    real = into_archive.shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(into_archive.shutil, "disk_usage", lambda _: real._replace(free=100_000))
+    real = limits.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: real._replace(free=100_000))
     result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
     assert result.exit_code == 2
     assert re.search(r"6000 designs make an archive of 103 kB; 100 kB are free", result.stderr)
@@ -275,10 +275,10 @@ def test_a_disk_with_room_for_one_archive_is_enough(
 ) -> None:
     """Not for the blocks beside it: they are given up as they are put together."""
     plan = plan_of(tmp_path, LARGE)
-    size = into_archive.archive_bytes(plan)
-    real = into_archive.shutil.disk_usage(tmp_path)
+    size = limits.archive_bytes(plan)
+    real = limits.shutil.disk_usage(tmp_path)
     room = 1.2 * size
-    monkeypatch.setattr(into_archive.shutil, "disk_usage", lambda _: real._replace(free=room))
+    monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: real._replace(free=room))
     seen: list[int] = []
     put = netcdf.Writer.put
 
@@ -342,7 +342,7 @@ def test_resume_computes_nothing_but_what_is_missing(
     with pytest.raises(sweeps.SceneError, match="as much as the first time"):
         into_archive.run(plan, output, Options(resume=True, memory=100e6))
     # Less memory would cut otherwise: what is there counts.
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 2e4)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     done = into_archive.run(plan, output, Options(resume=True))
     assert (done.before, len(seen)) == (5, done.blocks - 5)
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
@@ -516,8 +516,8 @@ def test_a_full_disk_loses_nothing(
 
 LIMITED = """
 import resource, sys
-import sweeps.running.into_archive
-sweeps.running.into_archive.LARGEST_BLOCK = 4e5
+import sweeps.running.limits
+sweeps.running.limits.LARGEST_BLOCK = 4e5
 from sweeps.cli.main import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
 main()
@@ -537,7 +537,7 @@ def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) 
     assert done.returncode == 1, done.stderr
     assert "cannot be written" in done.stderr and "Traceback" not in done.stderr
     assert not output.exists()
-    monkeypatch.setattr(into_archive, "LARGEST_BLOCK", 4e5)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e5)
     finished = into_archive.run(make_plan(read_scene(path)), output, Options(resume=True))
     assert finished.before == (0 if limit < 100_000 else finished.blocks)
     assert_same(output, sweeps.run(path))
@@ -559,7 +559,7 @@ def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
     plan = plan_of(tmp_path, LARGE)
     (tmp_path / "disk").mkdir()
     script = SMALL_DISK.format(
-        size=2 * into_archive.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
+        size=2 * limits.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
     )
     try:
         done = subprocess.run(

@@ -1,0 +1,75 @@
+"""Slices of archives, nearest to values of their axes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.errors import SceneError, not_known, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["nearest", "words_of"]
+
+
+def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
+    """Slice of an archive, nearest to values of its axes.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `open` or `run` returns it.
+    **values : float or str
+        A value of each axis to be cut, in the units of the archive, or a word of an axis of words:
+        `nearest(archive, load=50, method="newton")`. Of equally near values the first is taken;
+        a design may also be named, `case="B"`.
+
+    Returns
+    -------
+    Dataset
+        With the coordinates of what was taken.
+
+    Raises
+    ------
+    SceneError
+        For a name that is no axis, and for values that are neither numbers nor words of the axis.
+    """
+    places: dict[str, int] = {}
+    for name, value in values.items():
+        dimension, place = _place_of(archive, name, value)
+        if dimension in places:
+            raise SceneError(f"{name}: the axis {dimension} is cut twice; give one value of it")
+        places[dimension] = place
+    return archive.isel(places)
+
+
+def words_of(archive: xr.Dataset) -> dict[str, str]:
+    """Coordinates of words: by which name a value of each is given."""
+    return {
+        str(name).removesuffix("_name") if f"{coordinate.dims[0]}_name" == name else str(name): str(
+            name
+        )
+        for name, coordinate in archive.coords.items()
+        if coordinate.ndim == 1 and coordinate.dtype.kind in "UOT"
+    }
+
+
+def _place_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, int]:
+    words = words_of(archive)
+    if name in words:
+        texts = [str(text) for text in archive[words[name]].values]
+        if value not in texts:
+            raise SceneError(f"{name} = {shown(value)}: unknown{not_known(str(value), texts)}")
+        return str(archive[words[name]].dims[0]), texts.index(str(value))
+    axes = [str(d) for d in archive.dims if d in archive.coords]
+    if name not in axes:
+        known = [*words, *(a for a in axes if a not in words)]
+        raise SceneError(f"{name}: not an axis of the archive{not_known(name, known)}")
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise SceneError(f"{name} = {shown(value)}: must be a finite number")
+    if not math.isfinite(value):
+        raise SceneError(f"{name} = {value}: must be a finite number")
+    return name, int(np.argmin(np.abs(archive[name].values - value)))

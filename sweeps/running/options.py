@@ -1,0 +1,136 @@
+"""What those who run a plan into an archive agree on: options, the outcome, failures, workers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.status import MEANINGS
+from engine_dyn.types import Integers
+
+if TYPE_CHECKING:  # what only words failures stays light
+    from sweeps.archive.partial import Partial
+    from sweeps.planning.plan import Plan
+
+__all__ = ["Finished", "Lost", "Options", "Stopped", "Workers"]
+
+_COUNTED = 1_000_000
+"""Outcomes that are counted at a time."""
+
+
+class Stopped(Exception):
+    """A run that did not come to its end; the message says how to go on."""
+
+
+class Lost(Exception):
+    """The workers cannot go on; the message says why."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a run writes its archive.
+
+    Parameters
+    ----------
+    resume : bool
+        Complete an interrupted run; start where there is none.
+    overwrite : bool
+        Replace an archive, and begin an interrupted run again.
+    memory : float, optional
+        Bytes that arrays and buffers may take beyond the loaded libraries.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    progress : bool
+        Show a progress bar.
+    level : int, optional
+        Compression level, 0 to 9. Unless given, that of the archives that the new one is made
+        from, or none.
+    single : bool
+        Results in 32 bits.
+    command : str
+        The command line, for the archive.
+    resume_command : str
+        The command that goes on with this run, for messages.
+    """
+
+    resume: bool = False
+    overwrite: bool = False
+    memory: float | None = None
+    threads: int | None = None
+    progress: bool = False
+    level: int | None = None
+    single: bool = False
+    command: str = ""
+    resume_command: str = "the same command with --resume"
+
+
+@dataclass
+class Finished:
+    """What a run did.
+
+    Attributes
+    ----------
+    codes : ndarray of int
+        Number of designs of each outcome, by its code.
+    blocks : int
+        Number of blocks that the run was cut into.
+    before : int
+        How many of them an interrupted run had finished before.
+    computing, writing : float
+        Seconds.
+    already : bool
+        The archive was complete before; nothing was done.
+    """
+
+    codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
+    blocks: int = 1
+    before: int = 0
+    computing: float = 0.0
+    writing: float = 0.0
+    already: bool = False
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Number of designs of each outcome that occurred, in the order of the codes."""
+        return {name: int(n) for name, n in zip(MEANINGS, self.codes, strict=True) if n}
+
+    def count(self, status: npt.NDArray[Any]) -> None:
+        """Add the outcomes of some designs."""
+        codes = status.reshape(-1)
+        for begin in range(0, codes.size, _COUNTED):
+            # Piece by piece: counting makes an index of eight bytes out of each code.
+            self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
+
+
+class Workers(Protocol):
+    """Processes that compute blocks and write them into the folder of an unfinished archive."""
+
+    @property
+    def kind(self) -> Mapping[str, str]:
+        """Kind of their machines, the same for all: see `provenance.machine_kind`."""
+
+    @property
+    def text(self) -> str:
+        """Their machines, for the archive."""
+
+    def block_bytes(self, plan: Plan, limit: float) -> float:
+        """Bytes of a block, at most `limit`, so that all workers have blocks and memory enough."""
+
+    def compute(
+        self, partial: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
+    ) -> None:
+        """Have blocks computed and written; `done` is called with the number of each.
+
+        Raises
+        ------
+        SceneError
+            Where a worker cannot be used for this run.
+        OSError
+            Where a worker cannot write.
+        Lost
+            Where the workers cannot go on.
+        """

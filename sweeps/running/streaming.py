@@ -1,0 +1,102 @@
+"""Runs into an archive as users ask for them: here the text of a scheduler becomes its workers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.running import into_archive
+from sweeps.running.cluster import connected
+from sweeps.running.options import Finished, Options
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
+
+__all__ = ["run", "stream"]
+
+
+def stream(
+    scene: str | Path | Mapping[str, Any] | Scene,
+    output: str | Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    memory: float | None = None,
+    threads: int | None = None,
+    scheduler: str = "",
+    compression: int = 0,
+    single: bool = False,
+    progress: bool = False,
+) -> Finished:
+    """Run a scene into an archive, block by block, as the command does.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        See `sweeps.run`.
+    output : str or Path
+        The archive to write; `sweeps.open` opens it.
+    resume : bool
+        Complete an interrupted run; start where there is none.
+    overwrite : bool
+        Replace an archive, and begin an interrupted run again.
+    memory : float, optional
+        Bytes that arrays and buffers may take beyond the loaded libraries.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    scheduler : str
+        Address of a dask scheduler whose workers compute the blocks, such as
+        `cluster.scheduler_address`, or `local:N` for N processes of this machine. A program that
+        starts processes needs the usual ``if __name__ == "__main__":``.
+    compression : int
+        0 (none) to 9.
+    single : bool
+        Results in 32 bits.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Finished
+        Outcomes, number of blocks, seconds.
+
+    Raises
+    ------
+    SceneError, Stopped, OSError
+        See `sweeps.running.into_archive.run`.
+    """
+    options = Options(
+        resume=resume, overwrite=overwrite, memory=memory, threads=threads, level=compression,
+        single=single, progress=progress, resume_command="the same with resume=True",
+    )  # fmt: skip
+    return run(make_plan(read_scene(scene)), Path(output), options, scheduler)
+
+
+def run(
+    plan: Plan, output: Path, options: Options, scheduler: str = "",
+    tell: Callable[[str], None] = lambda _: None,
+) -> Finished:  # fmt: skip
+    """Run a plan into an archive, by this process or by the workers of a scheduler.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    output : Path
+        The archive to write.
+    options : Options
+        How it is written.
+    scheduler : str
+        Address of a dask scheduler, or `local:N` for N processes; empty for this process alone.
+    tell : callable
+        Gets a line where one has to wait for workers.
+
+    Raises
+    ------
+    SceneError, Stopped, OSError
+        See `sweeps.running.into_archive.run`.
+    """
+    workers = partial(connected, scheduler, tell) if scheduler else None
+    return into_archive.run(plan, output, options, workers)

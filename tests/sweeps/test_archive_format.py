@@ -1,0 +1,161 @@
+"""Formats of archives: version 0.1's can be read, newer ones are refused in one line."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import click.testing
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.archive.contents import files_as_now, plan_of, read_contents
+from sweeps.archive.provenance import differences, identity
+from sweeps.catalogue import SCENES
+from sweeps.cli.main import main
+from sweeps.errors import SceneError
+from sweeps.reading.netcdf_files import ARCHIVE_FORMAT, check_format
+
+OLD = Path(__file__).resolve().parents[1] / "data" / "version_0_1.nc"
+
+
+def invoke(*arguments: str | Path) -> click.testing.Result:
+    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def ok(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def refused(*arguments: str | Path) -> str:
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    return Path(shutil.copy(OLD, tmp_path / "old.nc"))
+
+
+def of_format(path: Path, text: str) -> Path:
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("archive_format", text)
+    return path
+
+
+# --- what version 0.1 wrote ---------------------------------------------------------------------
+
+
+def test_an_archive_of_version_0_1_is_opened(old: Path) -> None:
+    with sweeps.open(old) as archive:
+        assert "archive_format" not in archive.attrs
+        assert archive["delta"].sizes == {"inertia": 3, "speed": 2, "design": 2}
+        assert (archive["status"] == 0).all()
+        assert list(archive["case"].values) == ["rod 300 mm", "rod 450 mm"]
+        small = sweeps.best(archive, least="delta")
+        assert float(small["inertia"]) == 8.0
+
+
+def test_an_archive_of_version_0_1_is_told_drawn_exported_and_compared(
+    old: Path, tmp_path: Path
+) -> None:
+    told = ok("info", old)
+    assert "12 designs" in told and "converged: 12" in told
+    assert len(ok("plot", old, "-o", tmp_path / "figures").splitlines()) >= 3
+    ok("export", old, "-o", tmp_path / "old.csv")
+    assert len((tmp_path / "old.csv").read_text().splitlines()) == 13
+    assert "axes: the same" in ok("compare", old, OLD, "--tolerance", "0")
+
+
+def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) -> None:
+    """Its scene is run again from what the archive contains; the catalogue is not asked."""
+    result = invoke("rerun", old, "-o", tmp_path / "now.nc")
+    assert result.exit_code == 0, result.output
+    assert "made otherwise" in result.stderr and "file ntua.toml" not in result.stderr
+    ok("compare", old, tmp_path / "now.nc", "--tolerance", "1e-9")
+    with sweeps.open(tmp_path / "now.nc") as archive:
+        assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
+
+
+def test_an_archive_of_version_0_1_is_not_extended(old: Path) -> None:
+    line = refused("extend", old, "--axis", "speed=1200")
+    assert "was made otherwise than it would be now: version of kernels" in line
+    assert "`engine-dyn rerun` makes it again" in line
+
+
+def test_a_merged_archive_tells_the_versions_that_computed_it(old: Path, tmp_path: Path) -> None:
+    ok("merge", old, OLD, "-o", tmp_path / "both.nc")
+    with sweeps.open(tmp_path / "both.nc") as both, sweeps.open(old) as one:
+        assert json.loads(both.attrs["identity"]) == json.loads(one.attrs["identity"])
+        xr.testing.assert_equal(both, one)
+    assert "made otherwise" in refused("extend", tmp_path / "both.nc", "--axis", "speed=1200")
+
+
+@pytest.mark.parametrize("version", [1, ARCHIVE_FORMAT])
+def test_files_of_the_package_are_found_wherever_it_lay(version: int) -> None:
+    inside = "sweeps/scenes" if version == 1 else "sweeps/catalogue/scenes"
+    folder, files = files_as_now(
+        f"/elsewhere/{inside}", {f"{inside}/p.csv": b"", "q": b""}, version
+    )
+    assert folder == str(SCENES)
+    assert list(files) == ["sweeps/catalogue/scenes/p.csv", "q"]
+    assert files_as_now("/my/scenes", {"/my/scenes/p.csv": b""}, version)[0] == "/my/scenes"
+
+
+def test_a_built_in_scene_is_planned_from_an_archive_of_another_place(tmp_path: Path) -> None:
+    """Its published values lie in the package, which may lie elsewhere on another machine."""
+    path = tmp_path / "thesis.nc"
+    dataset = sweeps.run("thesis")
+    dataset.attrs["input_files"] = dataset.attrs["input_files"].replace(
+        str(SCENES.parents[2]), "/x"
+    )
+    dataset.to_netcdf(path, engine="netcdf4")
+    contents = read_contents(path)
+    plan = plan_of(contents)
+    assert plan.scene.reference is not None
+    assert differences(contents.identity, identity(plan)) == []
+
+
+# --- other formats ------------------------------------------------------------------------------
+
+
+def test_archives_carry_their_format(tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "output": {"quantities": ["mean_piston_speed"]}}
+    assert sweeps.run(scene).attrs["archive_format"] == str(ARCHIVE_FORMAT)
+    sweeps.stream(scene, tmp_path / "out.nc")
+    with sweeps.open(tmp_path / "out.nc") as archive:
+        assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
+
+
+def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:
+    newer = of_format(old, str(ARCHIVE_FORMAT + 1))
+    expected = f"an archive of format {ARCHIVE_FORMAT + 1}; this version of engine-dyn reads"
+    for command in ("info", "plot", "rerun", "export", "compare", "merge", "extend"):
+        more: list[str | Path] = [OLD] if command in ("compare", "merge") else []
+        more += ["-o", tmp_path / "x.csv"] if command in ("rerun", "export", "merge") else []
+        more += ["--axis", "speed=1200"] if command == "extend" else []
+        assert expected in refused(command, newer, *more)
+    for opening in (sweeps.open, sweeps.open_archive):
+        with pytest.raises(SceneError, match=expected):
+            opening(newer)
+
+
+@pytest.mark.parametrize("text", ["", "two", "-1", "0", "2.0", "9" * 5000, "²"])
+def test_formats_that_are_no_number(old: Path, text: str) -> None:
+    line = refused("info", of_format(old, text))
+    assert f"must be a whole number, 1 to {ARCHIVE_FORMAT}" in line
+
+
+def test_formats_of_other_types() -> None:
+    assert check_format({}, "a.nc") == 1
+    assert check_format({"archive_format": np.int32(2)}, "a.nc") == 2
+    with pytest.raises(SceneError, match="whole number"):
+        check_format({"archive_format": np.array([1, 2])}, "a.nc")
