@@ -21,9 +21,10 @@ import numpy as np
 
 from benchmarks.problem import family, own_inputs, scene
 from engine_dyn.engine import Engine
+from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text, in_line
-from engine_dyn.pressure.diagram import TWO_STROKE, Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from sweeps.reading.engine_files import catalogue, load_engine
 

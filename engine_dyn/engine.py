@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.pressure.diagram import Diagram, Family
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.types import Floats
 
-__all__ = ["FOUR_STROKE", "Engine"]
-
-FOUR_STROKE = 4.0 * math.pi
+__all__ = ["Engine"]
 
 
 @dataclass(frozen=True)

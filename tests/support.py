@@ -10,7 +10,8 @@ import numpy as np
 
 from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
 from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from tests.oracle.designs import HeldOut, held_out, table
 from tests.oracle.solution import Design

@@ -27,7 +27,8 @@ from scipy.optimize import brentq
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads.friction import friction_mean_effective_pressure, mean_piston_speed
 from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle
-from engine_dyn.pressure.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle, tabulate
+from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
+from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
 from engine_dyn.units import BAR, RPM
 from sweeps.reading.engine_files import catalogue
 

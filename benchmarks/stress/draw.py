@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.stress.shapes import Shapes
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats
 from sweeps.reading.engine_files import load_engine

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats
 from tests.oracle.spline import acceleration, velocity
 

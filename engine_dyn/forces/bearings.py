@@ -48,7 +48,7 @@ from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
 __all__ = [

@@ -35,8 +35,10 @@ import numpy as np
 
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.arrangement import TURN
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
-from engine_dyn.pressure.diagram import Diagram, Family
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Complexes, Floats
 
@@ -58,7 +60,6 @@ __all__ = [
 ]
 
 
-TURN = 2.0 * np.pi
 LONGEST_PIECE = TURN / 180.0
 MOST_TURN_OF_PIECE = 1.0
 """Of the highest order within a piece [rad]."""

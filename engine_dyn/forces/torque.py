@@ -14,7 +14,7 @@ import numpy as np
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats
 

@@ -31,7 +31,10 @@ from engine_dyn.units import DEGREE
 
 __all__ = [
     "CUSTOMARY_ORDERS",
+    "FOUR_STROKE",
     "MOST_CYLINDERS",
+    "TURN",
+    "TWO_STROKE",
     "Arrangement",
     "Cylinder",
     "Throw",
@@ -45,6 +48,10 @@ __all__ = [
 MOST_CYLINDERS = 16
 
 TURN = 2.0 * math.pi
+
+FOUR_STROKE = 2.0 * TURN
+TWO_STROKE = TURN
+"""Angle of the cycle [rad]."""
 
 SAME_ANGLE = 0.01 * DEGREE
 """Angles this close are the same: files give sevenths and ninths of a turn with few digits."""

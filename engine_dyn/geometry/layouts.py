@@ -23,7 +23,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN, Arrangement, Cylinder, Throw
+from engine_dyn.geometry.arrangement import (
+    FOUR_STROKE,
+    SAME_ANGLE,
+    TURN,
+    Arrangement,
+    Cylinder,
+    Throw,
+)
 from engine_dyn.geometry.firing_orders import (
     BOXER_ORDERS,
     IN_LINE_ORDERS,
@@ -45,7 +52,6 @@ __all__ = [
     "w_engine",
 ]
 
-FOUR_STROKE = 2.0 * TURN
 NUMBERINGS = ("banks", "alternate")
 PINS = ("shared", "split")
 CRANKS = ("cross-plane", "flat-plane")

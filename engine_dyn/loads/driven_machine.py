@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.pressure.diagram import periodic_spline_slopes
+from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
 __all__ = [

@@ -26,9 +26,9 @@ from numpy.typing import ArrayLike, NDArray
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, velocity_at
-from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
-from engine_dyn.pressure.first_law import table_angles
+from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.first_law_kernel import smooth_step, turned, weighted
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE

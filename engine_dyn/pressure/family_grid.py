@@ -1,6 +1,6 @@
 """Families of indicator diagrams over load and speed, measured or modelled, on a full grid.
 
-Between neighbours it does in both directions what `indicator.Family` does over load: the angle is
+Between neighbours it does in both directions what `family.Family` does over load: the angle is
 warped until the peaks meet, the logarithms of the pressures are blended, and the result is a table
 of rows between which the diagram is linear in load and in speed.
 
@@ -18,10 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine_dyn.pressure.diagram import (
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import (
     LARGEST_SHIFT,
-    Diagram,
     Family,
+    RowsOfDiagrams,
+    TableAxis,
     blend,
     morph,
     on_common_knots,
@@ -33,15 +35,16 @@ __all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_di
 
 
 SPEED_STEP = 0.02
-"""Largest step between rows over speed, as a share of the lower of two given speeds."""
+"""Largest step between rows over speed, as a fraction of the lower of two given speeds."""
 
 
 class Place(NamedTuple):
     """Where points of load and speed lie in the table; arrays of one shape.
 
-    The diagram is the sum of four rows: `row` and `row + across` at the lower load, of the second
-    with the share `over_speed`; `row + along` and `row + along + across` at the higher load, with
-    the share `over_load`. A share of exactly 0 needs no other row, which then need not exist.
+    The diagram is the sum of four rows: `row` and `row + across` at the lower load, the second with
+    the fraction `over_speed`; `row + along` and `row + along + across` at the higher load, which
+    has the fraction `over_load`. Where a fraction is exactly 0, the row that it belongs to is not
+    needed and need not exist.
     """
 
     row: Integers
@@ -52,7 +55,7 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FamilyGrid:
+class FamilyGrid(RowsOfDiagrams):
     """Indicator diagrams over load and speed, and every point between the outermost.
 
     Make it with `grid_from_diagrams`, which checks that no diagram is missing.
@@ -113,7 +116,7 @@ class FamilyGrid:
     @property
     def speed_count(self) -> int:
         """Number of speeds of the table; rows of one load lie beside each other."""
-        return int(self._first[-1]) + 1
+        return self._speed_axis.count
 
     def locate(self, load: ArrayLike, speed: ArrayLike) -> Place:
         """Where points lie in the table.
@@ -142,40 +145,17 @@ class FamilyGrid:
             else:
                 allowed = f"the engine's diagrams cover {low / RPM:g}..{high / RPM:g} rpm"
             raise ValueError(f"speed {value:g} rpm is not allowed: {allowed}")
-        inside = np.clip(turning, low, high)
-        segment = np.searchsorted(self.speeds, inside, side="right") - 1
-        width = np.diff(self.speeds, append=high + 1.0)
-        steps = np.append(self._steps, 1)
-        place = (inside - self.speeds[segment]) / width[segment] * steps[segment]
-        # A speed meant to be a row is taken as the row.
-        nearest = np.rint(place)
-        place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
-        whole = np.floor(place)
-        speed_row = (self._first[segment] + whole).astype(np.int64)
+        speed_row, over_speed = self._speed_axis.locate(np.clip(turning, low, high))
         along = self.speed_count
-        return Place(load_row * along + speed_row, over_load, np.asarray(place - whole), along)
+        return Place(load_row * along + speed_row, over_load, over_speed, along)
 
-    def row(self, index: int) -> Diagram:
-        """Diagram of one row of the table, made when first asked for.
-
-        Raises
-        ------
-        IndexError
-            For a row outside 0..row_count - 1.
-        """
-        if not 0 <= index < self.row_count:
-            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
-        known = self._rows.get(index)
-        if known is None:
-            load_row, speed_row = divmod(index, self.speed_count)
-            segment = int(np.searchsorted(self._first, speed_row, side="right")) - 1
-            inside = speed_row - int(self._first[segment])
-            known = self.columns[segment].row(load_row)
-            if inside > 0:
-                share = inside / int(self._steps[segment])
-                known = morph(known, self.columns[segment + 1].row(load_row), share)
-            self._rows[index] = known
-        return known
+    def _make_row(self, index: int) -> Diagram:
+        load_row, speed_row = divmod(index, self.speed_count)
+        segment, fraction = self._speed_axis.between(speed_row)
+        here = self.columns[segment].row(load_row)
+        if fraction == 0.0:
+            return here
+        return morph(here, self.columns[segment + 1].row(load_row), fraction)
 
     def at(self, load: float, speed: float) -> Diagram:
         """Diagram at one load [percent] and speed [rad/s]: the blend of its four rows.
@@ -187,21 +167,21 @@ class FamilyGrid:
         """
         place = self.locate(load, speed)
         row, u, v = int(place.row), float(place.over_load), float(place.over_speed)
-        shares = {
+        fractions = {
             row: (1.0 - u) * (1.0 - v),
             row + place.across: (1.0 - u) * v,
             row + place.along: u * (1.0 - v),
             row + place.along + place.across: u * v,
         }
-        parts = [(self.row(i), share) for i, share in shares.items() if share > 0.0]
+        parts = [(self.row(i), fraction) for i, fraction in fractions.items() if fraction > 0.0]
         first = parts[0][0]
         if len(parts) == 1:
             return first
         # The spline is linear in its values, so the blend of slopes is the slope of the blend.
         return Diagram(
             first.angle,
-            np.sum([share * part.pressure for part, share in parts], axis=0),
-            np.sum([share * part.slope for part, share in parts], axis=0),
+            np.sum([fraction * part.pressure for part, fraction in parts], axis=0),
+            np.sum([fraction * part.slope for part, fraction in parts], axis=0),
             first.period,
         )
 
@@ -223,17 +203,11 @@ class FamilyGrid:
         return peaks[places.reshape(-1)].reshape(wanted.shape)
 
     @cached_property
-    def _steps(self) -> Integers:
-        """Count the table steps between each two given speeds."""
+    def _speed_axis(self) -> TableAxis:
+        """Rows over speed."""
         relative = np.diff(self.speeds) / (SPEED_STEP * self.speeds[:-1])
         steps: Integers = np.ceil(relative - 1e-9).astype(np.int64)
-        return steps
-
-    @cached_property
-    def _first(self) -> Integers:
-        """Find the row, over speed, of each given speed."""
-        rows: Integers = np.concatenate(([0], np.cumsum(self._steps))).astype(np.int64)
-        return rows
+        return TableAxis(self.speeds, steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,26 +239,14 @@ class FamilyAtSpeeds(Family):
         nearer = np.abs(self.speeds[below] - wanted) < np.abs(self.speeds[above] - wanted)
         return np.asarray(row + weight + np.where(nearer, below, above) * self._rows_of_speed)
 
-    def row(self, index: int) -> Diagram:
-        """Diagram of one row of the table, made when first asked for.
-
-        Raises
-        ------
-        IndexError
-            For a row outside 0..row_count - 1.
-        """
-        if not 0 <= index < self.row_count:
-            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
-        known = self._rows.get(index)
-        if known is None:
-            number, load_row = divmod(index, self._rows_of_speed)
-            place = self.grid.locate(self.low, self.speeds[number])
-            here = load_row * place.along + int(place.row)
-            known, share = self.grid.row(here), float(place.over_speed)
-            if share > 0.0:
-                known = blend(known, self.grid.row(here + place.across), share)
-            self._rows[index] = known
-        return known
+    def _make_row(self, index: int) -> Diagram:
+        number, load_row = divmod(index, self._rows_of_speed)
+        place = self.grid.locate(self.low, self.speeds[number])
+        here = load_row * place.along + int(place.row)
+        lower, fraction = self.grid.row(here), float(place.over_speed)
+        if fraction == 0.0:
+            return lower
+        return blend(lower, self.grid.row(here + place.across), fraction)
 
     def each(self, change: Callable[[Diagram], Diagram]) -> FamilyAtSpeeds:
         """Family of the diagrams that `change` makes of the given ones."""
@@ -322,16 +284,7 @@ class FamilyStack(Family):
         before = np.asarray(number, dtype=np.float64) * self.members[0].row_count
         return np.asarray(before + np.asarray(place))
 
-    def row(self, index: int) -> Diagram:
-        """Diagram of one row of the table.
-
-        Raises
-        ------
-        IndexError
-            For a row outside 0..row_count - 1.
-        """
-        if not 0 <= index < self.row_count:
-            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+    def _make_row(self, index: int) -> Diagram:
         number, row = divmod(index, self.members[0].row_count)
         return self.members[number].row(row)
 

@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike
 
 from engine_dyn import status
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.first_law_kernel import (
     BURNT_OUT,
@@ -347,7 +348,7 @@ class FourStrokeCycle(_ClosedCycle):
     intake_closing: float
     exhaust_opening: float
 
-    period: ClassVar[float] = 4.0 * math.pi
+    period: ClassVar[float] = FOUR_STROKE
     units: ClassVar[dict[str, tuple[str, float]]] = FOUR_STROKE_UNITS
 
 
@@ -373,7 +374,7 @@ class TwoStrokeCycle(_ClosedCycle):
     scavenge_opening: float
     exhaust_closing: float = math.nan
 
-    period: ClassVar[float] = 2.0 * math.pi
+    period: ClassVar[float] = TWO_STROKE
     units: ClassVar[dict[str, tuple[str, float]]] = TWO_STROKE_UNITS
 
 

@@ -26,15 +26,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
-from engine_dyn.pressure.diagram import (
-    FOUR_STROKE,
-    Diagram,
-    Family,
-    diagram_from_points,
-    periodic_spline_slopes,
-)
+from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 

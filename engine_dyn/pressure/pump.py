@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry import slider_crank
-from engine_dyn.pressure.diagram import TWO_STROKE, Diagram
-from engine_dyn.pressure.first_law import table_angles
+from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 

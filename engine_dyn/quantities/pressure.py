@@ -8,7 +8,7 @@ import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import peak_of_cylinders
 from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.node import Node

@@ -23,7 +23,8 @@ from engine_dyn.loads.driven_machine import (
     repeats_of,
 )
 from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats
 

@@ -25,7 +25,8 @@ from engine_dyn.loads.driven_machine import (
     whole_ratio,
 )
 from engine_dyn.loads.friction import FRICTIONLESS
-from engine_dyn.pressure.diagram import Diagram, Family, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyStack
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.speed import designs

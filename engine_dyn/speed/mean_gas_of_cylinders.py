@@ -14,7 +14,7 @@ import numpy as np
 
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws"]

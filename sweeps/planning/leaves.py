@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.pressure.diagram import Family, family_from_diagrams
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.friction import NO_STROKE_FRICTION

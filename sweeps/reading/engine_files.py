@@ -19,15 +19,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from engine_dyn.engine import FOUR_STROKE, Engine
+from engine_dyn.engine import Engine
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius
-from engine_dyn.pressure.diagram import (
-    TWO_STROKE,
-    Diagram,
-    Family,
-    family_from_diagrams,
-)
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS

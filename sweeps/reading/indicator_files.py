@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from engine_dyn.pressure.diagram import FOUR_STROKE, Diagram, diagram_from_points
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError

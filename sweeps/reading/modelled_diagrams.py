@@ -11,12 +11,14 @@ from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.pressure import compressor, diesel_cycle, pump
 from engine_dyn.pressure.compressor import CompressorCycle
-from engine_dyn.pressure.diagram import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
-from engine_dyn.pressure.first_law import FIELDS_OF_WALL, FourStrokeCycle, TwoStrokeCycle
+from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
+from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
 from engine_dyn.pressure.pump import PumpCycle
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown

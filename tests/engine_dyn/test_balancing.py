@@ -12,12 +12,11 @@ from scipy.optimize import minimize, minimize_scalar
 from engine_dyn.forces import balancing
 from engine_dyn.forces.balancing import RunningGear, running_gear
 from engine_dyn.geometry import kinematic_series, masses
-from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw
+from engine_dyn.geometry.arrangement import FOUR_STROKE, Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import dead_centres
 
-FOUR_STROKE = 4.0 * math.pi
 PHI = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
 RADIUS, MASS, SPEED, RATIO, SPACING = 0.05, 0.8, 100.0, 0.28, 0.11
 UNIT = MASS * RADIUS * SPEED**2

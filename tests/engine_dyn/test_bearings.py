@@ -11,7 +11,7 @@ from engine_dyn.forces import bearings, mechanism, torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from tests.oracle.rigid_bodies import Bodies
 from tests.support import design_of, family_of
 

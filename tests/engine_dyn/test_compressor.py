@@ -11,9 +11,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from engine_dyn import status
+from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import velocity
+from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle, tabulate
-from engine_dyn.pressure.diagram import TWO_STROKE, Diagram, periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram
 
 DEGREE = np.pi / 180.0
 BAR = 1e5

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from engine_dyn.geometry.slider_crank import acceleration, velocity
-from engine_dyn.pressure.diagram import diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
+from engine_dyn.pressure.family import family_from_diagrams
 from tools import calibrate_ntua
 
 DEGREE = np.pi / 180.0

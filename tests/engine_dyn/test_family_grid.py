@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.pressure.diagram import Diagram, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.family_grid import SPEED_STEP, FamilyGrid, grid_from_diagrams
 
 DEGREE = np.pi / 180.0

@@ -14,13 +14,8 @@ from scipy.integrate import solve_ivp
 
 from engine_dyn import status
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
-from engine_dyn.pressure.first_law import (
-    FOUR_STROKE_UNITS,
-    TWO_STROKE_UNITS,
-    FourStrokeCycle,
-    TwoStrokeCycle,
-    tabulate,
-)
+from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
+from engine_dyn.pressure.first_law_fields import FOUR_STROKE_UNITS, TWO_STROKE_UNITS
 
 DEGREE = np.pi / 180.0
 BAR = 1e5

@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 from engine_dyn import flywheel, periodic_speed
 from engine_dyn.geometry import slider_crank
 from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.pressure.diagram import Diagram, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.api import energy_swing
 from engine_dyn.speed.required import search, solve_for_inertia

@@ -13,7 +13,8 @@ from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
 from engine_dyn.geometry.cylinders import EQUAL, Member, even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads import friction
-from engine_dyn.pressure.diagram import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import diagram_from_points
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from tests.oracle import solution
 from tests.oracle.solution import Design
 from tests.support import BAR, design_of, diagram_of, family_of

@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads import friction
 from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.pressure.diagram import FOUR_STROKE, TWO_STROKE, Diagram, diagram_from_points
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from tests.engine_dyn.test_first_law import case
 
 BAR = 1e5

@@ -10,15 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from engine_dyn.pressure.diagram import (
-    FOUR_STROKE,
-    ROW_STEP,
-    TWO_STROKE,
-    Diagram,
-    diagram_from_points,
-    family_from_diagrams,
-    periodic_spline_slopes,
-)
+from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import ROW_STEP, family_from_diagrams
 
 DEGREE = np.pi / 180.0
 BAR = 1e5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from engine_dyn import Diagram, diagram_from_points, periodic_speed
-from engine_dyn.pressure.diagram import family_from_diagrams
+from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.tables.extremes import refine
 from engine_dyn.status import (

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.pressure.diagram import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import diagram_from_points
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
 from tests.oracle.designs import table

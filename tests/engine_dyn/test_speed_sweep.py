@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine_dyn.geometry.slider_crank import velocity
-from engine_dyn.pressure.diagram import Family, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.diagram import diagram_from_points
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch, packing
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
 from tests.oracle import golden, solution

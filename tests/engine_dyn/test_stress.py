@@ -11,7 +11,7 @@ import pytest
 from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn import diagram_from_points
-from engine_dyn.pressure.diagram import family_from_diagrams
+from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from tests.oracle import spline

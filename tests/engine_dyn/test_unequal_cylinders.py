@@ -17,7 +17,8 @@ from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
 from engine_dyn.loads.friction import StrokeFriction
-from engine_dyn.pressure.diagram import Diagram, family_from_diagrams
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
 from engine_dyn.speed import dispatch
 from sweeps.reading.engine_files import load_engine

@@ -41,7 +41,7 @@ from engine_dyn.loads.friction import (
     varies_at,
     weighted_sum_at,
 )
-from engine_dyn.pressure.diagram import Family
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.speed.batch.lanes import (
     BETA,

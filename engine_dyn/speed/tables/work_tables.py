@@ -44,7 +44,8 @@ from engine_dyn.loads.friction import (
     varies_at,
     weighted_sum_at,
 )
-from engine_dyn.pressure.diagram import Diagram, Family
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats, Integers
 

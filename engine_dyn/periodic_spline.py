@@ -1,0 +1,77 @@
+"""Periodic cubic splines through tabulated points: diagrams over angle, loads over angle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine_dyn.types import Floats
+
+__all__ = ["periodic_spline_slopes", "wrapped"]
+
+
+def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floats:
+    """Slopes at the knots of the periodic cubic spline through given points.
+
+    Continuity of the second derivative at knot i, with h_i the step after it and d_i the divided
+    difference over that step, reads
+
+        h_i s_(i-1) + 2 (h_(i-1) + h_i) s_i + h_(i-1) s_(i+1) = 3 (h_i d_(i-1) + h_(i-1) d_i),
+
+    a cyclic tridiagonal system (de Boor, A Practical Guide to Splines, Springer 2001, ch. IV),
+    solved by elimination with the corner entries taken out as a rank-one change (Sherman and
+    Morrison 1950). It is diagonally dominant, so no pivoting is needed.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (K,)
+        Strictly ascending knots [rad] within one period, its end not repeated. K >= 3.
+    values : ndarray, shape (K,)
+        Values at the knots, any unit.
+    period : float
+        Period [rad].
+
+    Returns
+    -------
+    ndarray, shape (K,)
+        Slope at each knot, unit of `values` per radian.
+    """
+    count = len(angle)
+    step = np.diff(angle, append=angle[0] + period)
+    divided = np.diff(values, append=values[0]) / step
+    before = np.roll(step, 1)
+    lower = step
+    upper = before
+    diagonal = 2.0 * (before + step)
+    right = 3.0 * (step * np.roll(divided, 1) + before * divided)
+
+    # A = T + u w^T with u = (gamma, 0, .., 0, upper_last), w = (1, 0, .., 0, lower_first / gamma).
+    gamma = -diagonal[0]
+    diagonal = diagonal.copy()
+    diagonal[0] -= gamma
+    diagonal[-1] -= upper[-1] * lower[0] / gamma
+    low, dia, upp = lower.tolist(), diagonal.tolist(), upper.tolist()
+    first = right.tolist()
+    second = [0.0] * count
+    second[0] = float(gamma)
+    second[-1] = upp[-1]
+    for i in range(1, count):
+        factor = low[i] / dia[i - 1]
+        dia[i] -= factor * upp[i - 1]
+        first[i] -= factor * first[i - 1]
+        second[i] -= factor * second[i - 1]
+    first[-1] /= dia[-1]
+    second[-1] /= dia[-1]
+    for i in range(count - 2, -1, -1):
+        first[i] = (first[i] - upp[i] * first[i + 1]) / dia[i]
+        second[i] = (second[i] - upp[i] * second[i + 1]) / dia[i]
+    corner = float(lower[0] / gamma)
+    correction = (first[0] + corner * first[-1]) / (1.0 + second[0] + corner * second[-1])
+    return np.asarray(first) - correction * np.asarray(second)
+
+
+def wrapped(phi: ArrayLike, period: float) -> Floats:
+    """Bring angles into -period/2 <= phi < period/2; those already there stay as they are."""
+    value = np.asarray(phi, dtype=np.float64)
+    inside: Floats = value - period * np.floor(value / period + 0.5)
+    return inside

@@ -1,0 +1,339 @@
+"""Families of indicator diagrams over load, and the table of rows in which they are kept.
+
+A family holds the diagrams of several loads and gives the diagram of any load between the
+outermost ones. Angles are in radians from firing top dead centre, pressures in pascal, absolute.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.point_checks import PEAK_TO, degrees
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import DEGREE
+
+__all__ = [
+    "LARGEST_SHIFT",
+    "Family",
+    "RowsOfDiagrams",
+    "TableAxis",
+    "blend",
+    "family_from_diagrams",
+    "morph",
+    "on_common_knots",
+]
+
+
+# The step between rows, and the reach of the warp on both sides of the peak.
+ROW_STEP = 0.5
+WARP_BEFORE = 40.0 * DEGREE
+WARP_AFTER = 80.0 * DEGREE
+WARP_PER_SHIFT = 2.5
+LARGEST_SHIFT = 60.0 * DEGREE
+COMMON_STEP = 0.25 * DEGREE
+
+
+@dataclass(frozen=True, eq=False)
+class TableAxis:
+    """Rows of a table over one parameter: the given values, and equal steps between each two.
+
+    Attributes
+    ----------
+    given : ndarray, shape (K,)
+        Given values, strictly ascending; each of them is a row.
+    steps : ndarray of int64, shape (K - 1,)
+        Number of steps between each two of them.
+    """
+
+    given: Floats
+    steps: Integers
+
+    @cached_property
+    def first(self) -> Integers:
+        """Row of each given value."""
+        rows: Integers = np.concatenate(([0], np.cumsum(self.steps))).astype(np.int64)
+        return rows
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return int(self.first[-1]) + 1
+
+    @property
+    def values(self) -> Floats:
+        """Value of every row, ascending."""
+        pieces = [
+            np.linspace(self.given[i], self.given[i + 1], count, endpoint=False)
+            for i, count in enumerate(self.steps)
+        ]
+        return np.concatenate([*pieces, self.given[-1:]])
+
+    def locate(self, wanted: Floats) -> tuple[Integers, Floats]:
+        """Row at or below each value within the axis, and the fraction of the step to the next."""
+        steps = np.append(self.steps, 1)
+        segment = np.searchsorted(self.given, wanted, side="right") - 1
+        width = np.diff(self.given, append=self.given[-1] + 1.0)
+        place = (wanted - self.given[segment]) / width[segment] * steps[segment]
+        # A value meant to be a row (12.5 of a linspace) is taken as the row.
+        nearest = np.rint(place)
+        place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
+        whole = np.floor(place)
+        row: Integers = (self.first[segment] + whole).astype(np.int64)
+        return row, np.asarray(place - whole, dtype=np.float64)
+
+    def between(self, row: int) -> tuple[int, float]:
+        """Number of the given value at or below a row, and the fraction of the way to the next."""
+        segment = int(np.searchsorted(self.first, row, side="right")) - 1
+        inside = row - int(self.first[segment])
+        return segment, inside / int(self.steps[segment]) if inside else 0.0
+
+
+class RowsOfDiagrams:
+    """A table of diagrams, whose rows are made when they are first asked for."""
+
+    _rows: dict[int, Diagram]
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        raise NotImplementedError
+
+    def row(self, index: int) -> Diagram:
+        """Diagram of one row of the table, made when first asked for.
+
+        Raises
+        ------
+        IndexError
+            For a row outside 0..row_count - 1.
+        """
+        if not 0 <= index < self.row_count:
+            raise IndexError(f"row {index} is not in 0..{self.row_count - 1}")
+        known = self._rows.get(index)
+        if known is None:
+            known = self._rows[index] = self._make_row(index)
+        return known
+
+    def _make_row(self, index: int) -> Diagram:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Family(RowsOfDiagrams):
+    """Indicator diagrams of one engine over load, and every load between the outermost.
+
+    A blend of two diagrams whose peaks lie at different angles would have two humps. So the angle
+    of each is first warped smoothly until the peaks lie at the interpolated angle (the warp is the
+    identity away from the combustion), and the logarithms of the pressures are blended: the peak
+    is then the weighted geometric mean of the two. Because the warp is dear, the family is defined
+    as a table: rows at steps of at most 0.5 percent load, the given loads being rows exactly and
+    reproducing the given diagrams, and the diagram of any other load the linear blend of its two
+    neighbouring rows. Rows are made when first asked for; each depends on its two given diagrams
+    alone, so results do not depend on which other loads are asked for.
+
+    Make it with `family_from_diagrams`, which brings the diagrams to common knots.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (L,)
+        Loads [percent], strictly ascending.
+    diagrams : tuple of Diagram
+        One for each load, all with the same knots and period.
+    """
+
+    loads: Floats
+    diagrams: tuple[Diagram, ...]
+    _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def low(self) -> float:
+        """Lowest load [percent]."""
+        return float(self.loads[0])
+
+    @property
+    def high(self) -> float:
+        """Highest load [percent]."""
+        return float(self.loads[-1])
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the table."""
+        return self._axis.count
+
+    @property
+    def row_loads(self) -> Floats:
+        """Load [percent] of every row, ascending."""
+        return self._axis.values
+
+    def locate(self, load: ArrayLike) -> tuple[Integers, Floats]:
+        """Where loads lie in the table.
+
+        Parameters
+        ----------
+        load : array_like
+            Loads [percent], any shape.
+
+        Returns
+        -------
+        row : ndarray of int64, shape of `load`
+            Row at or below the load.
+        weight : ndarray, shape of `load`
+            Fraction of the next row, 0 <= weight < 1. It is exactly 0 on a row (the last included),
+            where the next row is not needed and need not exist.
+
+        Raises
+        ------
+        ValueError
+            For a load outside the family.
+        """
+        wanted = np.asarray(load, dtype=np.float64)
+        bad = ~((wanted >= self.low) & (wanted <= self.high))
+        if bad.any():
+            value = float(wanted[bad].flat[0])
+            if len(self.loads) == 1:
+                allowed = f"the engine has one diagram, for {self.low:g} percent"
+            else:
+                allowed = f"the engine's diagrams cover {self.low:g}..{self.high:g} percent"
+            raise ValueError(f"load {value:g} percent is not allowed: {allowed}")
+        return self._axis.locate(wanted)
+
+    def _make_row(self, index: int) -> Diagram:
+        segment, fraction = self._axis.between(index)
+        here = self.diagrams[segment]
+        return here if fraction == 0.0 else morph(here, self.diagrams[segment + 1], fraction)
+
+    def at(self, load: float) -> Diagram:
+        """Diagram at one load [percent]: the linear blend of its two neighbouring rows.
+
+        Raises
+        ------
+        ValueError
+            For a load outside the family.
+        """
+        row, weight = self.locate(load)
+        return self.between(float(row + weight))
+
+    def between(self, place: float) -> Diagram:
+        """Diagram at a place in the table: a row, or so much of the way from it to the next."""
+        below = math.floor(place)
+        lower, fraction = self.row(below), place - below
+        return lower if fraction == 0.0 else blend(lower, self.row(below + 1), fraction)
+
+    def peak(self, load: ArrayLike) -> Floats:
+        """Return p_max [Pa] of the diagram at each load [percent], as `at(load).peak` gives it.
+
+        Raises
+        ------
+        ValueError
+            For a load outside the family.
+        """
+        row, weight = self.locate(load)
+        return self.peak_between(row + weight)
+
+    def peak_between(self, place: ArrayLike) -> Floats:
+        """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
+        wanted = np.asarray(place, dtype=np.float64)
+        values, places = np.unique(wanted, return_inverse=True)
+        peaks = np.array([self.between(float(value)).peak for value in values])
+        return peaks[places].reshape(wanted.shape)
+
+    def each(self, change: Callable[[Diagram], Diagram]) -> Family:
+        """Family of the diagrams that `change` makes of the given ones."""
+        return family_from_diagrams(self.loads.tolist(), [change(d) for d in self.diagrams])
+
+    @cached_property
+    def _axis(self) -> TableAxis:
+        """Rows over load."""
+        steps: Integers = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
+        return TableAxis(self.loads, steps)
+
+
+def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) -> Family:
+    """Check loads and diagrams and make a family of them.
+
+    Diagrams with the same knots are kept as they are; others are resampled from their splines to a
+    common uniform grid of 0.25 degree.
+
+    Parameters
+    ----------
+    loads : sequence of float, length L >= 1
+        Loads [percent], strictly ascending, 0 or more.
+    diagrams : sequence of Diagram, length L
+        The diagram of each load, all of the same period.
+
+    Raises
+    ------
+    ValueError
+        For unequal lengths, loads that do not ascend, are negative or not finite, different
+        periods, or peaks of neighbouring loads more than 60 degrees apart.
+    """
+    values = np.array(loads, dtype=np.float64)
+    if values.ndim != 1 or len(values) == 0 or len(values) != len(diagrams):
+        raise ValueError(
+            f"{values.size} loads for {len(diagrams)} diagrams: one for each is needed"
+        )
+    if not np.isfinite(values).all() or values[0] < 0.0 or (np.diff(values) <= 0.0).any():
+        raise ValueError(
+            f"loads {values.tolist()} percent: they must ascend strictly from 0 or more"
+        )
+    first = diagrams[0]
+    if any(d.period != first.period for d in diagrams):
+        raise ValueError("diagrams of one family must be all four-stroke or all two-stroke")
+    shift = np.abs(np.diff([d.peak_angle for d in diagrams]))
+    if (shift > LARGEST_SHIFT).any():
+        i = int(np.argmax(shift))
+        raise ValueError(
+            f"peaks of the diagrams at {values[i]:g} and {values[i + 1]:g} percent load are "
+            f"{degrees(shift[i])} degrees apart, allowed are {degrees(LARGEST_SHIFT)}"
+        )
+    return Family(values, on_common_knots(diagrams))
+
+
+def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
+    """Bring diagrams of one period to the same knots, as `family_from_diagrams` says."""
+    first = diagrams[0]
+    if all(np.array_equal(d.angle, first.angle) for d in diagrams):
+        return tuple(diagrams)
+    count = round(first.period / COMMON_STEP)
+    phi: Floats = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
+    phi *= first.period / count
+    common = [(d(phi), d.period, d.motored) for d in diagrams]
+    return tuple(Diagram(phi, p, periodic_spline_slopes(phi, p, t), t, m) for p, t, m in common)
+
+
+def blend(lower: Diagram, upper: Diagram, fraction: float) -> Diagram:
+    """Make the linear blend of two diagrams with the same knots, with `fraction` of the second."""
+    # The spline is linear in its values, so the blend of slopes is the slope of the blend.
+    return Diagram(
+        lower.angle,
+        (1.0 - fraction) * lower.pressure + fraction * upper.pressure,
+        (1.0 - fraction) * lower.slope + fraction * upper.slope,
+        lower.period,
+    )
+
+
+def morph(start: Diagram, end: Diagram, fraction: float) -> Diagram:
+    """Make the diagram at a fraction (0..1) of the way between two with the same knots."""
+    from_angle, to_angle = start.peak_angle, end.peak_angle
+    peak = from_angle + fraction * (to_angle - from_angle)
+    shift = abs(to_angle - from_angle)
+    room = start.period / 2.0 - PEAK_TO
+    before = min(max(WARP_BEFORE, WARP_PER_SHIFT * shift), room)
+    after = min(max(WARP_AFTER, WARP_PER_SHIFT * shift), room)
+    distance = start.angle - peak
+    reach = np.where(distance < 0.0, before, after)
+    # (1 - u^2)^3 is smooth, one at the peak and zero with two derivatives at its ends; its slope
+    # stays under 1.72 / reach, so the warp is monotone for shifts up to 0.58 of the reach.
+    bump = np.maximum(1.0 - (distance / reach) ** 2, 0.0) ** 3
+    low = start(start.angle + (from_angle - peak) * bump)
+    high = end(start.angle + (to_angle - peak) * bump)
+    pressure = np.exp((1.0 - fraction) * np.log(low) + fraction * np.log(high))
+    slope = periodic_spline_slopes(start.angle, pressure, start.period)
+    return Diagram(start.angle, pressure, slope, start.period)
