@@ -18,7 +18,7 @@ import numpy as np
 
 import sweeps
 from engine_dyn import flywheel
-from engine_dyn.forces import balancing
+from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.loads.characteristic import CHARACTERISTICS
@@ -115,7 +115,7 @@ def engine(text: str) -> Cylinders:
 
 def lecture_table() -> str:
     """Resultants of the lecture's engines, over m r omega^2 and that times the spacing."""
-    lam = float(balancing.acceleration_harmonics(2.0, RATIO).real)
+    lam = float(balance.acceleration_harmonics(2.0, RATIO).real)
     rows = []
     for name, text, printed in (
         ("one", "in-line 1", (1.0, lam, 0.0, 0.0)),
@@ -124,7 +124,7 @@ def lecture_table() -> str:
         ("four in line", "in-line 4", (0.0, 4.0 * lam, 0.0, 0.0)),
         ("six in line", "in-line 6", (0.0, 0.0, 0.0, 0.0)),
     ):
-        gear = balancing.running_gear(
+        gear = balance.running_gear(
             engine(text), RATIO, RADIUS, MASS, SPEED, spacing=SPACING, bank_offset=SPACING
         )
         unit = MASS * RADIUS * SPEED**2
@@ -139,15 +139,15 @@ def lecture_table() -> str:
 
 def second_harmonic() -> str:
     """Second harmonic of the piston's acceleration, which the lecture writes as lambda."""
-    return f"{float(balancing.acceleration_harmonics(2.0, RATIO).real):.5f}"
+    return f"{float(balance.acceleration_harmonics(2.0, RATIO).real):.5f}"
 
 
 def shaft_13_table() -> str:
     """What Asgari's (13) leaves of the first order across the cylinder, over m r omega^2."""
     rows = []
     for fraction in (0.0, 0.25, 0.5, 0.63, 1.0):
-        shaft = float(balancing.balance_shaft_mass(fraction, MASS, RADIUS, 1.0))
-        gear = balancing.running_gear(
+        shaft = float(balance.balance_shaft_mass(fraction, MASS, RADIUS, 1.0))
+        gear = balance.running_gear(
             engine("in-line 1"), RATIO, RADIUS, MASS, SPEED, turning_mass=-fraction * MASS,
             shaft=shaft,
         )  # fmt: skip
@@ -160,7 +160,7 @@ def shaft_13_table() -> str:
 
 def best_fractions() -> str:
     """Say which c leaves the least, of B112."""
-    gear = balancing.running_gear(engine("in-line 1"), 0.0355 / 0.1175, 0.0355, 0.841, SPEED)
+    gear = balance.running_gear(engine("in-line 1"), 0.0355 / 0.1175, 0.0355, 0.841, SPEED)
     rms, peak = (float(gear.best_fraction(norm)) for norm in ("rms", "peak"))
     return f"{rms:.3f} for the mean square, {peak:.3f} for the largest force"
 

@@ -1,4 +1,4 @@
-"""Nodes of the balance of engines: see `engine_dyn.forces.balancing`."""
+"""Nodes of the balance of engines: see `engine_dyn.forces.balance`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces import balancing
+from engine_dyn.forces import balance
 from engine_dyn.geometry import masses
 from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import DEGREE
@@ -86,13 +86,13 @@ _NAMES = {
     "balance_couple": "couple", "cylinder_set": "cylinders",
     "cylinders_by_count": "by_count", "offset_ratio": "offset",
 }  # fmt: skip
-"""Nodes whose attribute of `balancing.RunningGear` has another name."""
+"""Nodes whose attribute of `balance.RunningGear` has another name."""
 
 
-def _gear(needs: dict[str, Any]) -> balancing.RunningGear:
+def _gear(needs: dict[str, Any]) -> balance.RunningGear:
     given = {_NAMES.get(name, name): value for name, value in needs.items()}
     given["crank_radius"] = 0.5 * given.pop("double_radius")
-    return balancing.RunningGear(**{"speed": 1.0, **given})
+    return balance.RunningGear(**{"speed": 1.0, **given})
 
 
 def _components(vector: Any) -> Any:
@@ -100,21 +100,21 @@ def _components(vector: Any) -> Any:
     return np.stack([vector.real, vector.imag], axis=-2)
 
 
-def _curve(of: Callable[[balancing.RunningGear, Any], Any]) -> Callable[..., Any]:
+def _curve(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
     def make(*, crank_angle: Any, **needs: Any) -> Any:
         return _components(of(_gear(needs), crank_angle))
 
     return make
 
 
-def _number(of: Callable[[balancing.RunningGear], Any]) -> Callable[..., Any]:
+def _number(of: Callable[[balance.RunningGear], Any]) -> Callable[..., Any]:
     def make(**needs: Any) -> Any:
         return of(_gear(needs))
 
     return make
 
 
-def _over_orders(of: Callable[[balancing.RunningGear, Any], Any]) -> Callable[..., Any]:
+def _over_orders(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
     def make(*, order: Any, **needs: Any) -> Any:
         return of(_gear(needs), order)
 
@@ -123,7 +123,7 @@ def _over_orders(of: Callable[[balancing.RunningGear, Any], Any]) -> Callable[..
 
 def _vector(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
-    of: Callable[[balancing.RunningGear, Any], Any],
+    of: Callable[[balance.RunningGear, Any], Any],
 ) -> Node:  # fmt: skip
     return Node(
         name, symbol, unit, long_name, source, kind="curve", adds=("direction",),
@@ -133,14 +133,14 @@ def _vector(
 
 def _scalar(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
-    of: Callable[[balancing.RunningGear], Any],
+    of: Callable[[balance.RunningGear], Any],
 ) -> Node:  # fmt: skip
     return Node(name, symbol, unit, long_name, source, needs=needs, make=_number(of), throws=True)
 
 
 def _ellipses(
     what: str, letter: str, unit: str, needs: tuple[str, ...],
-    of: Callable[[balancing.RunningGear, Any], balancing.Ellipse],
+    of: Callable[[balance.RunningGear, Any], balance.Ellipse],
 ) -> tuple[Node, ...]:  # fmt: skip
     ends = (
         ("major", rf"{letter}_{{\nu,a}}", unit, 1.0, "long semi-axis of the ellipse of each order"),
@@ -227,14 +227,14 @@ NODES = (
         "unbalanced_mass", "M", "kg", "mass at the crank pin that a counterweight balances",
         "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass"),
         make=lambda counterweight_fraction, reciprocating_mass, rotating_mass:
-        balancing.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass),
+        balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass),
     ),
     Node(
         "counterweight_required", "B", "kg",
         "counterweight of each cylinder for the fraction c, at its radius", "Asgari eq. 12",
         needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
-        balancing.counterweight_mass(
+        balance.counterweight_mass(
             unbalanced_mass, 0.5 * double_radius, counterweight_radius
         ),
     ),
@@ -245,7 +245,7 @@ NODES = (
         needs=("counterweight_fraction", "reciprocating_mass", "double_radius",
                "balance_shaft_radius"),
         make=lambda counterweight_fraction, reciprocating_mass, double_radius, balance_shaft_radius:
-        balancing.balance_shaft_mass(
+        balance.balance_shaft_mass(
             counterweight_fraction, reciprocating_mass, 0.5 * double_radius, balance_shaft_radius
         ),
     ),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy.special
 
-from engine_dyn.forces import balancing, harmonics
+from engine_dyn.forces import balance, harmonics
 from engine_dyn.geometry import kinematic_series as series
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import phase_sums
@@ -265,8 +265,8 @@ def test_orders_that_are_none(order: float) -> None:
         lambda: harmonics.velocity_harmonics(order, 0.3, 0.1),
         lambda: harmonics.inertia_harmonics(order, 0.3),
         lambda: harmonics.phase_vectors(order, 4, by_count),
-        lambda: balancing.acceleration_harmonics(order, 0.3),
-        lambda: balancing.acceleration_harmonics([1.0, order], 0.3, 0.1),
+        lambda: balance.acceleration_harmonics(order, 0.3),
+        lambda: balance.acceleration_harmonics([1.0, order], 0.3, 0.1),
     )
     for call in calls:
         with pytest.raises(ValueError, match=rf"order = {order:g}: must be above 0"):
@@ -279,7 +279,7 @@ def test_orders_beyond_the_transform() -> None:
     with pytest.raises(ValueError, match=r"order = 1025: must be above 0 and at most 1024"):
         harmonics.velocity_harmonics([1.0, 1025.0], 0.3, 0.1)
     with pytest.raises(ValueError, match=r"order = 513: must be above 0 and at most 512"):
-        balancing.acceleration_harmonics(513.0, 0.3)
+        balance.acceleration_harmonics(513.0, 0.3)
 
 
 @pytest.mark.parametrize("derivative", [-1, 3])

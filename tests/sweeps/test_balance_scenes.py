@@ -11,7 +11,7 @@ import pytest
 
 import sweeps
 from engine_dyn import flywheel
-from engine_dyn.forces import balancing
+from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.figures import draw
@@ -52,7 +52,7 @@ def test_forces_on_axes() -> None:
     phi = np.radians(found["crank_angle"].values)
     for count in (1, 4, 6):
         for share in (0.0, 0.5):
-            gear = balancing.running_gear(
+            gear = balance.running_gear(
                 even_cylinders(count, 4.0 * math.pi), values["crank_ratio"], 0.09, mass,
                 1200 * RPM, turning_mass=-share * mass, spacing=0.2,
             )  # fmt: skip
@@ -370,7 +370,7 @@ def test_asgari_reproduces_its_source(asgari: Any) -> None:
 def test_lecture18_has_the_resultants_of_the_lecture() -> None:
     found = sweeps.run("lecture18")
     unit = found["inertia_force_unit"]
-    lam = balancing.acceleration_harmonics(2.0, 90.0 / 350.0).real
+    lam = balance.acceleration_harmonics(2.0, 90.0 / 350.0).real
     names = found["case"].values.tolist()
     for place, case in enumerate(names):
         here = found.isel(design=place)
@@ -397,7 +397,7 @@ def test_two_opposed_cylinders_of_the_lecture() -> None:
     unit = found["inertia_force_unit"].values
     assert np.abs(found["shaking_force"].values).max() < 1e-12 * unit.max()
     phi = np.radians(found["crank_angle"].values)
-    lam = balancing.acceleration_harmonics(2.0, 90.0 / 350.0).real
+    lam = balance.acceleration_harmonics(2.0, 90.0 / 350.0).real
     two = found["shaking_moment_first"] + found["shaking_moment_second"]
     expected = -0.06 * unit[:, None] * (np.cos(phi) + lam * np.cos(2.0 * phi))
     np.testing.assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())

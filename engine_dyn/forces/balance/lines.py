@@ -1,0 +1,63 @@
+"""The cylinders of an engine as lines of force across and along the shaft."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.types import Floats
+
+__all__ = ["Lines", "lines_of"]
+
+
+class Lines(NamedTuple):
+    """The cylinders as lines of force, from 1 to Z.
+
+    Attributes
+    ----------
+    phase : ndarray
+        Angle to add to the engine's to get the cylinder's own [rad].
+    direction : ndarray
+        Angle of the cylinder's axis from that of cylinder 1 [rad].
+    place : ndarray
+        Distance from the middle of the crank, in distances of neighbouring throws [1].
+    bank : ndarray
+        Number of the bank less the mean of first and last: each stands one offset of the banks
+        further along the shaft [1].
+    mass_factor : ndarray
+        Reciprocating mass over the engine's [1].
+    radius : ndarray
+        Crank radius over the engine's; rods are equally long [1].
+    """
+
+    phase: Floats
+    direction: Floats
+    place: Floats
+    bank: Floats
+    mass_factor: Floats
+    radius: Floats
+
+
+@lru_cache(maxsize=64)
+def lines_of(engine: Cylinders) -> Lines:
+    """Lines of force of an engine.
+
+    Raises
+    ------
+    ValueError
+        Where its throws are not known.
+    """
+    made = engine.arrangement
+    if made is None:
+        raise ValueError(f"{len(engine.members)} cylinders: no throws are known")
+    banks, throws = np.array(made.banks), np.array([t.position for t in made.throws])
+    number = np.array([c.bank for c in made.cylinders])
+    direction = banks[number]
+    place = throws[[c.throw for c in made.cylinders]] - 0.5 * (throws.min() + throws.max())
+    return Lines(
+        made.phases, direction - direction[0], place, number - 0.5 * (len(banks) - 1),
+        np.array(engine.mass_factors, dtype=float), made.radius_factors,
+    )  # fmt: skip

@@ -1,0 +1,97 @@
+"""Orders of shaking forces: harmonics of the piston's acceleration, and ellipses."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.types import Complexes
+
+__all__ = ["Ellipse", "acceleration_harmonics", "direction_of", "ellipse_of"]
+
+
+SAMPLES = 1024
+"""Of a revolution, for harmonics up to half of it; the trapezoidal rule leaves only rounding."""
+
+
+def acceleration_harmonics(
+    orders: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
+) -> Complexes:
+    """Complex amplitudes of the reduced piston acceleration, b = Re sum c_nu e^(i nu phi).
+
+    Parameters
+    ----------
+    orders : array_like
+        Periods a revolution, above 0 and up to 512; the amplitude of orders that are not whole
+        numbers is 0.
+    crank_ratio, offset : array_like
+        As `slider_crank.acceleration`; all three broadcast.
+
+    Returns
+    -------
+    ndarray
+        Exact in lambda. Without offset they are real, 1 for the first order and 0 for the other
+        odd ones.
+
+    Raises
+    ------
+    ValueError
+        For an order that is not above 0, or above 512.
+    """
+    nu = kinematic_series.checked_orders(orders, SAMPLES // 2)
+    whole = nu == np.rint(nu)
+    ratio, beside = np.broadcast_arrays(
+        np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
+    )
+    if not beside.any():
+        among = np.where(whole, nu, 1.0)
+        found_here = kinematic_series.acceleration_coefficients(among, ratio)
+        return np.where(whole, found_here, 0.0).astype(np.complex128)
+    phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    b = slider_crank.acceleration(phi, ratio[..., None], beside[..., None])
+    found: Complexes = np.fft.rfft(b, axis=-1) * (2.0 / SAMPLES)
+    place = np.where(whole, nu, 0.0).astype(np.int64)
+    shape = np.broadcast_shapes(place.shape, ratio.shape)
+    table = found.reshape(-1, SAMPLES // 2 + 1)
+    row = np.broadcast_to(np.arange(table.shape[0]).reshape(ratio.shape), shape)
+    return np.where(np.broadcast_to(whole, shape), table[row, np.broadcast_to(place, shape)], 0.0)
+
+
+class Ellipse(NamedTuple):
+    """The ellipse along which the tip of a vector of one order runs.
+
+    Attributes
+    ----------
+    major, minor : ndarray
+        Semi-axes.
+    inclination : ndarray
+        Angle of the long axis from cylinder 1 [rad], above -pi/2 and up to pi/2; 0 for a circle.
+    """
+
+    major: Any
+    minor: Any
+    inclination: Any
+
+
+def ellipse_of(forward: Any, backward: Any, rounding: Any) -> Ellipse:
+    """Ellipse of F e^(i nu phi) + B e^(-i nu phi); amplitudes up to `rounding` have no angle.
+
+    Semi-axes |F| + |B| and ||F| - |B||; the long axis lies at half the angle of F B.
+    """
+    one, other = np.abs(forward), np.abs(backward)
+    turned = forward * backward
+    there = (one > rounding) & (other > rounding)
+    angle = 0.5 * np.angle(np.where(there, turned, 1.0))
+    # Rounding must not make -90 degrees of 90.
+    angle = np.where(angle <= -0.5 * np.pi + 1e-9, angle + np.pi, angle)
+    return Ellipse(one + other, np.abs(one - other), angle)
+
+
+def direction_of(amplitude: Any, rounding: Any) -> Any:
+    """Direction of an amplitude as a complex number of length 1; 1 where there is none."""
+    size = np.abs(amplitude)
+    there = size > rounding
+    return np.where(there, amplitude / np.where(there, size, 1.0), 1.0)

@@ -1,0 +1,415 @@
+"""Shaking forces and moments of the running gear: over the crank angle, by orders, and at most.
+
+The equations stand in the package's description.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces.balance.best_fraction import least_mean_square, least_peak
+from engine_dyn.forces.balance.counterweights import check_above_zero
+from engine_dyn.forces.balance.extremes import (
+    TURN_SAMPLES,
+    largest,
+    revolution,
+    root_mean_square,
+)
+from engine_dyn.forces.balance.lines import Lines, lines_of
+from engine_dyn.forces.balance.orders import (
+    Ellipse,
+    acceleration_harmonics,
+    direction_of,
+    ellipse_of,
+)
+from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.types import Complexes, Floats
+
+__all__ = ["RunningGear", "running_gear"]
+
+
+CHUNK = 2048
+"""Designs whose samples exist at a time."""
+
+_ARRAYS = (
+    "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass", "shaft", "pair",
+    "couple", "spacing", "bank_offset", "speed", "cylinders",
+)  # fmt: skip
+"""Attributes of `RunningGear` that broadcast."""
+
+CANCELLED = 1e-13
+"""Fraction of the sum of all cylinders' forces, by size, below which their vector sum is rounding.
+"""
+
+NOTHING = 1e-9
+"""Fraction of one cylinder's force, times the cylinders, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunningGear:
+    """Masses in motion of engines at constant speed; arrays broadcast against each other.
+
+    Attributes
+    ----------
+    crank_ratio, crank_radius : array_like
+        lambda [1], r [m].
+    reciprocating_mass : array_like
+        Of one cylinder [kg].
+    speed : array_like
+        Of the crank [rad/s].
+    by_count : mapping of int to Cylinders
+        Cylinders of each set: of each number of them where no more differs between designs.
+    cylinders : array_like of int, optional
+        Which set; the only one unless given.
+    offset : array_like
+        Of the pin's line over the crank radius [1].
+    turning_mass : array_like
+        What the counterweights leave of the rotating mass of one cylinder, at the crank radius
+        [kg]; negative where they also balance reciprocating mass.
+    shaft : array_like
+        Unbalance (mass times radius) of a shaft that turns backwards with the crank's speed, in
+        the middle of the engine, against the backward first order [kg m].
+    pair : array_like
+        Unbalance of each of two shafts at twice the speed, one turning forwards and one backwards,
+        against the second order [kg m].
+    couple : array_like
+        Unbalance times distance of two opposed weights on a shaft that turns backwards with the
+        crank's speed, against the backward moment of first order [kg m2].
+    spacing : array_like
+        Distance of neighbouring throws [m]; for moments.
+    bank_offset : array_like
+        How far each bank stands behind the one before, along the shaft [m]: for rods side by side
+        on a pin, and for the two throws of a boxer's pair.
+
+    Notes
+    -----
+    Balance shafts stand as they should: opposite to the order that they are against. Where that
+    vanishes, their weights point away from cylinder 1 at phi = 0.
+    """
+
+    crank_ratio: Any
+    crank_radius: Any
+    reciprocating_mass: Any
+    speed: Any
+    by_count: CylindersByCount
+    cylinders: Any = None
+    offset: Any = 0.0
+    turning_mass: Any = 0.0
+    shaft: Any = 0.0
+    pair: Any = 0.0
+    couple: Any = 0.0
+    spacing: Any = np.nan
+    bank_offset: Any = 0.0
+
+    def __post_init__(self) -> None:
+        """Take the only set of cylinders where none is given."""
+        if self.cylinders is None:
+            if len(self.by_count) != 1:
+                raise ValueError("cylinders: must be given where by_count has several")
+            object.__setattr__(self, "cylinders", next(iter(self.by_count)))
+
+    # vectors over the crank angle
+
+    def force(self, phi: Any) -> Complexes:
+        """Shaking force at the crank angles `phi` [rad], N; broadcasts with the attributes."""
+        return self._scaled(self._sum(phi, moment=False))
+
+    def moment(self, phi: Any) -> Complexes:
+        """Shaking moment about the middle of the crank, N m: see the module."""
+        return self._scaled(self._sum(phi, moment=True))
+
+    def reciprocating(self) -> RunningGear:
+        """Return the same engine without anything but its reciprocating masses."""
+        return replace(self, turning_mass=0.0, shaft=0.0, pair=0.0, couple=0.0)
+
+    def force_of_order(self, order: int, phi: Any) -> Complexes:
+        """One order of the shaking force over the crank angle, N."""
+        return self._of_order(order, phi, moment=False)
+
+    def moment_of_order(self, order: int, phi: Any) -> Complexes:
+        """One order of the shaking moment over the crank angle, N m."""
+        return self._of_order(order, phi, moment=True)
+
+    # orders
+
+    def force_orders(self, orders: Any) -> tuple[Complexes, Complexes]:
+        """Forward and backward amplitude of orders of the shaking force, N; `orders` broadcasts."""
+        forward, backward = self._orders(orders, moment=False)
+        return self._scaled(forward), self._scaled(backward)
+
+    def moment_orders(self, orders: Any) -> tuple[Complexes, Complexes]:
+        """Forward and backward amplitude of orders of the shaking moment, N m."""
+        forward, backward = self._orders(orders, moment=True)
+        return self._scaled(forward), self._scaled(backward)
+
+    def force_ellipse(self, orders: Any) -> Ellipse:
+        """Ellipses of orders of the shaking force, N and rad."""
+        return ellipse_of(*self.force_orders(orders), self._scaled(self._rounding(moment=False)))
+
+    def moment_ellipse(self, orders: Any) -> Ellipse:
+        """Ellipses of orders of the shaking moment, N m and rad."""
+        return ellipse_of(*self.moment_orders(orders), self._scaled(self._rounding(moment=True)))
+
+    # numbers of a revolution
+
+    def force_max(self) -> Floats:
+        """Largest shaking force of a revolution, exact to 1e-9 of it, N."""
+        return self._each(lambda gear: largest(gear._vectors(moment=False)))
+
+    def moment_max(self) -> Floats:
+        """Largest shaking moment of a revolution, exact to 1e-9 of it, N m."""
+        return self._each(lambda gear: largest(gear._vectors(moment=True)))
+
+    def force_rms(self) -> Floats:
+        """Root of the mean square of the shaking force over a revolution, N."""
+        return self._each(lambda gear: root_mean_square(gear._vectors(moment=False)))
+
+    def moment_rms(self) -> Floats:
+        """Root of the mean square of the shaking moment over a revolution, N m."""
+        return self._each(lambda gear: root_mean_square(gear._vectors(moment=True)))
+
+    # what would balance it
+
+    def shaft_required(self) -> Floats:
+        """Unbalance of the shaft that cancels the backward first order of the force [kg m]."""
+        _, backward = self.reciprocating()._orders(1.0, moment=False)
+        return np.abs(backward)
+
+    def pair_required(self) -> Floats:
+        """Unbalance of each shaft of the pair that leaves least of the second order [kg m].
+
+        Nothing is left where forward and backward second order are equal: engines in line, and
+        others with forces along one line.
+        """
+        forward, backward = self.reciprocating()._orders(2.0, moment=False)
+        return 0.125 * (np.abs(forward) + np.abs(backward))
+
+    def couple_required(self) -> Floats:
+        """Unbalance times distance that cancels the backward moment of first order [kg m2]."""
+        _, backward = self.reciprocating()._orders(1.0, moment=True)
+        return np.abs(backward)
+
+    def best_fraction(self, norm: str = "rms", across_weight: float = 1.0) -> Floats:
+        """Fraction c of the reciprocating mass that counterweights best balance, 0 to 1.
+
+        The shafts stay, the rotating masses are balanced; the force alone counts, exactly.
+
+        Parameters
+        ----------
+        norm : str
+            "rms": least mean square over a revolution, in closed form. "peak": least largest
+            force of 720 samples (c is exact to 1e-4).
+        across_weight : float
+            Factor on the component across cylinder 1: how much worse it is than that along it.
+
+        Returns
+        -------
+        ndarray
+            NaN where counterweights do not change the force, since those of all throws cancel.
+        """
+        if norm not in ("rms", "peak"):
+            raise ValueError(f"norm = {norm!r}: must be 'rms' or 'peak'")
+        find = least_mean_square if norm == "rms" else least_peak
+        phi = revolution(TURN_SAMPLES if norm == "rms" else 2 * TURN_SAMPLES)
+
+        def best(gear: RunningGear) -> Floats:
+            forces = gear._vectors(moment=False)(phi)
+            return find(forces, gear._counterweights(phi), across_weight)
+
+        return replace(self, turning_mass=0.0)._each(best)
+
+    # how it is done: everything below is in kg m, or kg m2 for moments
+
+    def _scaled(self, value: Any) -> Any:
+        return value * np.square(np.asarray(self.speed, dtype=float))
+
+    def _per_count(self, value: Callable[[Lines, Floats], Any], moment: bool) -> Any:
+        """Take a sum over the cylinders, for each set of them, weighted with their levers."""
+
+        def with_weights(weights: Callable[[Lines], Floats]) -> Any:
+            counts = np.asarray(self.cylinders)
+            total: Any = None
+            for count in np.unique(counts):
+                lines = lines_of(self.by_count[int(count)])
+                here = value(lines, weights(lines))
+                total = here if total is None else np.where(counts == count, here, total)
+            return total
+
+        if not moment:
+            return with_weights(lambda lines: np.ones_like(lines.place))
+        total = with_weights(lambda lines: lines.place) * self.spacing
+        if np.any(self.bank_offset):
+            total = total + with_weights(lambda lines: lines.bank) * self.bank_offset
+        return total
+
+    def _rounding(self, moment: bool) -> Any:
+        mass = np.abs(np.asarray(self.reciprocating_mass)) * self.crank_radius
+        return NOTHING * mass * self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
+
+    def _sum(self, phi: Any, moment: bool) -> Any:
+        angle = np.asarray(phi, dtype=float)
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+
+        def reciprocating(lines: Lines, weight: Floats) -> Any:
+            total: Any = 0.0
+            for psi, gamma, factor, radius, w in zip(
+                lines.phase, lines.direction, lines.mass_factor, lines.radius, weight, strict=True
+            ):
+                b = slider_crank.acceleration(angle + psi, radius * ratio, beside / radius)
+                total = total + (w * factor * radius * np.exp(1j * gamma)) * b
+            return total
+
+        total = self.crank_radius * self.reciprocating_mass * self._per_count(
+            reciprocating, moment
+        )  # fmt: skip
+        forward, backward = np.exp(1j * angle), np.exp(-1j * angle)
+        total = total + self._turning(moment) * forward
+        first, second = self._shafts(moment)
+        total = total + first * backward
+        for amplitude, turning in zip(second, (forward**2, backward**2), strict=True):
+            total = total + amplitude * turning
+        return self._without_rounding(total, moment)
+
+    def _without_rounding(self, vector: Any, moment: bool) -> Any:
+        mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
+        weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
+        least = CANCELLED * mass * self.crank_radius * weights
+        return np.where(np.abs(vector) < least, 0.0, vector)
+
+    def _turning(self, moment: bool) -> Any:
+        """Amplitude of what turns with the crank."""
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+
+        def turning(lines: Lines, weight: Floats) -> Any:
+            pins = weight * lines.radius * np.exp(1j * (lines.direction + lines.phase))
+            if not beside.any():
+                return pins.sum()
+            total: Any = 0.0
+            for radius in np.unique(lines.radius):
+                top = slider_crank.dead_centres(radius * ratio, beside / radius).top
+                total = total + pins[lines.radius == radius].sum() * np.exp(1j * np.asarray(top))
+            return total
+
+        mass = np.asarray(self.turning_mass) * self.crank_radius
+        return mass * self._per_count(turning, moment)
+
+    def _waves(self, order: Any, moment: bool) -> tuple[Any, Any]:
+        """Forward and backward amplitude of the reciprocating masses."""
+        nu = np.asarray(order, dtype=float)
+        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+        mass = 0.5 * np.asarray(self.crank_radius) * self.reciprocating_mass
+
+        def turned(sense: float) -> Callable[[Lines, Floats], Any]:
+            def total(lines: Lines, weight: Floats) -> Any:
+                vector = np.exp(1j * (lines.direction + sense * nu[..., None] * lines.phase))
+                share = weight * lines.mass_factor * lines.radius * vector
+                found: Any = 0.0
+                for radius in np.unique(lines.radius):
+                    harmonic = acceleration_harmonics(nu, radius * ratio, beside / radius)
+                    harmonic = harmonic if sense > 0.0 else np.conj(harmonic)
+                    found = found + harmonic * share[..., lines.radius == radius].sum(axis=-1)
+                return found
+
+            return total
+
+        return mass * self._per_count(turned(1.0), moment), mass * self._per_count(
+            turned(-1.0), moment
+        )
+
+    def _shafts(self, moment: bool) -> tuple[Any, tuple[Any, Any]]:
+        """Amplitudes of the shafts: backward first order; forward and backward second order."""
+        rounding = self._rounding(moment)
+        first = self.couple if moment else self.shaft
+        pair = 0.0 if moment else self.pair
+        against: Any = 0.0
+        second: tuple[Any, Any] = (0.0, 0.0)
+        if np.any(first):
+            against = -np.asarray(first) * direction_of(self._waves(1.0, moment)[1], rounding)
+        if np.any(pair):
+            forward, backward = self._waves(2.0, moment)
+            second = (
+                -4.0 * np.asarray(pair) * direction_of(forward, rounding),
+                -4.0 * np.asarray(pair) * direction_of(backward, rounding),
+            )
+        return against, second
+
+    def _orders(self, orders: Any, moment: bool) -> tuple[Any, Any]:
+        nu = np.asarray(orders, dtype=float)
+        forward, backward = self._waves(nu, moment)
+        first, second = self._shafts(moment)
+        forward = forward + np.where(nu == 1.0, self._turning(moment), 0.0)
+        forward = forward + np.where(nu == 2.0, second[0], 0.0)
+        backward = backward + np.where(nu == 1.0, first, 0.0)
+        backward = backward + np.where(nu == 2.0, second[1], 0.0)
+        return (
+            self._without_rounding(forward, moment), self._without_rounding(backward, moment)
+        )  # fmt: skip
+
+    def _of_order(self, order: int, phi: Any, moment: bool) -> Any:
+        forward, backward = self._orders(float(order), moment)
+        angle = order * np.asarray(phi, dtype=float)
+        return self._scaled(forward * np.exp(1j * angle) + backward * np.exp(-1j * angle))
+
+    def _each(self, value: Callable[[RunningGear], Floats]) -> Floats:
+        """Compute a number of every design; `value` gets CHUNK designs at a time, each in a row."""
+        given = [np.asarray(getattr(self, name)) for name in _ARRAYS]
+        asked = np.broadcast_shapes(*(array.shape for array in given))
+        shape = asked or (1,)
+        spread = [np.broadcast_to(array, shape) for array in given]
+        result = np.empty(shape)
+        size = result.size
+        for begin in range(0, size, CHUNK):
+            places = np.unravel_index(np.arange(begin, min(begin + CHUNK, size)), shape)
+            columns = [array[places].reshape(-1, 1) for array in spread]
+            named: dict[str, Any] = dict(zip(_ARRAYS, columns, strict=True))
+            result[places] = value(replace(self, **named))
+        return result.reshape(asked)[()]
+
+    def _vectors(self, moment: bool) -> Callable[[Floats], Complexes]:
+        """Vectors of designs in a column, shape (designs, angles), as a function of the angles."""
+        count = np.shape(self.speed)[0]
+
+        def vectors(phi: Floats) -> Complexes:
+            found = np.asarray(self._scaled(self._sum(phi, moment)), dtype=complex)
+            return np.broadcast_to(found, (count, phi.shape[-1]))
+
+        return vectors
+
+    def _counterweights(self, phi: Floats) -> Complexes:
+        """Force that a fraction of 1 adds, of designs in a column, at angles of a revolution."""
+        gear = replace(
+            self, turning_mass=-np.asarray(self.reciprocating_mass), shaft=0.0, pair=0.0, couple=0.0
+        )
+        amplitude = gear._scaled(gear._turning(moment=False))
+        size = np.abs(amplitude) > gear._scaled(gear._rounding(moment=False))
+        return np.where(size, amplitude, 0.0) * np.exp(1j * phi)
+
+
+def running_gear(
+    cylinders: Cylinders, crank_ratio: Any, crank_radius: Any, reciprocating_mass: Any, speed: Any,
+    **more: Any,
+) -> RunningGear:  # fmt: skip
+    """Return the running gear of one engine's cylinders; `more` as `RunningGear`.
+
+    Raises
+    ------
+    ValueError
+        For a radius, speed or spacing that is not above 0, negative masses.
+    """
+    check_above_zero("crank_radius", crank_radius)
+    check_above_zero("speed", speed)
+    if "spacing" in more:
+        check_above_zero("spacing", more["spacing"])
+    mass = np.asarray(reciprocating_mass, dtype=float)
+    if not (mass >= 0.0).all():
+        raise ValueError(f"reciprocating_mass = {mass.min():g}: must be 0 or more")
+    lines_of(cylinders)
+    return RunningGear(
+        crank_ratio, crank_radius, reciprocating_mass, speed,
+        {len(cylinders.members): cylinders}, **more,
+    )  # fmt: skip
