@@ -46,6 +46,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.forces import mechanism, torque
+from engine_dyn.forces.superposition import along_shaft, by_set
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
@@ -143,19 +144,17 @@ def _main_journal(
     phi: Any, engine: Cylinders, ratio: Any, offset: Any, family: Family, row: Any, number: int
 ) -> Any:
     """Parts of the load of main journal `number` (from 1), shape (..., parts, 2), x and y."""
-    places = engine.along_shaft
-    if places is None:
-        raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
+    places = along_shaft(engine)
     banks = mechanism.banks_of(engine)
     total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(ratio)), PARTS, 2))
     beside = [places[i] for i in (number - 2, number - 1) if 0 <= i < len(places)]
     for cylinder in (c for place in beside for c in place):
         member, bank = engine.members[cylinder], banks[cylinder]
         angle, radius = phi + member.phase, member.radius_factor
-        own, beside_line = radius * np.asarray(ratio), np.asarray(offset) / radius
-        pushed = _piston_force(angle, member, own, beside_line, family, row)
-        crank = angle + slider_crank.dead_centres(own, beside_line).top + bank
-        side = mechanism.thrust_ratio(angle, own, beside_line)[..., None] * pushed
+        own = member.own(ratio, offset)
+        pushed = _piston_force(angle, member, *own, family, row)
+        crank = angle + slider_crank.dead_centres(*own).top + bank
+        side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
         x = side * np.cos(bank) - pushed * np.sin(bank)
         y = -side * np.sin(bank) - pushed * np.cos(bank)
         x[..., 3], y[..., 3] = radius * np.sin(crank), radius * np.cos(crank)
@@ -242,10 +241,7 @@ def first_crank(
     phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
 ) -> Any:
     """Angle of crank 1 from upright [rad]; parameters as `crank_pin_load`."""
-    counts = np.asarray(cylinders)
-    bank: Any = 0.0
-    for count in np.unique(counts):
-        bank = np.where(counts == count, mechanism.banks_of(by_count[int(count)])[0], bank)
+    bank = by_set(lambda engine: mechanism.banks_of(engine)[0], cylinders, by_count)
     return phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
 
 

@@ -34,6 +34,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
+from engine_dyn.forces.superposition import along_shaft, by_set
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.arrangement import TURN
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
@@ -174,7 +175,7 @@ def gas_harmonics(
     orders, crank_ratio, offset : array_like
         As in `velocity_harmonics`.
     row : array_like
-        (Fractional) rows of the family's table, see `indicator.Family.locate`.
+        (Fractional) rows of the family's table, see `family.Family.locate`.
     family : Family
         Indicator diagrams.
     period : float
@@ -445,9 +446,7 @@ def _summed(part: Part, nu: Floats, members: tuple[Member, ...], ratio: Any, off
 
 
 def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:
-    places = engine.along_shaft
-    if places is None:
-        raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
+    places = along_shaft(engine)
     return tuple(engine.members[i] for i in places[number - 1]) if number <= len(places) else ()
 
 
@@ -455,11 +454,8 @@ def _by_count(
     summed: Callable[[Floats, Cylinders], Any], orders: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
-    nu, counts = kinematic_series.checked_orders(orders), np.asarray(cylinders)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        total = np.where(counts == count, summed(nu, by_count[int(count)]), total)
-    return np.asarray(total)
+    nu = kinematic_series.checked_orders(orders)
+    return np.asarray(by_set(lambda engine: summed(nu, engine), cylinders, by_count))
 
 
 def _by_throw(

@@ -54,6 +54,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.forces.superposition import by_set
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 
@@ -122,12 +123,7 @@ def of_cylinder(
     values: Callable[[Member], Any], cylinders: Any, by_count: CylindersByCount, which: int = 0
 ) -> Any:
     """Take a value of one cylinder (from 0) of engines with different numbers of cylinders."""
-    counts = np.asarray(cylinders)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        member = by_count[int(count)].members[which]
-        total = np.where(counts == count, values(member), total)
-    return total
+    return by_set(lambda engine: values(engine.members[which]), cylinders, by_count)
 
 
 def gravity_torque(
@@ -147,22 +143,20 @@ def gravity_torque(
     `rotating_mass` is per cylinder at its own crank radius [kg], less what its counterweight is
     there; `reciprocating_mass` per cylinder [kg]. Rakopoulos notes, T_G (printed with two errors).
     """
-    counts = np.asarray(cylinders)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        engine = by_count[int(count)]
+
+    def of_engine(engine: Cylinders) -> Any:
         whole: Any = 0.0
         for member, bank in zip(engine.members, banks_of(engine), strict=True):
-            angle, radius = phi + member.phase, member.radius_factor
-            ratio, beside = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
-            sine, cosine = _turned(angle, ratio, beside)
+            angle, own = phi + member.phase, member.own(crank_ratio, offset)
+            sine, cosine = _turned(angle, *own)
             lean = sine * np.cos(bank) + cosine * np.sin(bank)
             along = member.mass_factor * np.cos(bank)
-            velocity = slider_crank.velocity(angle, ratio, beside)
+            velocity = slider_crank.velocity(angle, *own)
             one = reciprocating_mass * along * velocity + rotating_mass * lean
-            whole = whole + radius * one
-        total = np.where(counts == count, whole, total)
-    return GRAVITY * crank_radius * total
+            whole = whole + member.radius_factor * one
+        return whole
+
+    return GRAVITY * crank_radius * by_set(of_engine, cylinders, by_count)
 
 
 def banks_of(engine: Cylinders) -> tuple[float, ...]:

@@ -2,17 +2,22 @@
 
 Each function knows nothing of the others. All broadcast over designs, with the crank angle as the
 last dimension. Torque is positive in the sense of rotation and is the whole engine's.
+
+The functions take many parameters, each by itself: any of them may vary between designs, and the
+graph of quantities hands each node over under its name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from engine_dyn.forces.superposition import along_shaft, by_set, superpose
 from engine_dyn.geometry import slider_crank
-from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
@@ -26,7 +31,6 @@ __all__ = [
     "piston_area",
     "pressure",
     "pressure_of_first",
-    "superpose",
     "torque_after_throw",
 ]
 
@@ -43,7 +47,7 @@ def piston_area(bore: Any) -> Any:
 def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float = 1.0) -> Floats:
     """Absolute cylinder pressure [Pa] at `phi` [rad] of the diagrams at (fractional) rows.
 
-    `phi`, `row` and `scale` broadcast. See `indicator.Family.locate` for rows, `motored` for the
+    `phi`, `row` and `scale` broadcast. See `family.Family.locate` for rows, `motored` for the
     factor of a cylinder.
     """
     phi, row = np.broadcast_arrays(np.asarray(phi, float), np.asarray(row, float))
@@ -63,12 +67,11 @@ def pressure_of_first(
     phi: Any, family: Family, row: Any, scale: Any, cylinders: Any, by_count: CylindersByCount
 ) -> Any:
     """Pressure in cylinder 1 of engines whose cylinders have unequal factors: see `pressure`."""
-    counts = np.asarray(cylinders)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        factor = by_count[int(count)].pressure_factors[0]
-        total = np.where(counts == count, pressure(phi, family, row, scale, factor), total)
-    return total
+
+    def of_first(engine: Cylinders) -> Any:
+        return pressure(phi, family, row, scale, engine.pressure_factors[0])
+
+    return by_set(of_first, cylinders, by_count)
 
 
 def _velocity(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
@@ -83,35 +86,6 @@ def _acceleration(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> An
     return member.radius_factor * slider_crank.acceleration(phi, *own)
 
 
-def superpose(
-    curve: Callable[[Any, Member], Any],
-    phi: Any,
-    cylinders: Any,
-    period: float,
-    by_count: CylindersByCount | None = None,
-) -> Any:
-    """Sum of a cylinder's curve over all cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
-
-    The curve is evaluated at the shifted angles themselves, for a cylinder whose factors it may
-    use; `cylinders` broadcasts with `phi`. They are keys of `by_count`, or numbers of evenly firing
-    equal cylinders.
-    """
-    counts = np.asarray(cylinders)
-    others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}
-    total: Any = 0.0
-    if not np.isin(counts, list(others)).all():
-        numbers = counts.astype(float)
-        for key, engine in (by_count or {}).items():
-            numbers = np.where(counts == key, float(engine.count), numbers)
-        for i in range(int(numbers.max())):
-            term = curve(phi - i * period / numbers, EQUAL)
-            total = total + (term if i == 0 else np.where(i < numbers, term, 0.0))
-    for count, engine in others.items():
-        whole = sum(curve(phi + member.phase, member) for member in engine.members)
-        total = np.where(counts == count, whole, total)
-    return total
-
-
 def gas_torque(
     phi: Any,
     crank_ratio: Any,
@@ -120,7 +94,7 @@ def gas_torque(
     scale: Any,
     crankcase_pressure: Any,
     bore: Any,
-    stroke: Any,
+    double_radius: Any,
     cylinders: Any,
     period: float,
     offset: Any = 0.0,
@@ -128,22 +102,24 @@ def gas_torque(
 ) -> Any:
     """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6.
 
-    Here and below, `stroke` is two crank radii where there is an offset, and `offset` that of the
-    pin's line over the crank radius; `by_count` as in `superpose`.
+    Here and below, `double_radius` is 2 r [m], the stroke of an engine without offset; `offset` is
+    that of the pin's line over the crank radius [1]; `by_count` as in `superpose`.
     """
 
     def one(angle: Any, member: Member) -> Any:
         gas = pressure(angle, family, row, scale, member.pressure_factor)
         return (gas - crankcase_pressure) * _velocity(angle, crank_ratio, offset, member)
 
-    return piston_area(bore) * 0.5 * stroke * superpose(one, phi, cylinders, period, by_count)
+    return (
+        piston_area(bore) * 0.5 * double_radius * superpose(one, phi, cylinders, period, by_count)
+    )
 
 
 def inertia_torque(
     phi: Any,
     crank_ratio: Any,
     mass: Any,
-    stroke: Any,
+    double_radius: Any,
     speed: Any,
     cylinders: Any,
     period: float,
@@ -159,14 +135,16 @@ def inertia_torque(
         v = _velocity(angle, crank_ratio, offset, member)
         return -_acceleration(angle, crank_ratio, offset, member) * v * member.mass_factor
 
-    return mass * (0.5 * stroke * speed) ** 2 * superpose(one, phi, cylinders, period, by_count)
+    return (
+        mass * (0.5 * double_radius * speed) ** 2 * superpose(one, phi, cylinders, period, by_count)
+    )
 
 
 def inertia_torque_actual(
     phi: Any,
     crank_ratio: Any,
     mass: Any,
-    stroke: Any,
+    double_radius: Any,
     omega: Any,
     acceleration: Any,
     cylinders: Any,
@@ -185,7 +163,7 @@ def inertia_torque_actual(
         b = _acceleration(angle, crank_ratio, offset, member)
         return -v * (omega**2 * b + acceleration * v) * member.mass_factor
 
-    return mass * (0.5 * stroke) ** 2 * superpose(one, phi, cylinders, period, by_count)
+    return mass * (0.5 * double_radius) ** 2 * superpose(one, phi, cylinders, period, by_count)
 
 
 def friction_over_stroke(
@@ -196,7 +174,7 @@ def friction_over_stroke(
     scale: Any,
     crankcase_pressure: Any,
     bore: Any,
-    stroke: Any,
+    double_radius: Any,
     friction_torque: Any,
     shape: StrokeFriction,
     cylinders: Any,
@@ -210,7 +188,7 @@ def friction_over_stroke(
     """
     one = _friction_of_one(crank_ratio, family, row, scale, crankcase_pressure, shape, offset)
     varying = superpose(one, phi, cylinders, period, by_count)
-    return friction_torque + piston_area(bore) * 0.5 * stroke * varying
+    return friction_torque + piston_area(bore) * 0.5 * double_radius * varying
 
 
 def _friction_of_one(
@@ -222,9 +200,9 @@ def _friction_of_one(
     inputs = (crank_ratio, row, scale, crankcase_pressure, shape.ring, offset)
 
     def parts(angle: Any, member: Member, inputs: Any) -> Floats:
-        ratio, row, scale, crankcase, ring, offset = inputs
+        crank_ratio, row, scale, crankcase, ring, offset = inputs
         load = ring + pressure(angle, family, row, scale, member.pressure_factor) - crankcase
-        speed = slider_crank.velocity(angle, *member.own(ratio, offset))
+        speed = slider_crank.velocity(angle, *member.own(crank_ratio, offset))
         return stacked_parts(load, speed, np.sin(angle))
 
     def means(member: Member) -> Floats:
@@ -264,7 +242,7 @@ def torque_after_throw(
     scale: Any,
     crankcase_pressure: Any,
     bore: Any,
-    stroke: Any,
+    double_radius: Any,
     mass: Any,
     speed: Any,
     friction_torque: Any,
@@ -280,41 +258,42 @@ def torque_after_throw(
     entries past an engine's own throws hold NaN. Each cylinder bears an equal share of the
     friction, over its own stroke where it has a `shape`.
     """
-    rubbing = None
+    stroke_friction = None
     if shape is not None:
-        rubbing = _friction_of_one(
+        stroke_friction = _friction_of_one(
             crank_ratio, family, row, scale, crankcase_pressure, shape, offset
         )
-    counts = np.unique(np.asarray(cylinders)).astype(int)
-    throws = max(by_count[int(count)].count for count in counts)
-    lever = piston_area(bore) * 0.5 * stroke
-    moment = mass * (0.5 * stroke * speed) ** 2
-    pieces = []
-    for throw in range(throws):
-        total: Any = np.nan
-        for count in counts:
-            engine = by_count[int(count)]
-            if throw >= len(_places(engine)):
-                continue
-            part: Any = 0.0
-            for cylinder in (c for place in _places(engine)[throw:] for c in place):
-                member = engine.members[cylinder]
-                angle = phi + member.phase
-                v = _velocity(angle, crank_ratio, offset, member)
-                gas = pressure(angle, family, row, scale, member.pressure_factor)
-                part = part + lever * (gas - crankcase_pressure) * v
-                b = _acceleration(angle, crank_ratio, offset, member)
-                part = part - moment * member.mass_factor * b * v
-                part = part - friction_torque / engine.count
-                if rubbing is not None:
-                    part = part - lever * rubbing(angle, member)
-            total = np.where(np.asarray(cylinders) == count, part, total)
-        pieces.append(total)
+    sets = np.unique(np.asarray(cylinders)).astype(int)
+    throws = max(by_count[int(number)].count for number in sets)
+    lever = piston_area(bore) * 0.5 * double_radius
+    moment = mass * (0.5 * double_radius * speed) ** 2
+
+    def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
+        """Torque of gas, masses, mean friction and friction over the stroke."""
+        member = engine.members[cylinder]
+        angle = phi + member.phase
+        v = _velocity(angle, crank_ratio, offset, member)
+        gas = pressure(angle, family, row, scale, member.pressure_factor)
+        b = _acceleration(angle, crank_ratio, offset, member)
+        found = (
+            lever * (gas - crankcase_pressure) * v,
+            -moment * member.mass_factor * b * v,
+            -friction_torque / engine.count,
+        )
+        if stroke_friction is None:
+            return found
+        return (*found, -lever * stroke_friction(angle, member))
+
+    def behind(throw: int, engine: Cylinders) -> Any:
+        """Torque of all cylinders from a throw (from 0) on; NaN past the last one."""
+        places = along_shaft(engine)
+        if throw >= len(places):
+            return np.nan
+        total: Any = 0.0
+        for cylinder in (c for place in places[throw:] for c in place):
+            for part in of_cylinder(engine, cylinder):
+                total = total + part
+        return total
+
+    pieces = [by_set(partial(behind, throw), cylinders, by_count) for throw in range(throws)]
     return np.stack(np.broadcast_arrays(*pieces), axis=-2)
-
-
-def _places(engine: Cylinders) -> tuple[tuple[int, ...], ...]:
-    places = engine.along_shaft
-    if places is None:
-        raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
-    return places

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces import torque as forces
+from engine_dyn.forces.superposition import superpose
 from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
 from engine_dyn.geometry.cylinders import EQUAL, Member, even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
@@ -38,7 +39,7 @@ def gas(design: Design, family: Family, phi: Any, cylinders: Any, **changes: Any
     values: dict[str, Any] = {
         "crank_ratio": design.crank_ratio, "row": 0.0, "scale": 1.0,
         "crankcase_pressure": design.crankcase_pressure, "bore": design.bore,
-        "stroke": design.stroke,
+        "double_radius": design.stroke,
     }  # fmt: skip
     return forces.gas_torque(
         phi, family=family, cylinders=cylinders, period=CYCLE, **{**values, **changes}
@@ -176,7 +177,7 @@ def test_superpose_takes_a_mixed_axis_of_cylinders() -> None:
         assert member == EQUAL
         return np.exp(np.cos(0.5 * phi)) + np.sin(phi)
 
-    found = forces.superpose(curve, PHI, counts, CYCLE)
+    found = superpose(curve, PHI, counts, CYCLE)
     for i, count in enumerate((1, 7, 3)):
         one = sum(curve(PHI - j * CYCLE / count) for j in range(count))
         np.testing.assert_array_equal(found[i], one)
@@ -229,7 +230,7 @@ def test_gas_torque_follows_bore_stroke_and_scale(design: Design, family: Family
     one = gas(design, family, PHI, 1, crankcase_pressure=0.0)
     twice = gas(design, family, PHI, 1, crankcase_pressure=0.0, bore=2.0 * design.bore)
     np.testing.assert_allclose(twice, 4.0 * one, rtol=1e-14)
-    long = gas(design, family, PHI, 1, crankcase_pressure=0.0, stroke=2.0 * design.stroke)
+    long = gas(design, family, PHI, 1, crankcase_pressure=0.0, double_radius=2.0 * design.stroke)
     np.testing.assert_allclose(long, 2.0 * one, rtol=1e-14)
     scaled = gas(design, family, PHI, 1, crankcase_pressure=0.0, scale=1.3)
     np.testing.assert_allclose(scaled, 1.3 * one, rtol=1e-14)
