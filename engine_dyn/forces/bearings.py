@@ -97,61 +97,65 @@ class Factors(NamedTuple):
 
 
 def _piston_force(
-    phi: Any, member: Member, ratio: Any, offset: Any, family: Family, row: Any
+    phi: Any, member: Member, crank_ratio: Any, offset: Any, family: Family, row: Any
 ) -> Any:
     """Parts of P of a cylinder, four along the last axis.
 
-    `ratio` and `offset` are those of the cylinder's own crank radius, the factors of the engine's.
+    `crank_ratio` and `offset` are those of the cylinder's own crank radius, the factors those of
+    the engine's.
     """
     gas = torque.pressure(phi, family, row, 1.0, member.pressure_factor)
     share = member.mass_factor * member.radius_factor
-    inertia = -share * slider_crank.acceleration(phi, ratio, offset)
+    inertia = -share * slider_crank.acceleration(phi, crank_ratio, offset)
     none = np.zeros(np.shape(inertia))
     return np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none), axis=-1)
 
 
 def _crank_pin(
-    phi: Any, engine: Cylinders, ratio: Any, offset: Any, family: Family, row: Any, number: int
-) -> Any:
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    number: int,
+) -> Any:  # fmt: skip
     """Parts of the load of cylinder 1's rod on its pin, shape (..., parts, 2), radial, tangential.
 
     `number` is not used: there is one such load.
     """
     member = engine.members[0]
-    pushed = _piston_force(phi, member, ratio, offset, family, row)
-    radial = -mechanism.radial_ratio(phi, ratio, offset)[..., None] * pushed
-    tangential = slider_crank.velocity(phi, ratio, offset)[..., None] * pushed
+    pushed = _piston_force(phi, member, crank_ratio, offset, family, row)
+    radial = -mechanism.radial_ratio(phi, crank_ratio, offset)[..., None] * pushed
+    tangential = slider_crank.velocity(phi, crank_ratio, offset)[..., None] * pushed
     radial[..., 3] = 1.0
     return np.stack([radial, tangential], axis=-1)
 
 
 def _piston_pin(
-    phi: Any, engine: Cylinders, ratio: Any, offset: Any, family: Family, row: Any, number: int
-) -> Any:
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    number: int,
+) -> Any:  # fmt: skip
     """Parts of the load of cylinder 1's piston pin, shape (..., parts, 2), to the side, down.
 
     The fourth part is that of the rod's reciprocating share, which the pin does not carry along the
     cylinder; the thrust on the wall is that of all reciprocating masses.
     """
     member = engine.members[0]
-    pushed = _piston_force(phi, member, ratio, offset, family, row)
-    side = mechanism.thrust_ratio(phi, ratio, offset)[..., None] * pushed
-    pushed[..., 3] = slider_crank.acceleration(phi, ratio, offset)
+    pushed = _piston_force(phi, member, crank_ratio, offset, family, row)
+    side = mechanism.thrust_ratio(phi, crank_ratio, offset)[..., None] * pushed
+    pushed[..., 3] = slider_crank.acceleration(phi, crank_ratio, offset)
     return np.stack([side, pushed], axis=-1)
 
 
 def _main_journal(
-    phi: Any, engine: Cylinders, ratio: Any, offset: Any, family: Family, row: Any, number: int
-) -> Any:
+    phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
+    number: int,
+) -> Any:  # fmt: skip
     """Parts of the load of main journal `number` (from 1), shape (..., parts, 2), x and y."""
     places = along_shaft(engine)
     banks = mechanism.banks_of(engine)
-    total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(ratio)), PARTS, 2))
+    total: Any = np.zeros((*np.broadcast_shapes(np.shape(phi), np.shape(crank_ratio)), PARTS, 2))
     beside = [places[i] for i in (number - 2, number - 1) if 0 <= i < len(places)]
     for cylinder in (c for place in beside for c in place):
         member, bank = engine.members[cylinder], banks[cylinder]
         angle, radius = phi + member.phase, member.radius_factor
-        own = member.own(ratio, offset)
+        own = member.own(crank_ratio, offset)
         pushed = _piston_force(angle, member, *own, family, row)
         crank = angle + slider_crank.dead_centres(*own).top + bank
         side = mechanism.thrust_ratio(angle, *own)[..., None] * pushed
@@ -246,7 +250,7 @@ def first_crank(
 
 
 def _curves(
-    load: str, phi: Any, ratio: Any, offset: Any, family: Family, row: Any, factors: Factors,
+    load: str, phi: Any, crank_ratio: Any, offset: Any, family: Family, row: Any, factors: Factors,
     cylinders: Any, by_count: CylindersByCount, number: int = 1,
 ) -> tuple[Any, Any]:  # fmt: skip
     counts = np.asarray(cylinders)
@@ -255,7 +259,7 @@ def _curves(
         engine = by_count[int(count)]
         if not _exists(load, engine, number):
             continue
-        parts = LOADS[load](phi, engine, ratio, offset, family, row, number)
+        parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
         for i in (0, 1):
             whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors))
             sums[i] = np.where(counts == count, whole, sums[i])

@@ -108,17 +108,17 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     if not np.any(offset):
         return -1j * kinematic_series.inertia_torque_coefficients(orders, crank_ratio)
 
-    def curve(phi: Any, ratio: Any, beside: Any) -> Any:
-        v = slider_crank.velocity(phi, ratio, beside)
-        return -v * slider_crank.acceleration(phi, ratio, beside)
+    def curve(phi: Any, crank_ratio: Any, offset_ratio: Any) -> Any:
+        v = slider_crank.velocity(phi, crank_ratio, offset_ratio)
+        return -v * slider_crank.acceleration(phi, crank_ratio, offset_ratio)
 
     return _of_smooth(curve, orders, crank_ratio, offset)
 
 
-def _of_smooth(curve: Callable[..., Any], orders: Any, ratio: Any, offset: Any) -> Complexes:
+def _of_smooth(curve: Callable[..., Any], orders: Any, crank_ratio: Any, offset: Any) -> Complexes:
     """Harmonics of a curve that repeats every turn; half orders have none."""
     nu, shape, columns = _designs(
-        kinematic_series.checked_orders(orders, SMOOTH // 2), ratio, offset
+        kinematic_series.checked_orders(orders, SMOOTH // 2), crank_ratio, offset
     )
     phi = np.arange(SMOOTH) * (TURN / SMOOTH)
     result = np.zeros((columns.shape[1], nu.size), dtype=np.complex128)
@@ -325,10 +325,11 @@ class Part(NamedTuple):
 
 
 VELOCITY = Part(
-    lambda nu, ratio, offset, _: velocity_harmonics(nu, ratio, offset), lambda m: m.radius_factor
+    lambda nu, crank_ratio, offset, _: velocity_harmonics(nu, crank_ratio, offset),
+    lambda m: m.radius_factor,
 )
 INERTIA = Part(
-    lambda nu, ratio, offset, _: inertia_harmonics(nu, ratio, offset),
+    lambda nu, crank_ratio, offset, _: inertia_harmonics(nu, crank_ratio, offset),
     lambda m: m.mass_factor * m.radius_factor**2,
 )
 
@@ -336,8 +337,8 @@ INERTIA = Part(
 def gas_part(row: Any, family: Family, period: float) -> Part:
     """Return the part of the gas; parameters as `gas_harmonics`."""
 
-    def single(nu: Floats, ratio: Any, offset: Any, factor: float) -> Any:
-        return gas_harmonics(nu, ratio, offset, row, family, period, factor)
+    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Any:
+        return gas_harmonics(nu, crank_ratio, offset, row, family, period, factor)
 
     return Part(single, lambda m: m.radius_factor)
 
@@ -399,9 +400,8 @@ def gravity_harmonics(
     """
     of_radius = {}
     for radius in {m.radius_factor for engine in by_count.values() for m in engine.members}:
-        ratio, beside = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
-        speed = velocity_harmonics(orders, ratio, beside)
-        of_radius[radius] = speed, slider_crank.dead_centres(ratio, beside).top
+        own = radius * np.asarray(crank_ratio), np.asarray(offset) / radius
+        of_radius[radius] = velocity_harmonics(orders, *own), slider_crank.dead_centres(*own).top
 
     def summed(nu: Floats, engine: Cylinders) -> Any:
         pairs = list(zip(engine.members, banks_of(engine), strict=True))
@@ -433,14 +433,16 @@ def _vectors(
     return np.where(np.abs(total) < CANCELLED * len(members), 0.0, total)
 
 
-def _summed(part: Part, nu: Floats, members: tuple[Member, ...], ratio: Any, offset: Any) -> Any:
+def _summed(
+    part: Part, nu: Floats, members: tuple[Member, ...], crank_ratio: Any, offset: Any
+) -> Any:
     """Sum over cylinders: those of one pressure and one crank radius share their harmonics."""
     total: Any = 0.0
     for factor, radius in sorted({(m.pressure_factor, m.radius_factor) for m in members}):
         alike = tuple(
             m for m in members if (m.pressure_factor, m.radius_factor) == (factor, radius)
         )
-        one = part.single(nu, radius * np.asarray(ratio), np.asarray(offset) / radius, factor)
+        one = part.single(nu, *alike[0].own(crank_ratio, offset), factor)
         total = total + one * _vectors(nu, alike, part.lever)
     return total
 

@@ -240,10 +240,13 @@ def rod_torque_error(
     mass [kg]. Largest of 720 angles of a turn: of a smooth curve, to 1e-4 of itself.
     """
 
-    def curves(phi: Any, ratio: Any, excess: Any, moment: Any, beside: Any) -> tuple[Any, Any]:
-        left_out = rod_couple_torque(phi, ratio, excess, 1.0, beside)
-        v = slider_crank.velocity(phi, ratio, beside)
-        return left_out, left_out - moment * v * slider_crank.acceleration(phi, ratio, beside)
+    def curves(
+        phi: Any, crank_ratio: Any, excess: Any, moment: Any, offset: Any
+    ) -> tuple[Any, Any]:
+        left_out = rod_couple_torque(phi, crank_ratio, excess, 1.0, offset)
+        v = slider_crank.velocity(phi, crank_ratio, offset)
+        b = slider_crank.acceleration(phi, crank_ratio, offset)
+        return left_out, left_out - moment * v * b
 
     return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
 
@@ -256,11 +259,13 @@ def rod_thrust_error(
     As `rod_torque_error`, for the wall thrust of inertia alone.
     """
 
-    def curves(phi: Any, ratio: Any, excess: Any, moment: Any, beside: Any) -> tuple[Any, Any]:
+    def curves(
+        phi: Any, crank_ratio: Any, excess: Any, moment: Any, offset: Any
+    ) -> tuple[Any, Any]:
         # both times the crank radius: r/l is the crank ratio
-        left_out = rod_thrust(phi, ratio, excess, 1.0, 1.0 / ratio, beside)
-        thrust = thrust_ratio(phi, ratio, beside) * slider_crank.acceleration(phi, ratio, beside)
-        return left_out, left_out - moment * thrust
+        left_out = rod_thrust(phi, crank_ratio, excess, 1.0, 1.0 / crank_ratio, offset)
+        b = slider_crank.acceleration(phi, crank_ratio, offset)
+        return left_out, left_out - moment * (thrust_ratio(phi, crank_ratio, offset) * b)
 
     return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
 

@@ -214,11 +214,11 @@ class Cylinders:
             One line that begins with `radius_factor`.
         """
         largest = max(self.radius_factors)
-        ratio, beside = np.asarray(crank_ratio, dtype=float), np.abs(offset)
-        stuck = ~(ratio * (largest + beside) < 1.0)
+        ratio, offset_ratio = np.asarray(crank_ratio, dtype=float), np.abs(offset)
+        stuck = ~(ratio * (largest + offset_ratio) < 1.0)
         if stuck.any():
-            ratio, beside = np.broadcast_arrays(ratio, beside)
-            here, apart = ratio[stuck].flat[0], beside[stuck].flat[0]
+            ratio, offset_ratio = np.broadcast_arrays(ratio, offset_ratio)
+            here, apart = ratio[stuck].flat[0], offset_ratio[stuck].flat[0]
             with_offset = f" and an offset of {apart:g} crank radii" if apart else ""
             raise ValueError(
                 f"radius_factor = {largest:g}: with crank_ratio = {here:g}{with_offset} the crank "

@@ -68,9 +68,10 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
     The trapezoidal rule on a smooth periodic function converges geometrically: 720 points hold
     rounding up to a crank ratio of 0.98.
     """
-    ratio, beside = np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
+    ratio, offset_ratio = np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     phi = np.arange(720) * (2.0 * np.pi / 720)
-    return (slider_crank.velocity(phi, ratio[..., None], beside[..., None]) ** 2).mean(axis=-1)
+    v = slider_crank.velocity(phi, ratio[..., None], offset_ratio[..., None])
+    return (v**2).mean(axis=-1)
 
 
 def inertia_of_parts(

@@ -86,25 +86,25 @@ def _checked(
     if not np.all((ratio > 0.0) & (ratio < 1.0)):
         bad = ratio[~((ratio > 0.0) & (ratio < 1.0))].flat[0]
         raise ValueError(f"crank_ratio = {bad:g}: must lie between 0 and 1, both excluded")
-    beside = np.asarray(offset, dtype=float)
-    if beside.any():  # NaN counts as true
-        turns = ratio * (1.0 + np.abs(beside)) < 1.0
+    offset_ratio = np.asarray(offset, dtype=float)
+    if offset_ratio.any():  # NaN counts as true
+        turns = ratio * (1.0 + np.abs(offset_ratio)) < 1.0
         if not np.all(turns):
-            bad = np.broadcast_to(beside, turns.shape)[~turns].flat[0]
+            bad = np.broadcast_to(offset_ratio, turns.shape)[~turns].flat[0]
             most = 1.0 / np.broadcast_to(ratio, turns.shape)[~turns].flat[0] - 1.0
             raise ValueError(
                 f"offset = {bad:g} crank radii: the crank cannot turn; offset and crank radius "
                 f"must together be below the rod's length, here offset below {most:g}"
             )
-    return np.asarray(phi, dtype=float), ratio, beside
+    return np.asarray(phi, dtype=float), ratio, offset_ratio
 
 
 def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> _Crank:
-    angle, ratio, beside = _checked(phi, crank_ratio, offset)
-    theta = angle + np.arcsin(ratio * beside / (1.0 + ratio)) if beside.any() else angle
+    angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
+    theta = angle + np.arcsin(ratio * offset_ratio / (1.0 + ratio)) if offset_ratio.any() else angle
     sine = np.sin(theta)
-    root = np.sqrt(1.0 - (ratio * (sine - beside)) ** 2)
-    return _Crank(ratio, beside, sine, np.cos(theta), root)
+    root = np.sqrt(1.0 - (ratio * (sine - offset_ratio)) ** 2)
+    return _Crank(ratio, offset_ratio, sine, np.cos(theta), root)
 
 
 def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
@@ -145,8 +145,8 @@ def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLi
     if not crank.offset.any():
         return plain
     top = (1.0 + ratio) * np.sqrt(1.0 - (ratio * crank.offset / (1.0 + ratio)) ** 2)
-    beside = 4.0 * (1.0 + ratio) * half / (top - ratio * crank.cosine + root)
-    return np.where(crank.offset == 0.0, plain, beside)[()]
+    shifted = 4.0 * (1.0 + ratio) * half / (top - ratio * crank.cosine + root)
+    return np.where(crank.offset == 0.0, plain, shifted)[()]
 
 
 def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
@@ -167,13 +167,13 @@ def acceleration(
     Positive towards bottom dead centre. Parameters and errors as `position`. Kakaitsas (2015),
     eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
     """
-    ratio, beside, sine, cosine, root = _crank(phi, crank_ratio, offset)
+    ratio, offset_ratio, sine, cosine, root = _crank(phi, crank_ratio, offset)
     s2 = sine * sine  # products: a power of 4 takes ten times as long
     bracket = cosine * cosine - s2 + ratio**2 * (s2 * s2)
-    if beside.any():
+    if offset_ratio.any():
         # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
-        bracket = bracket + beside * sine * (
-            1.0 - ratio**2 * (3.0 * s2 - beside * (3.0 * sine - beside))
+        bracket = bracket + offset_ratio * sine * (
+            1.0 - ratio**2 * (3.0 * s2 - offset_ratio * (3.0 * sine - offset_ratio))
         )
     return cosine + ratio * bracket / (root * root * root)
 
@@ -218,8 +218,8 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
     >>> round(float(np.degrees(centres.bottom)), 3), round(float(centres.stroke), 6)
     (183.074, 1.00538)
     """
-    _, ratio, beside = _checked(0.0, crank_ratio, offset)
-    reduced = ratio * beside
+    _, ratio, offset_ratio = _checked(0.0, crank_ratio, offset)
+    reduced = ratio * offset_ratio
     top = np.arcsin(reduced / (1.0 + ratio))
     folded = np.arcsin(reduced / (1.0 - ratio))
     # the difference of the two roots over 2 lambda, times their sum over their sum
@@ -290,37 +290,44 @@ def crank_radius_of_ratio(
 
 
 @inlined
-def position_at(sine: float, cosine: float, ratio: float) -> float:
+def position_at(sine: float, cosine: float, crank_ratio: float) -> float:
     """Return x/r, Kakaitsas eq. 1.4; for cos(phi) near 1 the caller accepts rounding of 1e-16."""
-    root = math.sqrt(1.0 - ratio * ratio * sine * sine)
-    return (1.0 - cosine) + ratio * sine * sine / (1.0 + root)
+    root = math.sqrt(1.0 - crank_ratio * crank_ratio * sine * sine)
+    return (1.0 - cosine) + crank_ratio * sine * sine / (1.0 + root)
 
 
 @inlined
-def velocity_at(sine: float, cosine: float, ratio: float) -> float:
+def velocity_at(sine: float, cosine: float, crank_ratio: float) -> float:
     """c/(r omega), Kakaitsas eq. 1.6."""
-    return sine * (1.0 + ratio * cosine / math.sqrt(1.0 - ratio * ratio * sine * sine))
+    root = math.sqrt(1.0 - crank_ratio * crank_ratio * sine * sine)
+    return sine * (1.0 + crank_ratio * cosine / root)
 
 
 @inlined
-def acceleration_at(sine: float, cosine: float, ratio: float) -> float:
+def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
     """b/(r omega^2), Kakaitsas eq. 1.8."""
     s2 = sine * sine
-    square = 1.0 - ratio * ratio * s2
-    bracket = cosine * cosine - s2 + ratio * ratio * s2 * s2
-    return cosine + ratio * bracket / (square * math.sqrt(square))
+    square = 1.0 - crank_ratio * crank_ratio * s2
+    bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
+    return cosine + crank_ratio * bracket / (square * math.sqrt(square))
 
 
 @inlined
-def jerk_at(sine: float, cosine: float, ratio: float) -> float:
+def jerk_at(sine: float, cosine: float, crank_ratio: float) -> float:
     """Return db/dphi over r omega^2: the derivative of Kakaitsas eq. 1.8 (derived here)."""
     s2 = sine * sine
-    square = 1.0 - ratio * ratio * s2
-    bracket = cosine * cosine - s2 + ratio * ratio * s2 * s2
-    slope = sine * cosine * (4.0 * ratio * ratio * s2 - 4.0)
-    return -sine + ratio * (
+    square = 1.0 - crank_ratio * crank_ratio * s2
+    bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
+    slope = sine * cosine * (4.0 * crank_ratio * crank_ratio * s2 - 4.0)
+    return -sine + crank_ratio * (
         slope / (square * math.sqrt(square))
-        + 3.0 * ratio * ratio * sine * cosine * bracket / (square * square * math.sqrt(square))
+        + 3.0
+        * crank_ratio
+        * crank_ratio
+        * sine
+        * cosine
+        * bracket
+        / (square * square * math.sqrt(square))
     )
 
 
@@ -329,9 +336,9 @@ def jerk_at(sine: float, cosine: float, ratio: float) -> float:
 
 
 @inlined
-def sine_of_top(ratio: float, offset: float) -> float:
+def sine_of_top(crank_ratio: float, offset: float) -> float:
     """Sine of the crank's angle to the cylinder axis at top dead centre, e/(l + r)."""
-    return ratio * offset / (1.0 + ratio)
+    return crank_ratio * offset / (1.0 + crank_ratio)
 
 
 @inlined
@@ -345,41 +352,43 @@ def turned(sine: float, cosine: float, top_sine: float, top_cosine: float) -> tu
 
 @inlined
 def offset_position_at(
-    sine: float, cosine: float, ratio: float, offset: float, versine: float, top_cosine: float
+    sine: float, cosine: float, crank_ratio: float, offset: float, versine: float, top_cosine: float
 ) -> float:
     """Return x/r with an offset, from sine and cosine of theta; `versine` is 1 - cos(phi)."""
-    lean = ratio * (sine - offset)
-    height = (1.0 + ratio) * top_cosine - ratio * cosine + math.sqrt(1.0 - lean * lean)
-    return 2.0 * (1.0 + ratio) * versine / height
+    lean = crank_ratio * (sine - offset)
+    height = (1.0 + crank_ratio) * top_cosine - crank_ratio * cosine + math.sqrt(1.0 - lean * lean)
+    return 2.0 * (1.0 + crank_ratio) * versine / height
 
 
 @inlined
-def offset_velocity_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+def offset_velocity_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
     """c/(r omega) with an offset, from sine and cosine of theta."""
-    lean = ratio * (sine - offset)
+    lean = crank_ratio * (sine - offset)
     return sine + lean * cosine / math.sqrt(1.0 - lean * lean)
 
 
 @inlined
-def offset_acceleration_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+def offset_acceleration_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
     """b/(r omega^2) with an offset, from sine and cosine of theta."""
-    lean = ratio * (sine - offset)
+    lean = crank_ratio * (sine - offset)
     square = 1.0 - lean * lean
-    bracket = ratio * cosine * cosine - lean * sine * square
+    bracket = crank_ratio * cosine * cosine - lean * sine * square
     return cosine + bracket / (square * math.sqrt(square))
 
 
 @inlined
-def offset_jerk_at(sine: float, cosine: float, ratio: float, offset: float) -> float:
+def offset_jerk_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
     """Return db/dphi over r omega^2 with an offset, from sine and cosine of theta.
 
     The derivative of the quotient in `offset_acceleration_at`, with lean' = lambda cos(theta).
     """
-    lean = ratio * (sine - offset)
+    lean = crank_ratio * (sine - offset)
     square = 1.0 - lean * lean
     cube = square * math.sqrt(square)
-    bracket = ratio * cosine * cosine - lean * sine * square
+    bracket = crank_ratio * cosine * cosine - lean * sine * square
     slope = -cosine * (
-        2.0 * ratio * sine + (ratio * sine + lean) * square - 2.0 * ratio * lean * lean * sine
+        2.0 * crank_ratio * sine
+        + (crank_ratio * sine + lean) * square
+        - 2.0 * crank_ratio * lean * lean * sine
     )
-    return -sine + slope / cube + 3.0 * ratio * lean * cosine * bracket / (cube * square)
+    return -sine + slope / cube + 3.0 * crank_ratio * lean * cosine * bracket / (cube * square)

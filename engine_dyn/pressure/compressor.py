@@ -27,9 +27,9 @@ from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
-from engine_dyn.geometry.slider_crank import position_at, velocity_at
+from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
 from engine_dyn.pressure.diagram import Diagram, table_angles
-from engine_dyn.pressure.first_law_kernel import smooth_step, turned, weighted
+from engine_dyn.pressure.first_law_kernel import butcher_change, smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
@@ -118,8 +118,9 @@ class CompressorCycle:
     @property
     def volumetric_efficiency(self) -> float:
         """Gas taken in by the ideal cycle over the swept volume [1]."""
-        ratio = self.delivery_pressure / self.suction_pressure
-        return 1.0 - self.clearance_ratio * (ratio ** (1.0 / self.expansion_exponent) - 1.0)
+        pressure_ratio = self.delivery_pressure / self.suction_pressure
+        expanded = pressure_ratio ** (1.0 / self.expansion_exponent)
+        return 1.0 - self.clearance_ratio * (expanded - 1.0)
 
     def points(self, step_degrees: float = 0.5) -> tuple[Floats, Floats]:
         """Tabulate the cycle.
@@ -222,18 +223,18 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
 def _openings(columns: Mapping[str, Floats]) -> tuple[Floats, Floats]:
     """Angles at which the valves begin to open, 0 to pi and pi to 2 pi; NaN where they never do."""
     clearance = columns["clearance_ratio"]
-    ratio = columns["delivery_pressure"] / columns["suction_pressure"]
-    expanded = clearance * ratio ** (1.0 / columns["expansion_exponent"])
-    compressed = (1.0 + clearance) * ratio ** (-1.0 / columns["compression_exponent"])
+    pressure_ratio = columns["delivery_pressure"] / columns["suction_pressure"]
+    expanded = clearance * pressure_ratio ** (1.0 / columns["expansion_exponent"])
+    compressed = (1.0 + clearance) * pressure_ratio ** (-1.0 / columns["compression_exponent"])
     suction = _angle_of(2.0 * (expanded - clearance), columns["crank_ratio"])
     delivery = 2.0 * math.pi - _angle_of(2.0 * (compressed - clearance), columns["crank_ratio"])
     return suction, delivery
 
 
-def _angle_of(travel: Floats, ratio: Floats) -> Floats:
+def _angle_of(travel: Floats, crank_ratio: Floats) -> Floats:
     """Crank angle [rad, 0..pi] of a travel x/r, by the law of cosines in crank, rod and axis."""
-    distance = 1.0 + 1.0 / ratio - travel
-    cosine = (1.0 + distance**2 - ratio**-2.0) / (2.0 * distance)
+    distance = 1.0 + 1.0 / crank_ratio - travel
+    cosine = (1.0 + distance**2 - crank_ratio**-2.0) / (2.0 * distance)
     return np.asarray(np.arccos(np.where((travel >= 0.0) & (travel <= 2.0), cosine, np.nan)))
 
 
@@ -330,7 +331,7 @@ def advance(phi: float, h: float, p: float, case: Case) -> float:
     k5 = a2 - b2 * (p + h / 16.0 * (18.0 * k2 - k1 - 3.0 * k3 - 6.0 * k4))
     k6 = a2 - b2 * (p + h / 8.0 * (9.0 * k2 - 3.0 * k3 - 6.0 * k4 + 4.0 * k5))
     k7 = a4 - b4 * (p + h / 44.0 * (9.0 * k1 - 36.0 * k2 + 63.0 * k3 + 72.0 * k4 - 64.0 * k6))
-    return p + weighted(h, k1, k3, k4, k5, k6, k7)
+    return p + butcher_change(h, k1, k3, k4, k5, k6, k7)
 
 
 @inlined

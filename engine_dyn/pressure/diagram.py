@@ -20,9 +20,9 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR
+from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["Diagram", "diagram_from_points"]
+__all__ = ["Diagram", "diagram_from_points", "table_angles"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +194,24 @@ def diagram_from_points(
             "the points are too far apart or scatter too much where the pressure is low"
         )
     return diagram
+
+
+def table_angles(period: float, step_degrees: float) -> Floats:
+    """Crank angles [rad] of a table from -period/2, end excluded.
+
+    Raises
+    ------
+    ValueError
+        If the step does not divide the cycle or is over 10 degrees.
+    """
+    whole = round(period / DEGREE)
+    count = round(whole / step_degrees) if step_degrees > 0.0 else 0
+    if count * 10 < whole or not math.isclose(count * step_degrees, whole, rel_tol=1e-12):
+        raise ValueError(
+            f"step = {step_degrees:g} degree: {whole} must be a multiple of it, at most 10"
+        )
+    angle: Floats = np.arange(count, dtype=np.float64) * (period / count) - 0.5 * period
+    return angle
 
 
 def _stationary(p0: Floats, p1: Floats, s0: Floats, s1: Floats, step: Floats) -> Floats:

@@ -23,7 +23,7 @@ Runge-Kutta method of order six in seven stages.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, NamedTuple
 
@@ -33,12 +33,17 @@ from numpy.typing import ArrayLike
 from engine_dyn import status
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.first_law_fields import (
+    FOUR_STROKE_UNITS,
+    TWO_STROKE_UNITS,
+    closing_angle,
+    refusals,
+    wall_code,
+)
 from engine_dyn.pressure.first_law_kernel import (
     BURNT_OUT,
     HOTTEST,
-    POLYTROPIC,
-    WOSCHNI,
     WOSCHNI_FACTOR,
     WOSCHNI_PISTON,
     Case,
@@ -47,21 +52,8 @@ from engine_dyn.pressure.first_law_kernel import (
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = [
-    "FIELDS_OF_WALL",
-    "FOUR_STROKE_UNITS",
-    "TWO_STROKE_UNITS",
-    "WALLS",
-    "Diagrams",
-    "FourStrokeCycle",
-    "TwoStrokeCycle",
-    "table_angles",
-    "tabulate",
-]
+__all__ = ["Diagrams", "FourStrokeCycle", "TwoStrokeCycle", "tabulate"]
 
-
-WALLS = ("adiabatic", "polytropic", "woschni")
-"""Models of the heat that goes to the walls."""
 
 GAMMA_300, GAMMA_SLOPE = 1.38, 8e-5
 """gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted."""
@@ -69,91 +61,6 @@ REFERENCE = 300.0
 
 WIEBE = math.log(1000.0)
 """Wiebe's factor for a duration that ends when 99.9 % have burnt."""
-
-
-class _Field(NamedTuple):
-    """Unit of a field in files and its range there; `ends` says whether the range's ends belong."""
-
-    unit: str
-    low: float
-    high: float
-    ends: bool = False
-
-
-_SIZE = {
-    "1": 1.0,
-    "bar": BAR,
-    "degree": DEGREE,
-    "K": 1.0,
-    "K-1": 1.0,
-    "m": 1.0,
-    "rpm": math.pi / 30.0,
-}
-
-_GAS = {
-    "compression_ratio": _Field("1", 1.5, 40.0),
-    "crank_ratio": _Field("1", 0.0, 1.0),
-    "intake_pressure": _Field("bar", 0.0, 20.0),
-    "exhaust_pressure": _Field("bar", 0.0, 20.0),
-    "charge_temperature": _Field("K", 200.0, 700.0),
-    "heat": _Field("bar", 0.0, 200.0, ends=True),
-    "combustion_start": _Field("degree", -90.0, 90.0),
-    "combustion_duration": _Field("degree", 2.0, 270.0),
-    # Below 1 the rate of heat release has a corner that no spline follows.
-    "combustion_form": _Field("1", 1.0, 10.0, ends=True),
-    "valve_ramp": _Field("degree", 2.0, 90.0),
-    "valve_lag": _Field("degree", 0.5, 45.0),
-}
-_FURTHER = {
-    "offset_ratio": _Field("1", -10.0, 10.0),
-    "premixed_share": _Field("1", 0.0, 1.0, ends=True),
-    "premixed_start": _Field("degree", -90.0, 90.0),
-    "premixed_duration": _Field("degree", 2.0, 180.0),
-    "premixed_form": _Field("1", 1.0, 10.0, ends=True),
-    "wiebe_factor": _Field("1", 1.0, 20.0),
-    "gamma_300": _Field("1", 1.0, 5.0 / 3.0, ends=True),
-    "gamma_slope": _Field("K-1", 0.0, 3e-4, ends=True),
-}
-_OF_WALL = {
-    POLYTROPIC: {
-        "compression_exponent": _Field("1", 1.0, 5.0 / 3.0),
-        "expansion_exponent": _Field("1", 1.0, 5.0 / 3.0),
-    },
-    WOSCHNI: {
-        "wall_temperature": _Field("K", 200.0, 1200.0),
-        "wall_factor": _Field("1", 0.0, 10.0, ends=True),
-        "bore": _Field("m", 0.0, 3.0),
-        "stroke": _Field("m", 0.0, 6.0),
-        "speed": _Field("rpm", 0.0, 30000.0),
-    },
-}
-_VALVES = {
-    "intake_loss": _Field("bar", 0.0, 10.0, ends=True),
-    "exhaust_loss": _Field("bar", 0.0, 10.0, ends=True),
-    "intake_closing": _Field("degree", -180.0, -45.0),
-    "exhaust_opening": _Field("degree", 45.0, 180.0),
-}
-_PORTS = {
-    "exhaust_opening": _Field("degree", 45.0, 180.0),
-    "scavenge_opening": _Field("degree", 45.0, 180.0),
-    "exhaust_closing": _Field("degree", -180.0, -45.0),
-}
-FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
-    word: tuple(_OF_WALL.get(code, ())) for code, word in enumerate(WALLS)
-}
-"""Fields that one model of the walls needs, and no other takes."""
-
-_WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
-
-
-def _units(*parts: Mapping[str, _Field]) -> dict[str, tuple[str, float]]:
-    return {n: (item.unit, _SIZE[item.unit]) for part in parts for n, item in part.items()}
-
-
-FOUR_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _VALVES)
-"""Unit in which an engine file gives each number of a FourStrokeCycle, and its size in SI."""
-TWO_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _PORTS)
-"""The same of a TwoStrokeCycle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,7 +102,7 @@ class _ClosedCycle:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         columns = {n: np.asarray(v, dtype=np.float64) for n, v in values.items() if n != "wall"}
-        for bad, message in _refusals(type(self), columns, _wall_code(self.wall)):
+        for bad, message in refusals(self.period, columns, wall_code(self.wall)):
             if bad.any():
                 raise ValueError(message(0))
 
@@ -412,24 +319,6 @@ class Diagrams(NamedTuple):
     wall_loss: Floats
 
 
-def table_angles(period: float, step_degrees: float) -> Floats:
-    """Crank angles [rad] of a table from -period/2, end excluded.
-
-    Raises
-    ------
-    ValueError
-        If the step does not divide the cycle or is over 10 degrees.
-    """
-    whole = round(period / DEGREE)
-    count = round(whole / step_degrees) if step_degrees > 0.0 else 0
-    if count * 10 < whole or not math.isclose(count * step_degrees, whole, rel_tol=1e-12):
-        raise ValueError(
-            f"step = {step_degrees:g} degree: {whole} must be a multiple of it, at most 10"
-        )
-    angle: Floats = np.arange(count, dtype=np.float64) * (period / count) - 0.5 * period
-    return angle
-
-
 def tabulate(
     kind: type[_ClosedCycle],
     values: Mapping[str, Any],
@@ -461,7 +350,7 @@ def tabulate(
     """
     angle = table_angles(kind.period, step_degrees)
     given = dict(values)
-    wall = _wall_code(given.pop("wall", "adiabatic"))
+    wall = wall_code(given.pop("wall", "adiabatic"))
     known = {item.name: item.default for item in fields(kind) if item.name != "wall"}
     for name in given:
         if name not in known:
@@ -476,7 +365,7 @@ def tabulate(
     columns = {name: array.reshape(-1) for name, array in zip(known, wide, strict=True)}
     bad = np.zeros(columns["heat"].size, dtype=np.bool_)
     with np.errstate(invalid="ignore"):
-        for wrong, _ in _refusals(kind, columns, wall):
+        for wrong, _ in refusals(kind.period, columns, wall):
             bad |= wrong
 
     count, size = len(angle), bad.size
@@ -500,81 +389,6 @@ def tabulate(
 _SUMMARY = ("trapped_pressure", "hottest", "heat", "work", "wall_loss")
 
 
-def _wall_code(wall: str) -> int:
-    if wall not in WALLS:
-        allowed = ", ".join(f"'{word}'" for word in WALLS)
-        raise ValueError(f"wall = {wall!r}: must be one of {allowed}")
-    return WALLS.index(wall)
-
-
-def _refusals(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Iterator[Any]:
-    """Find what is no cycle: where (an array), and a function of the place that says it."""
-    four = kind is FourStrokeCycle
-    ranges = {**_GAS, **_FURTHER, **(_VALVES if four else _PORTS), **_OF_WALL.get(wall, {})}
-
-    def said(name: str, allowed: str) -> Any:
-        unit, size = kind.units[name]
-        words = "" if unit == "1" else f" {unit}"
-
-        def message(place: int) -> str:
-            value = float(columns[name].reshape(-1)[place])
-            if not math.isfinite(value):
-                return f"{name} = {value}: must be a finite number"
-            return f"{name} = {value / size:.6g}{words}: must be {allowed}"
-
-        return message
-
-    for name, (unit, low, high, ends) in ranges.items():
-        size, words = _SIZE[unit], "" if unit == "1" else f" {unit}"
-        value = columns[name]
-        within = (value >= low * size) & (value <= high * size)
-        if not ends:
-            within &= (value != low * size) & (value != high * size)
-        if name == "exhaust_closing":
-            within |= np.isnan(value)
-        yield ~within, said(name, f"between {low:.6g} and {high:.6g}{words}")
-
-    offset, ratio = columns["offset_ratio"], columns["crank_ratio"]
-    yield (
-        ~(ratio * (1.0 + np.abs(offset)) < 1.0),
-        said("offset_ratio", "such that the crank turns: with the crank radius below the rod"),
-    )
-    closing, opening = _closing(kind, columns), columns["exhaust_opening"]
-    starts = [columns["combustion_start"]]
-    starts.append(np.where(columns["premixed_share"] > 0.0, columns["premixed_start"], starts[0]))
-    last = "intake_closing" if four else "scavenge_opening"
-    if not four:
-        yield (
-            columns["scavenge_opening"] <= opening,
-            said("scavenge_opening", "after exhaust_opening"),
-        )
-        last = "exhaust_opening"
-    else:
-        for name, source in (
-            ("intake_loss", "intake_pressure"),
-            ("exhaust_loss", "exhaust_pressure"),
-        ):
-            yield columns[name] > 0.5 * columns[source], said(name, f"at most half of {source}")
-    for name, start in zip(("combustion_start", "premixed_start"), starts, strict=True):
-        yield start <= closing, said(name, f"after the cylinder has closed ({last})")
-        yield start >= opening, said(name, "before exhaust_opening")
-    ramp = columns["valve_ramp"]
-    room = kind.period + closing - opening
-    yield (
-        2.0 * ramp > room,
-        said("valve_ramp", "at most half the time for which the cylinder is open"),
-    )
-
-
-def _closing(kind: type[_ClosedCycle], columns: Mapping[str, Floats]) -> Floats:
-    """Angle [rad] at which the cylinder has closed."""
-    if kind is FourStrokeCycle:
-        return columns["intake_closing"]
-    exhaust = columns["exhaust_closing"]
-    exhaust = np.where(np.isnan(exhaust), -columns["exhaust_opening"], exhaust)
-    return np.asarray(np.maximum(exhaust, -columns["scavenge_opening"]))
-
-
 def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
     """Half the stroke over the crank radius; 1 where there is no offset, or no cycle."""
     ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
@@ -590,7 +404,7 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
     zero, one = np.zeros(size), np.ones(size)
     warmer = columns["charge_temperature"] - REFERENCE
     bore, stroke, speed = (columns[n] for n in ("bore", "stroke", "speed"))
-    closing = _closing(kind, columns)
+    closing = closing_angle(kind.period, columns)
     scavenge = zero if four else columns["scavenge_opening"]
     with np.errstate(invalid="ignore", divide="ignore"):
         case: dict[str, Floats] = dict(

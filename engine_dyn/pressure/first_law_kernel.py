@@ -32,10 +32,9 @@ __all__ = [
     "WOSCHNI_FACTOR",
     "WOSCHNI_PISTON",
     "Case",
+    "butcher_change",
     "integrate",
     "smooth_step",
-    "turned",
-    "weighted",
 ]
 
 
@@ -260,7 +259,9 @@ def closed_rates(
 
 
 @inlined
-def weighted(h: float, k1: float, k3: float, k4: float, k5: float, k6: float, k7: float) -> float:
+def butcher_change(
+    h: float, k1: float, k3: float, k4: float, k5: float, k6: float, k7: float
+) -> float:
     """Change over a step of Butcher's method; its second stage has no weight."""
     return h / 120.0 * (11.0 * (k1 + k7) + 81.0 * (k3 + k4) - 32.0 * (k5 + k6))
 
@@ -314,9 +315,9 @@ def closed_step(
         mass, two, end, case,
     )  # fmt: skip
     return (
-        e + weighted(h, e1, e3, e4, e5, e6, e7),
-        m + weighted(h, m1, m3, m4, m5, m6, m7),
-        weighted(h, w1, w3, w4, w5, w6, w7),
+        e + butcher_change(h, e1, e3, e4, e5, e6, e7),
+        m + butcher_change(h, m1, m3, m4, m5, m6, m7),
+        butcher_change(h, w1, w3, w4, w5, w6, w7),
     )
 
 
@@ -417,7 +418,7 @@ def open_step(
     k6 = open_rate(to_half, q, after, half, blown, case)
     q = p + h / 44.0 * (9.0 * k1 - 36.0 * k2 + 63.0 * k3 + 72.0 * k4 - 64.0 * k6)
     k7 = open_rate(to_end, q, after, end, blown, case)
-    return p + weighted(h, k1, k3, k4, k5, k6, k7)
+    return p + butcher_change(h, k1, k3, k4, k5, k6, k7)
 
 
 @inlined

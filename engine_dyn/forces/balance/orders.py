@@ -43,15 +43,15 @@ def acceleration_harmonics(
     """
     nu = kinematic_series.checked_orders(orders, SAMPLES // 2)
     whole = nu == np.rint(nu)
-    ratio, beside = np.broadcast_arrays(
+    ratio, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     )
-    if not beside.any():
+    if not offset_ratio.any():
         among = np.where(whole, nu, 1.0)
         found_here = kinematic_series.acceleration_coefficients(among, ratio)
         return np.where(whole, found_here, 0.0).astype(np.complex128)
     phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
-    b = slider_crank.acceleration(phi, ratio[..., None], beside[..., None])
+    b = slider_crank.acceleration(phi, ratio[..., None], offset_ratio[..., None])
     found: Complexes = np.fft.rfft(b, axis=-1) * (2.0 / SAMPLES)
     place = np.where(whole, nu, 0.0).astype(np.int64)
     shape = np.broadcast_shapes(place.shape, ratio.shape)

@@ -253,14 +253,14 @@ class RunningGear:
 
     def _sum(self, phi: Any, moment: bool) -> Any:
         angle = np.asarray(phi, dtype=float)
-        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+        ratio, offset_ratio = np.asarray(self.crank_ratio), np.asarray(self.offset)
 
         def reciprocating(lines: Lines, weight: Floats) -> Any:
             total: Any = 0.0
             for psi, gamma, factor, radius, w in zip(
                 lines.phase, lines.direction, lines.mass_factor, lines.radius, weight, strict=True
             ):
-                b = slider_crank.acceleration(angle + psi, radius * ratio, beside / radius)
+                b = slider_crank.acceleration(angle + psi, radius * ratio, offset_ratio / radius)
                 total = total + (w * factor * radius * np.exp(1j * gamma)) * b
             return total
 
@@ -283,15 +283,15 @@ class RunningGear:
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
-        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+        ratio, offset_ratio = np.asarray(self.crank_ratio), np.asarray(self.offset)
 
         def turning(lines: Lines, weight: Floats) -> Any:
             pins = weight * lines.radius * np.exp(1j * (lines.direction + lines.phase))
-            if not beside.any():
+            if not offset_ratio.any():
                 return pins.sum()
             total: Any = 0.0
             for radius in np.unique(lines.radius):
-                top = slider_crank.dead_centres(radius * ratio, beside / radius).top
+                top = slider_crank.dead_centres(radius * ratio, offset_ratio / radius).top
                 total = total + pins[lines.radius == radius].sum() * np.exp(1j * np.asarray(top))
             return total
 
@@ -301,7 +301,7 @@ class RunningGear:
     def _waves(self, order: Any, moment: bool) -> tuple[Any, Any]:
         """Forward and backward amplitude of the reciprocating masses."""
         nu = np.asarray(order, dtype=float)
-        ratio, beside = np.asarray(self.crank_ratio), np.asarray(self.offset)
+        ratio, offset_ratio = np.asarray(self.crank_ratio), np.asarray(self.offset)
         mass = 0.5 * np.asarray(self.crank_radius) * self.reciprocating_mass
 
         def turned(sense: float) -> Callable[[Lines, Floats], Any]:
@@ -310,7 +310,7 @@ class RunningGear:
                 share = weight * lines.mass_factor * lines.radius * vector
                 found: Any = 0.0
                 for radius in np.unique(lines.radius):
-                    harmonic = acceleration_harmonics(nu, radius * ratio, beside / radius)
+                    harmonic = acceleration_harmonics(nu, radius * ratio, offset_ratio / radius)
                     harmonic = harmonic if sense > 0.0 else np.conj(harmonic)
                     found = found + harmonic * share[..., lines.radius == radius].sum(axis=-1)
                 return found
