@@ -46,8 +46,9 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.forces import mechanism, torque
-from engine_dyn.forces.superposition import along_shaft, by_set
+from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
@@ -245,7 +246,7 @@ def first_crank(
     phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
 ) -> Any:
     """Angle of crank 1 from upright [rad]; parameters as `crank_pin_load`."""
-    bank = by_set(lambda engine: mechanism.banks_of(engine)[0], cylinders, by_count)
+    bank = value_of_sets(cylinders, by_count, lambda engine: mechanism.banks_of(engine)[0])
     return phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
 
 

@@ -34,9 +34,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
-from engine_dyn.forces.superposition import along_shaft, by_set
+from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.arrangement import TURN
+from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family
@@ -457,7 +458,7 @@ def _by_count(
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
     nu = kinematic_series.checked_orders(orders)
-    return np.asarray(by_set(lambda engine: summed(nu, engine), cylinders, by_count))
+    return np.asarray(value_of_sets(cylinders, by_count, lambda engine: summed(nu, engine)))
 
 
 def _by_throw(

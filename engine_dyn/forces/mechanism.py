@@ -54,8 +54,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.forces.superposition import by_set
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 
 __all__ = [
@@ -123,7 +123,7 @@ def of_cylinder(
     values: Callable[[Member], Any], cylinders: Any, by_count: CylindersByCount, which: int = 0
 ) -> Any:
     """Take a value of one cylinder (from 0) of engines with different numbers of cylinders."""
-    return by_set(lambda engine: values(engine.members[which]), cylinders, by_count)
+    return value_of_sets(cylinders, by_count, lambda engine: values(engine.members[which]))
 
 
 def gravity_torque(
@@ -156,7 +156,7 @@ def gravity_torque(
             whole = whole + member.radius_factor * one
         return whole
 
-    return GRAVITY * crank_radius * by_set(of_engine, cylinders, by_count)
+    return GRAVITY * crank_radius * value_of_sets(cylinders, by_count, of_engine)
 
 
 def banks_of(engine: Cylinders) -> tuple[float, ...]:

@@ -1,7 +1,7 @@
-"""Sums over the cylinders of an engine, and values of each set of cylinders.
+"""Sums of curves over the cylinders of an engine, and the order of cylinders along the shaft.
 
-Designs of one block may have different sets of cylinders: a curve is then made for each set and
-taken by the designs that have it. Kernels sum over cylinders by themselves, in their own loops.
+Kernels sum over cylinders by themselves, in their own loops. Values of each set of cylinders are
+taken by `cylinder_means.value_of_sets`.
 """
 
 from __future__ import annotations
@@ -13,27 +13,7 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 
-__all__ = ["along_shaft", "by_set", "superpose"]
-
-
-def by_set(value: Callable[[Cylinders], Any], cylinders: Any, by_count: CylindersByCount) -> Any:
-    """Value of each design's set of cylinders.
-
-    Parameters
-    ----------
-    value : callable
-        Value of one set; called once for each set that designs have. It broadcasts with
-        `cylinders`.
-    cylinders : array_like of int
-        Set of each design.
-    by_count : mapping of int to Cylinders
-        Cylinders of each set.
-    """
-    counts = np.asarray(cylinders)
-    total: Any = np.nan
-    for count in np.unique(counts):
-        total = np.where(counts == count, value(by_count[int(count)]), total)
-    return total
+__all__ = ["along_shaft", "superpose"]
 
 
 def superpose(

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces.superposition import along_shaft, by_set, superpose
+from engine_dyn.forces.superposition import along_shaft, superpose
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.family import Family
@@ -71,7 +72,7 @@ def pressure_of_first(
     def of_first(engine: Cylinders) -> Any:
         return pressure(phi, family, row, scale, engine.pressure_factors[0])
 
-    return by_set(of_first, cylinders, by_count)
+    return value_of_sets(cylinders, by_count, of_first)
 
 
 def _velocity(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
@@ -295,5 +296,5 @@ def torque_after_throw(
                 total = total + part
         return total
 
-    pieces = [by_set(partial(behind, throw), cylinders, by_count) for throw in range(throws)]
+    pieces = [value_of_sets(cylinders, by_count, partial(behind, throw)) for throw in range(throws)]
     return np.stack(np.broadcast_arrays(*pieces), axis=-2)

@@ -55,8 +55,8 @@ class Characteristic:
                 bad = number[~(number > 0.0)].flat[0]
                 raise ValueError(f"{name} = {bad:g}: must be above 0")
         x = np.asarray(speed, dtype=float) / rated_speed
-        share = self.constant + x * (self.linear + x * self.square)
-        return np.asarray(rated_power) / rated_speed * share
+        relative = self.constant + x * (self.linear + x * self.square)
+        return np.asarray(rated_power) / rated_speed * relative
 
     @property
     def largest_torque(self) -> tuple[float, float]:

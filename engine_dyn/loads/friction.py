@@ -215,17 +215,17 @@ def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
 def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
     """Cycle means of `stacked_parts`, a function of the cylinder's angle [rad], shape (4, ...).
 
-    Means are taken stroke by stroke with Gauss's points; the angle is stretched so that the roots
-    of the piston's speed at dead centre do not matter.
+    Means are taken stroke by stroke at Gauss's points. The angle is stretched, so that the square
+    roots of the piston's speed at the dead centres do not lower the order of the quadrature.
     """
     node, weight = np.polynomial.legendre.leggauss(5)
     t = ((np.arange(PANELS)[:, None] + 0.5 * (node + 1.0)) / PANELS).reshape(-1)
-    share = np.tile(0.5 * weight / PANELS, PANELS)
+    weights = np.tile(0.5 * weight / PANELS, PANELS)
     place = t**3 * (10.0 + t * (6.0 * t - 15.0))
     stretch = 30.0 * (t * (1.0 - t)) ** 2
     total: Any = 0.0
     for stroke in range(round(period / math.pi)):
-        total = total + parts((stroke + place) * math.pi) @ (share * stretch)
+        total = total + parts((stroke + place) * math.pi) @ (weights * stretch)
     means: Floats = total / round(period / math.pi)
     return means
 
@@ -234,24 +234,24 @@ def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
 class FrictionShape:
     """How one cylinder's friction torque is spread over the crank angle; its cycle mean is 1.
 
-    With u = |c/(r omega)| and the load on a ring N = ring_pressure + p - p_crankcase (0 where that
-    is below 0: nothing presses a ring that is lifted), the torque of a friction force is force
-    times u. The branches of the Stribeck curve give four forces, each
-    scaled to the cycle mean of its share:
+    With u = |c/(r omega)| and the load on a ring N = ring_pressure + p - p_crankcase (0 where the
+    sum is negative, because the ring is lifted), the torque of a friction force is force times u.
+    The branches of the Stribeck curve give four forces, each scaled so that its cycle mean is the
+    fraction given for it:
 
         boundary        N                    the coefficient of friction is constant,
         mixed           N (1 - |sin phi|)    it falls as speed builds up,
         hydrodynamic    sqrt(N u)            it grows like sqrt(u/N),
         skirt           u                    shear of a film of given thickness;
 
-    after Rezeka and Henein (1984), as usually quoted;
-    what is left of 1 is constant: bearings, valve gear, auxiliaries. Times the mean friction
-    torque, the shape is the torque M_fr(phi), whose mean is unchanged whatever the shares.
+    after Rezeka and Henein (1984), as usually quoted. The remainder of the friction is constant:
+    bearings, valve gear, auxiliaries. The shape times the mean friction torque is the torque
+    M_fr(phi); its mean does not depend on the fractions.
 
     Attributes
     ----------
     boundary, mixed, hydrodynamic, skirt : float
-        Shares of the mean friction [1], 0 or more, together at most 1.
+        Fractions of the mean friction [1], 0 or more, together at most 1.
     ring_pressure : float
         Pressure of the rings on the liner by their own tension [Pa].
     """
@@ -263,7 +263,7 @@ class FrictionShape:
     ring_pressure: float
 
     def __post_init__(self) -> None:
-        """Refuse shares that are none; ValueError names field, value and what is allowed."""
+        """Refuse values that are not fractions; ValueError names field, value and what is allowed."""
         for name in ("boundary", "mixed", "hydrodynamic", "skirt"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} = {getattr(self, name):g}: must be between 0 and 1")
@@ -279,7 +279,7 @@ class FrictionShape:
 
     @property
     def rest(self) -> float:
-        """Share of the friction that is constant over the cycle."""
+        """Fraction of the friction that is constant over the cycle."""
         return 1.0 - (self.boundary + self.mixed + self.hydrodynamic + self.skirt)
 
     def __call__(
@@ -303,7 +303,7 @@ class FrictionShape:
         return np.asarray(self.rest + np.tensordot(weights, parts, axes=1))
 
     def weights(self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float) -> Floats:
-        """Share over cycle mean of each of the four parts, shape (4,)."""
+        """Fraction over cycle mean of each of the four parts, shape (4,)."""
         means = mean_parts(
             lambda phi: self._parts(phi, crank_ratio, diagram, crankcase_pressure), diagram.period
         )
