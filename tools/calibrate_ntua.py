@@ -46,7 +46,8 @@ from pathlib import Path
 import numpy as np
 
 from engine_dyn import Diagram, diagram_from_points, family_from_diagrams, periodic_speed
-from engine_dyn.forces.torque import gas_torque, inertia_torque
+from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.forces.torque import GasPressure, gas_torque, inertia_torque
 from engine_dyn.geometry.masses import reciprocating_mass
 from engine_dyn.loads.friction import (
     friction_mean_effective_pressure,
@@ -184,8 +185,9 @@ def torque(diagram: Diagram) -> Floats:
     """Total torque [N m] at 1 degree, absolute pressure on the piston."""
     phi = np.deg2rad(np.arange(-360.0, 360.0))
     family = family_from_diagrams([0.0], [diagram])
-    gas = gas_torque(phi, CRANK_RATIO, family, 0.0, 1.0, 0.0, BORE, STROKE, 1, PERIOD)
-    inertia = inertia_torque(phi, CRANK_RATIO, own_mass(), STROKE, OMEGA, 1, PERIOD)
+    train = CrankTrain(CRANK_RATIO, STROKE, 1, PERIOD)
+    gas = gas_torque(phi, train, BORE, GasPressure(family, 0.0, 1.0, 0.0))
+    inertia = inertia_torque(phi, train, own_mass(), OMEGA)
     return np.asarray(gas + inertia - own_friction(diagram), dtype=np.float64)
 
 

@@ -7,13 +7,14 @@ taken by `cylinder_means.value_of_sets`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 
-__all__ = ["along_shaft", "superpose"]
+__all__ = ["CrankTrain", "along_shaft", "superpose"]
 
 
 def superpose(
@@ -43,6 +44,47 @@ def superpose(
         whole = sum(curve(phi + member.phase, member) for member in engine.members)
         total = np.where(counts == count, whole, total)
     return total
+
+
+class CrankTrain(NamedTuple):
+    """Slider-cranks of the cylinders of designs; arrays broadcast.
+
+    Attributes
+    ----------
+    crank_ratio : array_like
+        lambda = r/l of the engine [1].
+    double_radius : array_like
+        2 r [m], the stroke of an engine without offset.
+    cylinders : array_like of int
+        Set of each design, or its number of evenly firing equal cylinders.
+    period : float
+        Angle of the cycle [rad].
+    offset : array_like
+        Distance of the piston pin's line from the crank's axis over the crank radius [1].
+    by_count : mapping of int to Cylinders, optional
+        Cylinders of each set.
+    """
+
+    crank_ratio: Any
+    double_radius: Any
+    cylinders: Any
+    period: float
+    offset: Any = 0.0
+    by_count: CylindersByCount | None = None
+
+    def velocity(self, phi: Any, member: Member) -> Any:
+        """Piston velocity of a cylinder over the engine's crank radius and speed [1]."""
+        own = member.own(self.crank_ratio, self.offset)
+        return member.radius_factor * slider_crank.velocity(phi, *own)
+
+    def acceleration(self, phi: Any, member: Member) -> Any:
+        """Piston acceleration of a cylinder over the engine's crank radius and speed squared."""
+        own = member.own(self.crank_ratio, self.offset)
+        return member.radius_factor * slider_crank.acceleration(phi, *own)
+
+    def superpose(self, curve: Callable[[Any, Member], Any], phi: Any) -> Any:
+        """Sum of a cylinder's curve over all cylinders: see `superpose`."""
+        return superpose(curve, phi, self.cylinders, self.period, self.by_count)
 
 
 def along_shaft(engine: Cylinders) -> tuple[tuple[int, ...], ...]:

@@ -2,20 +2,17 @@
 
 Each function knows nothing of the others. All broadcast over designs, with the crank angle as the
 last dimension. Torque is positive in the sense of rotation and is the whole engine's.
-
-The functions take many parameters, each by itself: any of them may vary between designs, and the
-graph of quantities hands each node over under its name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.forces.superposition import along_shaft, superpose
+from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
@@ -25,6 +22,7 @@ from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats
 
 __all__ = [
+    "GasPressure",
     "friction_over_stroke",
     "gas_torque",
     "inertia_torque",
@@ -75,134 +73,98 @@ def pressure_of_first(
     return value_of_sets(cylinders, by_count, of_first)
 
 
-def _velocity(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
-    """Piston velocity of a cylinder over the engine's crank radius and speed."""
-    own = member.own(crank_ratio, offset)
-    return member.radius_factor * slider_crank.velocity(phi, *own)
+class GasPressure(NamedTuple):
+    """Pressure in the cylinders of designs, from their diagrams; arrays broadcast.
+
+    Attributes
+    ----------
+    family : Family
+        Indicator diagrams.
+    row : array_like
+        (Fractional) row of the family's table, see `family.Family.locate`.
+    scale : array_like
+        Factor on the pressure [1].
+    crankcase : array_like
+        Absolute pressure under the piston [Pa].
+    """
+
+    family: Family
+    row: Any
+    scale: Any
+    crankcase: Any
+
+    def difference(self, phi: Any, member: Member) -> Any:
+        """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""
+        gas = pressure(phi, self.family, self.row, self.scale, member.pressure_factor)
+        return gas - self.crankcase
 
 
-def _acceleration(phi: Any, crank_ratio: Any, offset: Any, member: Member) -> Any:
-    """Piston acceleration of a cylinder over the engine's crank radius and speed squared."""
-    own = member.own(crank_ratio, offset)
-    return member.radius_factor * slider_crank.acceleration(phi, *own)
-
-
-def gas_torque(
-    phi: Any,
-    crank_ratio: Any,
-    family: Family,
-    row: Any,
-    scale: Any,
-    crankcase_pressure: Any,
-    bore: Any,
-    double_radius: Any,
-    cylinders: Any,
-    period: float,
-    offset: Any = 0.0,
-    by_count: CylindersByCount | None = None,
-) -> Any:
+def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
     """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6.
 
-    Here and below, `double_radius` is 2 r [m], the stroke of an engine without offset; `offset` is
-    that of the pin's line over the crank radius [1]; `by_count` as in `superpose`.
+    Here and below, `phi` is the crank angle [rad], `bore` in [m].
     """
 
     def one(angle: Any, member: Member) -> Any:
-        gas = pressure(angle, family, row, scale, member.pressure_factor)
-        return (gas - crankcase_pressure) * _velocity(angle, crank_ratio, offset, member)
+        return gas.difference(angle, member) * train.velocity(angle, member)
 
-    return (
-        piston_area(bore) * 0.5 * double_radius * superpose(one, phi, cylinders, period, by_count)
-    )
+    return piston_area(bore) * 0.5 * train.double_radius * train.superpose(one, phi)
 
 
-def inertia_torque(
-    phi: Any,
-    crank_ratio: Any,
-    mass: Any,
-    double_radius: Any,
-    speed: Any,
-    cylinders: Any,
-    period: float,
-    offset: Any = 0.0,
-    by_count: CylindersByCount | None = None,
-) -> Any:
-    """Torque of the reciprocating masses at constant `speed` [rad/s]: -m r^2 omega^2 b v [N m].
+def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
+    """Torque of the reciprocating masses at constant speed, -m r^2 omega^2 b v [N m].
 
-    Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and velocity v.
+    Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and velocity v; `mass` of
+    one cylinder [kg], `speed` of the crank [rad/s].
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = _velocity(angle, crank_ratio, offset, member)
-        return -_acceleration(angle, crank_ratio, offset, member) * v * member.mass_factor
+        v = train.velocity(angle, member)
+        return -train.acceleration(angle, member) * v * member.mass_factor
 
-    return (
-        mass * (0.5 * double_radius * speed) ** 2 * superpose(one, phi, cylinders, period, by_count)
-    )
+    return mass * (0.5 * train.double_radius * speed) ** 2 * train.superpose(one, phi)
 
 
 def inertia_torque_actual(
-    phi: Any,
-    crank_ratio: Any,
-    mass: Any,
-    double_radius: Any,
-    omega: Any,
-    acceleration: Any,
-    cylinders: Any,
-    period: float,
-    offset: Any = 0.0,
-    by_count: CylindersByCount | None = None,
+    phi: Any, train: CrankTrain, mass: Any, omega: Any, acceleration: Any
 ) -> Any:
     """Torque of the reciprocating masses at the solved speed and angular acceleration [N m].
 
     -m r^2 v (omega^2 b + epsilon v): minus the rate, over angle, of the kinetic energy
-    m r^2 v^2 omega^2/2 (Eksergian's equation for one degree of freedom).
+    m r^2 v^2 omega^2/2 (Eksergian's equation for one degree of freedom). `mass` of one cylinder
+    [kg]; omega [rad/s] and epsilon [rad/s2] over the crank angle.
     """
 
     def one(angle: Any, member: Member) -> Any:
-        v = _velocity(angle, crank_ratio, offset, member)
-        b = _acceleration(angle, crank_ratio, offset, member)
+        v = train.velocity(angle, member)
+        b = train.acceleration(angle, member)
         return -v * (omega**2 * b + acceleration * v) * member.mass_factor
 
-    return mass * (0.5 * double_radius) ** 2 * superpose(one, phi, cylinders, period, by_count)
+    return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
 
 def friction_over_stroke(
-    phi: Any,
-    crank_ratio: Any,
-    family: Family,
-    row: Any,
-    scale: Any,
-    crankcase_pressure: Any,
-    bore: Any,
-    double_radius: Any,
-    friction_torque: Any,
-    shape: StrokeFriction,
-    cylinders: Any,
-    period: float,
-    offset: Any = 0.0,
-    by_count: CylindersByCount | None = None,
-) -> Any:
-    """Friction torque over crank angle [N m], positive, to be subtracted; its mean is given.
+    phi: Any, train: CrankTrain, bore: Any, gas: GasPressure, friction_torque: Any,
+    friction: StrokeFriction,
+) -> Any:  # fmt: skip
+    """Friction torque over crank angle [N m], positive, to be subtracted.
 
-    Parameters as `gas_torque`; see `friction.FrictionShape`.
+    `friction_torque` is its mean [N m]; see `friction.FrictionShape` for the parts of `friction`.
     """
-    one = _friction_of_one(crank_ratio, family, row, scale, crankcase_pressure, shape, offset)
-    varying = superpose(one, phi, cylinders, period, by_count)
-    return friction_torque + piston_area(bore) * 0.5 * double_radius * varying
+    varying = train.superpose(_friction_of_one(train, gas, friction), phi)
+    return friction_torque + piston_area(bore) * 0.5 * train.double_radius * varying
 
 
 def _friction_of_one(
-    crank_ratio: Any, family: Family, row: Any, scale: Any, crankcase_pressure: Any,
-    shape: StrokeFriction, offset: Any,
-) -> Callable[[Any, Member], Any]:  # fmt: skip
+    train: CrankTrain, gas: GasPressure, friction: StrokeFriction
+) -> Callable[[Any, Member], Any]:
     """Friction of a cylinder less its mean, over piston area and crank radius [Pa]."""
     weights: dict[tuple[float, ...], Floats] = {}
-    inputs = (crank_ratio, row, scale, crankcase_pressure, shape.ring, offset)
+    inputs = (train.crank_ratio, gas.row, gas.scale, gas.crankcase, friction.ring, train.offset)
 
     def parts(angle: Any, member: Member, inputs: Any) -> Floats:
         crank_ratio, row, scale, crankcase, ring, offset = inputs
-        load = ring + pressure(angle, family, row, scale, member.pressure_factor) - crankcase
+        load = ring + pressure(angle, gas.family, row, scale, member.pressure_factor) - crankcase
         speed = slider_crank.velocity(angle, *member.own(crank_ratio, offset))
         return stacked_parts(load, speed, np.sin(angle))
 
@@ -217,7 +179,7 @@ def _friction_of_one(
             of_these = [row[here, None] for row in distinct]
             found[:, here] = mean_parts(
                 lambda angle: parts(angle, member, of_these),  # noqa: B023
-                family.row(0).period,
+                gas.family.row(0).period,
             )
         return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
 
@@ -229,61 +191,41 @@ def _friction_of_one(
         each = parts(angle, member, inputs)
         return sum(
             level * (part / mean - 1.0)
-            for level, part, mean in zip(shape.levels, each, weights[key], strict=True)
+            for level, part, mean in zip(friction.levels, each, weights[key], strict=True)
         )
 
     return one
 
 
 def torque_after_throw(
-    phi: Any,
-    crank_ratio: Any,
-    family: Family,
-    row: Any,
-    scale: Any,
-    crankcase_pressure: Any,
-    bore: Any,
-    double_radius: Any,
-    mass: Any,
-    speed: Any,
-    friction_torque: Any,
-    cylinders: Any,
-    by_count: CylindersByCount,
-    offset: Any = 0.0,
-    shape: StrokeFriction | None = None,
-) -> Any:
+    phi: Any, train: CrankTrain, bore: Any, gas: GasPressure, mass: Any, speed: Any,
+    friction_torque: Any, friction: StrokeFriction | None = None,
+) -> Any:  # fmt: skip
     """Torque in the shaft after each throw, from the last cylinder to the take-off at the first.
 
     Kakaitsas (2015), section 5.4: T_Z, T_(Z-1) = T_Z + ..., T_1 the whole engine's. Shape
     (..., cylinder, crank angle); throw i along the shaft, with all cylinders on it, is entry i - 1,
-    entries past an engine's own throws hold NaN. Each cylinder bears an equal share of the
-    friction, over its own stroke where it has a `shape`.
+    and entries past an engine's own throws hold NaN. Each cylinder bears an equal part of the mean
+    friction torque, over its own stroke where `friction` is given. `train` needs its `by_count`.
     """
-    stroke_friction = None
-    if shape is not None:
-        stroke_friction = _friction_of_one(
-            crank_ratio, family, row, scale, crankcase_pressure, shape, offset
-        )
-    sets = np.unique(np.asarray(cylinders)).astype(int)
-    throws = max(by_count[int(number)].count for number in sets)
-    lever = piston_area(bore) * 0.5 * double_radius
-    moment = mass * (0.5 * double_radius * speed) ** 2
+    assert train.by_count is not None
+    varying = None if friction is None else _friction_of_one(train, gas, friction)
+    sets = np.unique(np.asarray(train.cylinders)).astype(int)
+    throws = max(train.by_count[int(number)].count for number in sets)
+    lever = piston_area(bore) * 0.5 * train.double_radius
+    moment = mass * (0.5 * train.double_radius * speed) ** 2
 
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]
         angle = phi + member.phase
-        v = _velocity(angle, crank_ratio, offset, member)
-        gas = pressure(angle, family, row, scale, member.pressure_factor)
-        b = _acceleration(angle, crank_ratio, offset, member)
+        v = train.velocity(angle, member)
         found = (
-            lever * (gas - crankcase_pressure) * v,
-            -moment * member.mass_factor * b * v,
+            lever * gas.difference(angle, member) * v,
+            -moment * member.mass_factor * train.acceleration(angle, member) * v,
             -friction_torque / engine.count,
         )
-        if stroke_friction is None:
-            return found
-        return (*found, -lever * stroke_friction(angle, member))
+        return found if varying is None else (*found, -lever * varying(angle, member))
 
     def behind(throw: int, engine: Cylinders) -> Any:
         """Torque of all cylinders from a throw (from 0) on; NaN past the last one."""
@@ -296,5 +238,8 @@ def torque_after_throw(
                 total = total + part
         return total
 
-    pieces = [value_of_sets(cylinders, by_count, partial(behind, throw)) for throw in range(throws)]
+    pieces = [
+        value_of_sets(train.cylinders, train.by_count, partial(behind, throw))
+        for throw in range(throws)
+    ]
     return np.stack(np.broadcast_arrays(*pieces), axis=-2)

@@ -263,7 +263,7 @@ class FrictionShape:
     ring_pressure: float
 
     def __post_init__(self) -> None:
-        """Refuse values that are not fractions; ValueError names field, value and what is allowed."""
+        """Refuse wrong fractions; ValueError names field, value and what is allowed."""
         for name in ("boundary", "mixed", "hydrodynamic", "skirt"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} = {getattr(self, name):g}: must be between 0 and 1")

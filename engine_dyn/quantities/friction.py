@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from engine_dyn.forces import torque
+from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.loads import friction
 from engine_dyn.quantities.arithmetic import product
 from engine_dyn.quantities.node import Node
 from engine_dyn.units import BAR
 
-__all__ = ["NODES", "NO_STROKE_FRICTION", "stroke_friction"]
+__all__ = ["NODES", "NO_STROKE_FRICTION", "gas_of", "stroke_friction", "train_of"]
 
 NO_STROKE_FRICTION = (
     "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
@@ -40,15 +42,26 @@ def stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
     return friction.StrokeFriction._make(needs.pop(name) for name in NO_STROKE_FRICTION)
 
 
-def _friction_over_stroke(
-    *, crank_angle: Any, double_radius: Any, cylinder_set: Any, **needs: Any
-) -> Any:
-    shape = stroke_friction(needs)
-    return torque.friction_over_stroke(
-        crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
-        needs["crankcase_pressure"], needs["bore"], double_radius, needs["friction_torque"], shape,
-        cylinder_set, needs["period"], needs["offset_ratio"], needs["cylinders_by_count"],
+def train_of(needs: Mapping[str, Any]) -> CrankTrain:
+    """Slider-cranks of the cylinders, out of the needs of a curve."""
+    return CrankTrain(
+        needs["crank_ratio"], needs["double_radius"], needs["cylinder_set"], needs["period"],
+        needs["offset_ratio"], needs["cylinders_by_count"],
     )  # fmt: skip
+
+
+def gas_of(needs: Mapping[str, Any]) -> torque.GasPressure:
+    """Pressure in the cylinders, out of the needs of a curve."""
+    return torque.GasPressure(
+        needs["family"], needs["row"], needs["pressure_scale"], needs["crankcase_pressure"]
+    )
+
+
+def _friction_over_stroke(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
+    levels = stroke_friction(needs)
+    return torque.friction_over_stroke(
+        crank_angle, train_of(needs), bore, gas_of(needs), needs["friction_torque"], levels
+    )
 
 
 NODES: tuple[Node, ...] = (

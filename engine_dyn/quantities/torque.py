@@ -8,7 +8,7 @@ import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.quantities.arithmetic import balance_of, quotient
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION, stroke_friction
+from engine_dyn.quantities.friction import NO_STROKE_FRICTION, gas_of, stroke_friction, train_of
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.speed import kernel_inputs
@@ -42,16 +42,29 @@ def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: st
     return Node(name, symbol, unit, long_name, source, needs=("torque_solution",))
 
 
-def _torque_after_throw(
-    *, crank_angle: Any, double_radius: Any, cylinder_set: Any, **needs: Any
-) -> Any:
-    shape = stroke_friction(needs)
-    uniform = not any(np.any(level) for level in shape.levels)
+def _gas_torque(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
+    return torque.gas_torque(crank_angle, train_of(needs), bore, gas_of(needs))
+
+
+def _inertia_torque(*, crank_angle: Any, reciprocating_mass: Any, speed: Any, **needs: Any) -> Any:
+    return torque.inertia_torque(crank_angle, train_of(needs), reciprocating_mass, speed)
+
+
+def _inertia_torque_actual(
+    *, crank_angle: Any, reciprocating_mass: Any, omega: Any, angular_acceleration: Any,
+    **needs: Any,
+) -> Any:  # fmt: skip
+    return torque.inertia_torque_actual(
+        crank_angle, train_of(needs), reciprocating_mass, omega, angular_acceleration
+    )
+
+
+def _torque_after_throw(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
+    friction = stroke_friction(needs)
+    uniform = not any(np.any(level) for level in friction.levels)
     return torque.torque_after_throw(
-        crank_angle, needs["crank_ratio"], needs["family"], needs["row"], needs["pressure_scale"],
-        needs["crankcase_pressure"], needs["bore"], double_radius, needs["reciprocating_mass"],
-        needs["speed"], needs["friction_torque"], cylinder_set, needs["cylinders_by_count"],
-        needs["offset_ratio"], None if uniform else shape,
+        crank_angle, train_of(needs), bore, gas_of(needs), needs["reciprocating_mass"],
+        needs["speed"], needs["friction_torque"], None if uniform else friction,
     )  # fmt: skip
 
 
@@ -101,12 +114,7 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "cylinder_set", "period",
                "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure,
-        bore, double_radius, cylinder_set, period, offset_ratio, cylinders_by_count:
-        torque.gas_torque(
-            crank_angle, crank_ratio, family, row, pressure_scale, crankcase_pressure, bore,
-            double_radius, cylinder_set, period, offset_ratio, cylinders_by_count,
-        ),
+        make=_gas_torque,
     ),
     Node(
         "inertia_torque", "M_l", "N m",
@@ -114,11 +122,7 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "speed",
                "cylinder_set", "period", "offset_ratio", "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, double_radius, speed,
-        cylinder_set, period, offset_ratio, cylinders_by_count: torque.inertia_torque(
-            crank_angle, crank_ratio, reciprocating_mass, double_radius, speed, cylinder_set,
-            period, offset_ratio, cylinders_by_count,
-        ),
+        make=_inertia_torque,
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
@@ -127,12 +131,7 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "omega",
                "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
-        make=lambda crank_angle, crank_ratio, reciprocating_mass, double_radius, omega,
-        angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count:
-        torque.inertia_torque_actual(
-            crank_angle, crank_ratio, reciprocating_mass, double_radius, omega,
-            angular_acceleration, cylinder_set, period, offset_ratio, cylinders_by_count,
-        ),
+        make=_inertia_torque_actual,
     ),
     Node(
         "torque", "M", "N m", "torque of the engine at nominal speed", "Kakaitsas eq. 3.3",
@@ -155,7 +154,7 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
-               *NO_STROKE_FRICTION),
+               "period", *NO_STROKE_FRICTION),
         make=_torque_after_throw,
     ),
 )  # fmt: skip

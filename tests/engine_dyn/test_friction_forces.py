@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces import torque as forces
-from engine_dyn.forces.superposition import superpose
+from engine_dyn.forces.superposition import CrankTrain, superpose
 from engine_dyn.geometry.arrangement import CUSTOMARY_ORDERS
 from engine_dyn.geometry.cylinders import EQUAL, Member, even_cylinders
 from engine_dyn.geometry.slider_crank import velocity
@@ -35,22 +35,26 @@ def family(design: Design) -> Family:
     return family_of(design)
 
 
-def gas(design: Design, family: Family, phi: Any, cylinders: Any, **changes: Any) -> Any:
-    values: dict[str, Any] = {
-        "crank_ratio": design.crank_ratio, "row": 0.0, "scale": 1.0,
-        "crankcase_pressure": design.crankcase_pressure, "bore": design.bore,
-        "double_radius": design.stroke,
-    }  # fmt: skip
+def train_of(design: Design, cylinders: Any, double_radius: float | None = None) -> CrankTrain:
+    stroke = design.stroke if double_radius is None else double_radius
+    return CrankTrain(design.crank_ratio, stroke, cylinders, CYCLE)
+
+
+def gas(
+    design: Design, family: Family, phi: Any, cylinders: Any, *, crankcase: float | None = None,
+    bore: float | None = None, double_radius: float | None = None, scale: float = 1.0,
+) -> Any:  # fmt: skip
+    under = design.crankcase_pressure if crankcase is None else crankcase
     return forces.gas_torque(
-        phi, family=family, cylinders=cylinders, period=CYCLE, **{**values, **changes}
-    )
+        phi, train_of(design, cylinders, double_radius), bore or design.bore,
+        forces.GasPressure(family, 0.0, scale, under),
+    )  # fmt: skip
 
 
 def inertia(design: Design, phi: Any, cylinders: Any) -> Any:
     return forces.inertia_torque(
-        phi, design.crank_ratio, design.reciprocating_mass, design.stroke, design.omega_n,
-        cylinders, CYCLE,
-    )  # fmt: skip
+        phi, train_of(design, cylinders), design.reciprocating_mass, design.omega_n
+    )
 
 
 def orders_of(curve: Any) -> Any:
@@ -117,9 +121,9 @@ def test_even_firing_cancels_orders(design: Design, family: Family, count: int) 
 
 
 def test_crankcase_pressure_and_masses_do_no_work(design: Design, family: Family) -> None:
-    mean = gas(design, family, PHI, 1, crankcase_pressure=0.0).mean()
+    mean = gas(design, family, PHI, 1, crankcase=0.0).mean()
     for pressure in (0.5 * BAR, 1.01325 * BAR, 3.0 * BAR):
-        curve = gas(design, family, PHI, 1, crankcase_pressure=pressure)
+        curve = gas(design, family, PHI, 1, crankcase=pressure)
         assert curve.mean() == pytest.approx(mean, rel=1e-12)
     for count in (1, 3, 4):
         curve = inertia(design, PHI, count)
@@ -139,9 +143,8 @@ def test_work_of_the_masses_is_their_kinetic_energy(design: Design) -> None:
 
 def test_actual_torque_at_constant_speed_is_the_nominal_one(design: Design) -> None:
     found = forces.inertia_torque_actual(
-        PHI, design.crank_ratio, design.reciprocating_mass, design.stroke, design.omega_n,
-        0.0, 3, CYCLE,
-    )  # fmt: skip
+        PHI, train_of(design, 3), design.reciprocating_mass, design.omega_n, 0.0
+    )
     expected = inertia(design, PHI, 3)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.ptp(inertia(design, PHI, 1)))
 
@@ -164,9 +167,8 @@ def test_actual_torque_is_the_loss_of_kinetic_energy(design: Design, count: int)
     slope = 8.0 * (energy(PHI + h) - energy(PHI - h)) - energy(PHI + 2 * h) + energy(PHI - 2 * h)
     acceleration = speed(PHI) ** 2 * (0.1 * np.cos(0.5 * PHI) - 0.3 * np.sin(3.0 * PHI))
     found = forces.inertia_torque_actual(
-        PHI, design.crank_ratio, design.reciprocating_mass, design.stroke, speed(PHI),
-        acceleration, count, CYCLE,
-    )  # fmt: skip
+        PHI, train_of(design, count), design.reciprocating_mass, speed(PHI), acceleration
+    )
     np.testing.assert_allclose(found, -slope / (12.0 * h), atol=1e-9 * np.ptp(found))
 
 
@@ -187,10 +189,11 @@ def test_superpose_takes_a_mixed_axis_of_cylinders() -> None:
 
 
 def along_shaft(design: Design, family: Family, counts: Any, friction_torque: Any = 12.0) -> Any:
+    by_count = {z: even_cylinders(z, CYCLE) for z in CUSTOMARY_ORDERS}
     return forces.torque_after_throw(
-        PHI, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
-        design.stroke, design.reciprocating_mass, design.omega_n, friction_torque, counts,
-        {z: even_cylinders(z, CYCLE) for z in CUSTOMARY_ORDERS},
+        PHI, train_of(design, counts)._replace(by_count=by_count), design.bore,
+        forces.GasPressure(family, 0.0, 1.0, design.crankcase_pressure),
+        design.reciprocating_mass, design.omega_n, friction_torque,
     )  # fmt: skip
 
 
@@ -227,11 +230,11 @@ def test_shorter_engines_end_in_nan(design: Design, family: Family) -> None:
 
 
 def test_gas_torque_follows_bore_stroke_and_scale(design: Design, family: Family) -> None:
-    one = gas(design, family, PHI, 1, crankcase_pressure=0.0)
-    twice = gas(design, family, PHI, 1, crankcase_pressure=0.0, bore=2.0 * design.bore)
+    one = gas(design, family, PHI, 1, crankcase=0.0)
+    twice = gas(design, family, PHI, 1, crankcase=0.0, bore=2.0 * design.bore)
     np.testing.assert_allclose(twice, 4.0 * one, rtol=1e-14)
-    long = gas(design, family, PHI, 1, crankcase_pressure=0.0, double_radius=2.0 * design.stroke)
+    long = gas(design, family, PHI, 1, crankcase=0.0, double_radius=2.0 * design.stroke)
     np.testing.assert_allclose(long, 2.0 * one, rtol=1e-14)
-    scaled = gas(design, family, PHI, 1, crankcase_pressure=0.0, scale=1.3)
+    scaled = gas(design, family, PHI, 1, crankcase=0.0, scale=1.3)
     np.testing.assert_allclose(scaled, 1.3 * one, rtol=1e-14)
     assert diagram_of(design).peak == pytest.approx(family.row(0).peak, rel=1e-15)

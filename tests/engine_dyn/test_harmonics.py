@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces import harmonics, mechanism, torque
+from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
@@ -123,9 +124,8 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
     by_count = engine_of(text)
     (count,) = by_count
     bore, stroke, mass, speed, crankcase = 0.1, 0.12, 1.4, 200.0, 1.1e5
-    curve = torque.gas_torque(
-        PHI, 0.3, family, 0.0, 0.9, crankcase, bore, stroke, count, PERIOD, 0.1, by_count
-    )
+    train = CrankTrain(0.3, stroke, count, PERIOD, 0.1, by_count)
+    curve = torque.gas_torque(PHI, train, bore, torque.GasPressure(family, 0.0, 0.9, crankcase))
     vectors = harmonics.phase_vectors(ORDERS, count, by_count)
     gas = harmonics.gas_part(0.0, family, PERIOD)
     work = harmonics.of_engine(gas, ORDERS, 0.3, 0.1, count, by_count)
@@ -133,7 +133,7 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
     lever = torque.piston_area(bore) * 0.5 * stroke
     found = lever * (0.9 * work - crankcase * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
-    curve = torque.inertia_torque(PHI, 0.3, mass, stroke, speed, count, PERIOD, 0.1, by_count)
+    curve = torque.inertia_torque(PHI, train, mass, speed)
     found = mass * (0.5 * stroke * speed) ** 2 * vectors
     found = found * harmonics.inertia_harmonics(ORDERS, 0.3, 0.1)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * max(np.abs(curve).max(), 1.0))
@@ -144,15 +144,15 @@ def test_engines_are_sums_over_cylinders(family: Family, text: str) -> None:
 def test_unequal_cylinders(family: Family, radii: tuple[float, ...], offset: float) -> None:
     by_count = engine_of("in-line 4", pressure_factor=(0.0, 1.0, 0.8, 1.0),
                          mass_factor=(1.0, 1.1, 1.0, 0.9), radius_factor=radii)  # fmt: skip
-    arguments = (PHI, 0.3, family, 0.0, 1.0, 1e5, 0.1, 0.12, 4, PERIOD, offset, by_count)
-    curve = torque.gas_torque(*arguments)
+    train = CrankTrain(0.3, 0.12, 4, PERIOD, offset, by_count)
+    curve = torque.gas_torque(PHI, train, 0.1, torque.GasPressure(family, 0.0, 1.0, 1e5))
     gas = harmonics.gas_part(0.0, family, PERIOD)
     of_all = (ORDERS, 0.3, offset, 4, by_count)
     work = harmonics.of_engine(gas, *of_all)
     speeds = harmonics.of_engine(harmonics.VELOCITY, *of_all)
     found = torque.piston_area(0.1) * 0.06 * (work - 1e5 * speeds)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
-    curve = torque.inertia_torque(PHI, 0.3, 1.4, 0.12, 200.0, 4, PERIOD, offset, by_count)
+    curve = torque.inertia_torque(PHI, train, 1.4, 200.0)
     found = 1.4 * (0.06 * 200.0) ** 2 * harmonics.of_engine(harmonics.INERTIA, *of_all)
     assert found == pytest.approx(transform(curve), abs=ROUNDING * np.abs(curve).max())
     # cylinder 1 does not burn: its own harmonics are those of the motored pressure

@@ -17,6 +17,7 @@ import pytest
 
 from engine_dyn.engine import Engine
 from engine_dyn.forces import torque as torques
+from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from sweeps.reading.engine_files import load_engine
@@ -48,14 +49,11 @@ def torque(name: str, engine: Cylinders, speed: float = 4000.0) -> np.ndarray:
     v, family = engine_of(name).values, engine_of(name).family
     row = 0.0 if len(family.loads) == 1 else float(family.row_count - 1)
     count = {engine.count: engine}
-    gas = torques.gas_torque(
-        PHI, v["crank_ratio"], family, row, 1.0, 1e5 * v["crankcase_pressure"], v["bore"],
-        v["stroke"], engine.count, PERIOD, by_count=count,
-    )  # fmt: skip
-    inertia = torques.inertia_torque(
-        PHI, v["crank_ratio"], v.get("reciprocating_mass", 0.5), v["stroke"],
-        speed * math.pi / 30.0, engine.count, PERIOD, by_count=count,
-    )  # fmt: skip
+    train = CrankTrain(v["crank_ratio"], v["stroke"], engine.count, PERIOD, by_count=count)
+    pressure = torques.GasPressure(family, row, 1.0, 1e5 * v["crankcase_pressure"])
+    gas = torques.gas_torque(PHI, train, v["bore"], pressure)
+    mass = v.get("reciprocating_mass", 0.5)
+    inertia = torques.inertia_torque(PHI, train, mass, speed * math.pi / 30.0)
     return np.asarray(gas + inertia)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces import torque as forces
+from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
@@ -164,17 +165,13 @@ def test_energy_balance_and_torque(name: str) -> None:
     design = DESIGNS[name]
     family = family_of(design)
     by_count = {design.cylinders: cylinders(design)}
-    throw = 2.0 * design.radius
+    double_radius = 2.0 * design.radius
     offset = design.offset / design.radius
     phi = np.arange(14400) * (CYCLE / 14400)
-    gas = forces.gas_torque(
-        phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore, throw,
-        design.cylinders, CYCLE, offset, by_count,
-    )  # fmt: skip
-    inertia = forces.inertia_torque(
-        phi, design.crank_ratio, design.reciprocating_mass, throw, design.omega_n,
-        design.cylinders, CYCLE, offset, by_count,
-    )  # fmt: skip
+    train = CrankTrain(design.crank_ratio, double_radius, design.cylinders, CYCLE, offset, by_count)
+    pressure = forces.GasPressure(family, 0.0, 1.0, design.crankcase_pressure)
+    gas = forces.gas_torque(phi, train, design.bore, pressure)
+    inertia = forces.inertia_torque(phi, train, design.reciprocating_mass, design.omega_n)
     scale = np.ptp(gas)
     np.testing.assert_allclose(gas, solution.gas_torque(design, phi), atol=1e-6 * scale)
     np.testing.assert_allclose(
@@ -185,7 +182,7 @@ def test_energy_balance_and_torque(name: str) -> None:
     friction = solution.friction_torque(design, phi)
     mean = solved(design).torque_mean
     assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
-    inputs = inputs_of(design, family) | {"stroke": throw, "offset_ratio": offset}
+    inputs = inputs_of(design, family) | {"stroke": double_radius, "offset_ratio": offset}
     for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
         inputs.pop(key)
     inputs |= levels_of(design)
@@ -194,11 +191,9 @@ def test_energy_balance_and_torque(name: str) -> None:
     )
     if design.friction_shares is not None:
         levels = [inputs[name] for name in dispatch.FRICTION_NAMES]
-        shape = StrokeFriction(*levels)
         curve = forces.friction_over_stroke(
-            phi, design.crank_ratio, family, 0.0, 1.0, design.crankcase_pressure, design.bore,
-            throw, design.friction_torque, shape, design.cylinders, CYCLE, offset, by_count,
-        )  # fmt: skip
+            phi, train, design.bore, pressure, design.friction_torque, StrokeFriction(*levels)
+        )
         np.testing.assert_allclose(curve, friction, atol=1e-6 * np.ptp(friction))
         assert curve.mean() == pytest.approx(design.friction_torque, rel=1e-5)
     torque = gas + inertia - friction
