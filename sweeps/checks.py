@@ -1,6 +1,8 @@
-"""Checks of what people write: structure by pydantic, values by the table of parameters.
+"""Checks of single tables and values: structure by pydantic, values by the table of parameters.
 
-Every failure is a `SceneError` of one line; pydantic's own messages never reach a person.
+Engine files and scenes share them; whether the parts of a whole scene fit each other is checked in
+`sweeps.scene.consistency`. Every failure is a `SceneError` of one line; pydantic's own messages
+never reach a person.
 """
 
 from __future__ import annotations
@@ -33,9 +35,10 @@ __all__ = [
 ]
 
 DEEPEST = 8
+"""Nesting of tables and lists that is read."""
 
 LONG = 1000
-"""Values of a list that are kept as an array, and told by their number in archives."""
+"""Longer lists stay arrays when they are read, and archives state only their length."""
 
 
 class Strict(BaseModel):
@@ -53,12 +56,12 @@ Model = TypeVar("Model", bound=Strict)
 def plain(value: Any, name: str, depth: int = 0) -> Any:
     """Return a copy in Python's own types: NumPy arrays and numbers, tuples and paths converted.
 
-    Long lists of numbers from Python stay arrays: converted, a million would take a second.
+    Long arrays of numbers stay arrays, because converting a million of them takes a second.
 
     Raises
     ------
     SceneError
-        For keys that are not texts, and for nesting that no scene has (also a list in itself).
+        For keys that are not texts, and for nesting that no scene has, such as a list in itself.
     """
     if depth > DEEPEST:
         raise SceneError(f"{name}: tables or lists nested more than {DEEPEST} deep")
@@ -81,9 +84,9 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
 
 
 def shortened(value: Any) -> Any:
-    """Return a copy in which the number of its values stands for a very long list.
+    """Return a copy in which a text with their length replaces very long lists.
 
-    An archive has these values as a coordinate; as text they would be longer than all else in it.
+    An archive holds these values as a coordinate; as text they would exceed everything else in it.
     """
     if isinstance(value, dict):
         return {key: shortened(item) for key, item in value.items()}
@@ -100,8 +103,8 @@ def check_structure(model: type[Model], data: Any, name: str) -> Model:
     Raises
     ------
     SceneError
-        For the first thing that is wrong; an unknown key goes first, because a slip of the pen
-        makes an unknown key and a missing one.
+        For the first thing that is wrong. An unknown key goes first, because a misspelt key is both
+        an unknown one and a missing one.
     """
     try:
         return model.model_validate(data)
@@ -112,7 +115,7 @@ def check_structure(model: type[Model], data: Any, name: str) -> Model:
 
 
 def _sentence(model: type[Strict], error: Any) -> str:
-    """One error of pydantic in our words."""
+    """Word one error of pydantic."""
     inside: type[Strict] = model
     place: list[str] = []
     description = "a table"
@@ -180,12 +183,12 @@ def known_key(
 
 
 def number(raw: Any, where: str, node: Node | None = None) -> float:
-    """One finite number; a text such as "2 kg" or a truth value is none.
+    """Return a finite number; a text such as "2 kg" and a truth value are refused.
 
     Raises
     ------
     SceneError
-        For anything else; `where` says what it is, such as "scene.toml: [set] inertia".
+        For anything else; messages begin with `where`, such as "scene.toml: [set] inertia".
     """
     if not isinstance(raw, bool) and isinstance(raw, int | float):
         try:

@@ -26,7 +26,7 @@ class SceneError(ValueError):
     """Bad input of a person: one line that names file, key, value and what is allowed."""
 
     def __init__(self, message: str) -> None:
-        # A name in the input may itself hold line ends, or be of any length.
+        # A name in the input may contain line ends and may have any length.
         line = printable(" ".join(message.splitlines()))
         if len(line) > LONGEST:
             line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
@@ -43,13 +43,13 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     wanted = name.strip().lower().replace("-", "_").replace(" ", "_")
     close = difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
     if not close and len(wanted) >= 3:
-        # A beginning is a good guess too, though by letters it is far: 'recip', 'cyl'.
+        # The beginning of a name is a good guess too, although its letters differ: 'recip'.
         close = [plain_name for plain_name in plain if plain_name.startswith(wanted)][:1]
     return f"; did you mean '{plain[close[0]]}'?" if close else ""
 
 
 def not_known(name: str, known: Iterable[str], *, command: str = "", also: str = "") -> str:
-    """Say behind "unknown key" the nearest right name, and which names are allowed.
+    """Return what follows "unknown key": the nearest right name, and the names that are allowed.
 
     Parameters
     ----------
@@ -84,10 +84,10 @@ def size_text(count: float) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text in which escapes stand for all that is no character on paper, but line ends.
+    """Return a text in which escapes replace unprintable characters, except line ends.
 
-    What files hold must not steer the terminal, nor turn the direction of writing; names of files
-    that are no text could not be printed at all.
+    The contents of files must not control the terminal or reverse the direction of writing, and
+    names of files that are not valid text could not be printed at all.
     """
     if text.isprintable():
         return text
@@ -97,12 +97,12 @@ def printable(text: str) -> str:
 
 
 def plain_number(text: str) -> float:
-    """Return the number that a text is; float() alone would take 1_000 and digits of other scripts.
+    """Convert a text to a number; float() alone accepts 1_000 and digits of other scripts.
 
     Raises
     ------
     ValueError
-        Where it is none.
+        For a text that is not a number.
     """
     if not text.isascii() or "_" in text:
         raise ValueError(text)
@@ -110,7 +110,7 @@ def plain_number(text: str) -> float:
 
 
 def one_line(text: object, limit: int = 600) -> str:
-    """Any text on one line, cut where it is very long."""
+    """Return a text on one line, truncated where it is longer than the limit."""
     line = printable(" ".join(str(text).split()))
     return line if len(line) <= limit else line[: limit - 3] + "..."
 

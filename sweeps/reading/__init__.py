@@ -1,1 +1,11 @@
-"""Files of other people: what they are, what they hold, and what is refused."""
+"""Files that people write, read and checked: one module for each kind of file or table.
+
+regular_files, referred_files  opening files safely; files that scenes and engine files refer to
+csv_tables, toml_files         the two text formats, by themselves
+hdf5_links, netcdf_files       netCDF files of others, checked before their values are read
+engine_files                   engines: TOML, with `cylinder_keys` and `modelled_diagrams`
+indicator_files                measured pressure over crank angle: CSV
+torque_tables                  torque of a load or driver over angle or speed: CSV
+design_files                   tables of designs: `design_csv`, `design_netcdf`, `design_parquet`
+exclusive_keys                 parameters that exclude each other
+"""

@@ -31,11 +31,11 @@ class CsvTable:
     name : str
         The file as messages call it.
     header : tuple of str
-        Column names, unique.
+        Unique column names.
     rows : tuple of tuple of str
         Fields without surrounding blanks, each row as long as the header.
     lines : tuple of int
-        Line of the file that each row stands on, from 1.
+        Line number of each row in the file, from 1.
     """
 
     name: str
@@ -79,7 +79,7 @@ class CsvTable:
 
 
 def with_line(message: str, table: CsvTable) -> str:
-    """`point 7: ...` becomes `file, line 9: ...`, because people see lines."""
+    """Turn `point 7: ...` into `file, line 9: ...`, because editors show lines."""
     found = re.match(r"point (\d+): (.*)", message)
     if found is None:
         return f"{table.name}: {message}"
@@ -119,9 +119,10 @@ def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> Cs
 def find_header(
     text: str, name: str, first: int = 1, needed: Sequence[str] = ()
 ) -> tuple[tuple[str, ...], str, int] | None:
-    """Names of the columns, what follows their line, and the number of the line that it starts on.
+    """Return the column names, the text after their line, and the number of its first line.
 
-    None where there are only comments and blank lines. `first` is the number of the first line.
+    None where there are only comments and blank lines. `first` is the number of the first line of
+    `text`.
     """
     start, number = 0, first
     while start < len(text):
@@ -138,7 +139,7 @@ def find_header(
 def parse_rows(
     text: str, name: str, first: int, header: tuple[str, ...]
 ) -> tuple[tuple[tuple[str, ...], ...], tuple[int, ...]]:
-    """Fields of every row and the line that each stands on; `first` is that of the first line.
+    """Return the fields and the line number of every row; `first` is the number of the first line.
 
     Raises
     ------
@@ -162,7 +163,7 @@ def parse_rows(
 
 
 def _fields(line: str, name: str, number: int) -> tuple[str, ...] | None:
-    """Fields of one line, none of a comment or a blank one."""
+    """Fields of one line; None for comments and blank lines."""
     if not line.strip() or line.lstrip().startswith("#"):
         return None
     try:

@@ -1,8 +1,8 @@
-"""Keys that describe the cylinders one by one: what engine files and [set] of scenes give.
+"""Keys of engine files and of [set] that describe the cylinders one by one.
 
-`arrangement` is a text, for what is customary, or a table of throws, banks and cylinders; the
-others have one value a cylinder. They hold for engines of their own number of cylinders; other
-numbers take the customary even-firing order in line.
+`arrangement` is a text for a customary arrangement, or a table of throws, banks and cylinders; the
+other keys have one value for each cylinder. They hold for engines with that number of cylinders;
+other numbers have the customary even-firing order in line.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ CYLINDER_KEYS: Mapping[str, str] = {
     "radius_factor": "crank radius, and stroke, of each cylinder over that of cylinder 1: a list "
     f"of numbers from {SMALLEST_RADIUS:g} to {LARGEST_FACTOR:g}, the first 1 [1]",
 }
-"""Keys beside the parameters, with what they are and what is allowed."""
+"""Keys that describe the cylinders, with what they mean and what is allowed."""
 
 
 class ThrowTable(Strict):
-    """One crank pin of an arrangement that is written out."""
+    """One crank pin of an arrangement that is described in full."""
 
     angle: float = Field(description="a number, the direction of the crank pin [degree]")
     position: float | None = Field(
@@ -64,7 +64,7 @@ class ThrowTable(Strict):
 
 
 class CylinderTable(Strict):
-    """One cylinder of an arrangement that is written out; places count from 1."""
+    """One cylinder of an arrangement that is described in full; numbers count from 1."""
 
     throw: int = Field(description="the number of one of the throws, from 1")
     bank: int = Field(default=1, description="the number of one of the banks, from 1")
@@ -72,7 +72,7 @@ class CylinderTable(Strict):
 
 
 class ArrangementTable(Strict):
-    """Any crankshaft, written out: throws, banks and cylinders; angles in degree."""
+    """Any crankshaft, described in full: throws, banks and cylinders; angles in degree."""
 
     name: str | None = Field(default=None, description="a text: what people call it")
     throws: list[ThrowTable] = Field(
@@ -115,12 +115,13 @@ class CylinderKeys:
 
 
 def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
-    """Read those of the keys that stand in a table.
+    """Read the keys of cylinders that a table has.
 
     Raises
     ------
     SceneError
-        For what is no text or no list of numbers.
+        For an arrangement that is neither a text nor a table, and for other values that are not
+        lists of numbers.
     """
     found: dict[str, Any] = {}
     for key in CYLINDER_KEYS:
@@ -145,7 +146,7 @@ def read_arrangement(raw: Any, where: str) -> str | ArrangementTable:
     Raises
     ------
     SceneError
-        For what is neither, or for a table that is none.
+        For anything else, and for a table with wrong keys.
     """
     if isinstance(raw, str):
         return raw
@@ -160,7 +161,7 @@ def arrangement_of(given: str | ArrangementTable, period: float) -> Arrangement:
     Raises
     ------
     ValueError
-        In one line that begins with `arrangement`, for what is no engine.
+        In one line that begins with `arrangement`, for an arrangement that no engine can have.
     """
     if isinstance(given, str):
         return arrangement_from_text(given, period)
@@ -209,7 +210,7 @@ def _described(given: ArrangementTable, period: float) -> Arrangement:
 
 
 def name_of(given: str | ArrangementTable) -> str:
-    """Text of an arrangement for people, and along an axis of arrangements."""
+    """Name of an arrangement, for people and as a coordinate of an axis of arrangements."""
     if isinstance(given, str):
         return given
     if given.name is not None:
@@ -227,7 +228,7 @@ def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: st
     Raises
     ------
     SceneError
-        In one line: another number of cylinders, angles or factors that are not possible.
+        In one line, for another number of cylinders and for impossible angles or factors.
     """
     arrangement = base.arrangement
     try:

@@ -28,7 +28,7 @@ _SPELLINGS = {
     "": "1", "-": "1", "dimensionless": "1", "%": "percent", "deg": "degree", "degrees": "degree",
     "rad/s": "rad s-1", "bar s/m": "bar s m-1", "min-1": "rpm", "1/min": "rpm",
 }  # fmt: skip
-"""Other ways to write the units of scenes."""
+"""Other spellings of the units of scenes."""
 
 
 @dataclass
@@ -48,7 +48,7 @@ class DesignColumns:
             self.pieces.setdefault(key, []).append(values)
 
     def whole(self) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
-        """Columns of numbers and of labels; the pieces are given up."""
+        """Columns of numbers and of labels; the pieces are released."""
         numbers = {}
         for key in [key for key, node in self.nodes.items() if node is not None]:
             numbers[key] = np.concatenate(self.pieces.pop(key))
@@ -76,7 +76,7 @@ def check_kind(key: str, node: Node | None, kind: Any, shown_as: str, name: str)
 
 
 def check_units(key: str, node: Node | None, units: Any, name: str) -> None:
-    """Refuse other units: a conversion that nobody sees is a source of errors."""
+    """Refuse other units, because silent conversions are a source of errors."""
     if node is None or units is None:
         return
     words = " ".join(str(units).replace("**", "").replace("^", "").replace("*", " ").split())
@@ -87,7 +87,7 @@ def check_units(key: str, node: Node | None, units: Any, name: str) -> None:
 def take_numbers(
     columns: DesignColumns, key: str, values: Any, missing: npt.NDArray[np.bool_], begin: int
 ) -> None:
-    """Append numbers of a column from row `begin` on, all there and within their range."""
+    """Check that no number is missing or outside its range, and append them from row `begin` on."""
     node = columns.nodes[key]
     assert node is not None
     numbers = np.array(values, dtype=np.float64)

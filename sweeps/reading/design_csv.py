@@ -20,13 +20,13 @@ from sweeps.reading.regular_files import opened_file, reading
 __all__ = ["read_design_csv"]
 
 PIECE = 1 << 24
-"""Bytes of a CSV file that are parsed at a time, about."""
+"""Approximate number of bytes of a CSV file that are parsed at a time."""
 
 ODD_PIECE = 1 << 20
-"""Bytes that are parsed at a time where something is odd: it takes fifty times as many."""
+"""Bytes that are parsed at a time line by line, which takes fifty times as much memory."""
 
 LONGEST_LINE = 1 << 20
-"""Bytes of a line of a CSV file."""
+"""Largest number of bytes of one line."""
 
 _OF_NUMBERS = b"0123456789+-.eE, \t\r\n"
 
@@ -49,7 +49,7 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
             body = rest.encode()
             rows += _take_csv(columns, header, body, line)
         else:
-            # Only what the fast way does not understand needs to be text.
+            # The fast parser takes bytes; they only have to be valid text.
             if not body.isascii():
                 _decoded(body, name, what, offset)
             rows += _take_csv(columns, header, body, first)
@@ -91,7 +91,7 @@ def _line_ends(piece: bytes) -> int:
 
 
 def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, first: int) -> int:
-    """Append the rows of one piece, whose first line is line `first`; how many there were."""
+    """Append the rows of one piece, which starts on line `first`; return their number."""
     numbers = [key for key, node in columns.nodes.items() if node is not None]
     labels = [key for key in header if key not in numbers]
     frame = _parsed(body, header, labels)
@@ -103,7 +103,7 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
         return len(frame[header[0]])
     if len(body) > 2 * ODD_PIECE:
         return sum(_take_csv(columns, header, part, line) for part, line in _smaller(body, first))
-    # Something is odd: slowly and carefully, and in words.
+    # The fast parser refused the piece: read it line by line, and say what is wrong.
     rows, lines = parse_rows(body.decode(), columns.name, first, header)
     table = CsvTable(columns.name, header, rows, lines)
     for key in header:
@@ -130,7 +130,7 @@ def _smaller(body: bytes, first: int) -> Iterator[tuple[bytes, int]]:
 
 
 def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str, Any] | None:
-    """Columns of a piece of plain CSV; None for all that pandas might read otherwise than we do."""
+    """Columns of a piece of plain CSV; None for anything that pandas might read differently."""
     if not body:
         return None
     if not labels:
@@ -142,7 +142,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
         return None
     import pandas as pd
 
-    # Up to 3.0, the default converter may be off by the last digit; the exact one costs little.
+    # Up to pandas 3.0, the default converter may err in the last digit; the exact one costs little.
     old = tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1)
     options: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
     try:
@@ -169,7 +169,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
         if key in labels:
             columns[key] = [str(text).strip() for text in frame[key]]
             continue
-        # A copy: a column of the frame would keep all of it.
+        # A copy, because a column of the frame would keep the whole frame alive.
         columns[key] = values = np.array(frame[key], dtype=np.float64)
         # Beside labels, the words true and false would pass for numbers.
         if not np.isfinite(values).all() or (labels and ((values == 0) | (values == 1)).all()):

@@ -47,9 +47,9 @@ def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tu
     Raises
     ------
     SceneError
-        In one line: another ending; a file that is missing or not of its kind; columns that are
-        unknown, not numeric, of other units or along more than one dimension; missing values and
-        values outside their range, with line or row.
+        In one line: an unknown extension; a file that is missing or not of its kind; columns that
+        are unknown, not numeric, of other units or along more than one dimension; missing values
+        and values outside their range, with line or row.
     """
     read = _READERS.get(path.suffix.lower())
     if read is None:

@@ -29,14 +29,14 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
     """Read the one-dimensional variables of a netCDF file, or the designs of an archive."""
     what = "a table of designs (netCDF)"
     with reading(name, what, "a netCDF file", RuntimeError, AttributeError):
-        opened_file(path).close()  # says more than the library would
+        opened_file(path).close()  # its error says more than that of the library
         file = open_netcdf(path)
     with (
         file,
         warnings.catch_warnings(),
         reading(name, what, "a sound netCDF file", RuntimeError, Warning),
     ):
-        warnings.simplefilter("error")  # the library only warns of attributes that it leaves out
+        warnings.simplefilter("error")  # the library only warns when it drops attributes
         variables = _variables_of_table(file, name)
         nodes = known_columns(list(variables), name, "variable")
         columns = DesignColumns(name, nodes)
@@ -62,7 +62,7 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
 
 def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
     """Variables that are columns: along one dimension, all along the same."""
-    # What an archive holds beside its designs: results, and axes that multiply with the designs.
+    # Beside its designs, an archive holds results, and axes that the designs are multiplied with.
     archive = "scene" in file.ncattrs() and DESIGN in file.dimensions
     variables = {
         key: variable
@@ -75,7 +75,7 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
         raise SceneError(
             f"{name}: no variable of a parameter; found: {found}; `engine-dyn list keys` shows them"
         )
-    known_columns(list(variables), name, "variable")  # the wrong name first, then its shape
+    known_columns(list(variables), name, "variable")  # an unknown name is told before a wrong shape
     first, expected = "", ""
     for key, variable in variables.items():
         if variable.ndim != 1:

@@ -40,9 +40,9 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
 
     what = "a table of designs (Parquet)"
     with reading(name, what, "a Parquet file", pa.ArrowException):
-        opened_file(path).close()  # says more than the library would
+        opened_file(path).close()  # its error says more than that of the library
         labels = [f.name for f in pq.read_schema(path) if f.name in LABELS and is_text(f.type)]
-        # Of labels each text once: run lengths of long ones would fill the memory.
+        # Labels stay a dictionary, because runs of long texts would fill the memory.
         file = pq.ParquetFile(path, read_dictionary=labels)
     with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
@@ -67,7 +67,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
         check_rows(file.metadata.num_rows, len(nodes), name)
         for key, node in nodes.items():
             begin = 0
-            # One after the other: of a group of rows, only one column is in memory.
+            # Column by column, so that only one column of a group of rows is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
                 if node is None:
@@ -81,7 +81,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
 
 
 def _labels_of(values: Any) -> list[str]:
-    """Texts of a column that is kept as a dictionary; those of missing values are empty."""
+    """Texts of a dictionary column; missing values become empty texts."""
     texts = [one_line(text or "") for text in values.dictionary.to_pylist()]
     return ["" if place is None else texts[place] for place in values.indices.to_pylist()]
 

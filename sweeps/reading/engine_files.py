@@ -210,21 +210,26 @@ def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         first, second, reason = pair
         raise SceneError(f"{name}: [values] has both {first} and {second}: {reason}")
     if "rod_length" in values:
-        if "stroke" not in values:
-            raise SceneError(f"{name}: [values] stroke: missing; rod_length needs it")
-        rod, crank = values.pop("rod_length"), values["stroke"] / 2.0
-        if rod <= crank:
-            raise SceneError(
-                f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
-            )
-        offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
-        if offset != 0.0:
-            try:
-                crank = float(crank_radius(values["stroke"], rod, offset))
-            except ValueError as error:
-                raise SceneError(f"{name}: [values] {mentioned(error)}") from None
-        values["crank_ratio"] = crank / rod
+        values["crank_ratio"] = _crank_ratio(values.pop("rod_length"), values, name)
     return values
+
+
+def _crank_ratio(rod: float, values: Mapping[str, float], name: str) -> float:
+    """Crank radius over the length of the rod, from the stroke and the offset."""
+    if "stroke" not in values:
+        raise SceneError(f"{name}: [values] stroke: missing; rod_length needs it")
+    crank = values["stroke"] / 2.0
+    if rod <= crank:
+        raise SceneError(
+            f"{name}: [values] rod_length = {rod:g}: must be above half the stroke, {crank:g} m"
+        )
+    offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+    if offset != 0.0:
+        try:
+            crank = float(crank_radius(values["stroke"], rod, offset))
+        except ValueError as error:
+            raise SceneError(f"{name}: [values] {mentioned(error)}") from None
+    return crank / rod
 
 
 def _cylinders(

@@ -1,9 +1,9 @@
-"""Whether a netCDF-4 file leads to other files: HDF5 can keep values and variables elsewhere.
+"""Whether a netCDF-4 file leads to other files: HDF5 can store values and variables elsewhere.
 
-The library of netCDF follows external links, external storage and virtual datasets without a word,
-to any file that a path names; a file of somebody else could so be made to hold what is private.
-netCDF has no way to ask for it, so HDF5 itself is asked, in the copy that netCDF4 has loaded. Where
-that cannot be found, nothing is asked.
+The netCDF library silently follows external links, external storage and virtual datasets to any
+file, so a file of somebody else could be made to expose private data. netCDF offers no way to
+detect this, so HDF5 itself is asked, in the copy that netCDF4 has loaded; where that copy is not
+found, the check is skipped.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _EACH = ctypes.CFUNCTYPE(
 
 
 def external_member(path: Path) -> str:
-    """Name of the first variable of a file that lies elsewhere; empty where none does.
+    """Name of the first variable that is stored outside a file; empty where there is none.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _look(library: Any, group: int, found: list[str], left: list[int]) -> None:
-    """Add names of members that lie elsewhere, also in groups, which may hold themselves."""
+    """Add names of members that are stored elsewhere, also in groups, which may be recursive."""
 
     def each(parent: int, name: bytes, about: Any, _: Any) -> int:
         kind = about[0]
@@ -108,7 +108,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
 
 @cache
 def _library() -> Any:
-    """HDF5 as netCDF4 has it; None where it is not found."""
+    """HDF5 library that netCDF4 has loaded; None where it is not found."""
     import netCDF4
 
     home = Path(netCDF4.__file__).parent
@@ -153,7 +153,7 @@ def _typed(library: Any) -> Any:
     library.H5Literate.restype = ctypes.c_int
     library.H5Literate.argtypes = [*iterate, ctypes.c_void_p]
     library.H5open()
-    # What fails is looked at here; printed, it would be a traceback of another language.
+    # Failures are handled here; HDF5 would print a traceback of its own.
     library.H5Eset_auto2.argtypes = [number, ctypes.c_void_p, ctypes.c_void_p]
     library.H5Eset_auto2(0, None, None)
     return library

@@ -22,7 +22,7 @@ def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STR
     """Read a measured indicator diagram from a CSV file.
 
     Columns `crank_angle_deg` (firing top dead centre = 0, ascending within the cycle) and
-    `pressure_bar` (absolute), other columns are left aside. Both ends of the cycle are the same
+    `pressure_bar` (absolute); other columns are ignored. Both ends of the cycle are the same
     angle: one may be missing, both are averaged.
 
     Parameters
@@ -30,14 +30,14 @@ def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STR
     path : Path
         The file.
     name : str, optional
-        The file as messages should call it; its path if not given.
+        Name of the file in messages; its path if not given.
     period : float
         4 pi (four-stroke) or 2 pi [rad].
 
     Raises
     ------
     SceneError
-        With the line, where one is to blame.
+        With the line, where one is wrong.
     """
     label = str(path) if name is None else name
     table = read_csv(

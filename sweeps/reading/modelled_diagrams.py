@@ -1,4 +1,4 @@
-"""Modelled indicator diagrams of engine files: [[diagram]] of any kind but "points".
+"""Modelled indicator diagrams of engine files: every kind of [[diagram]] but "points".
 
 What a cycle needs of the engine itself (`crank_ratio`, its offset, and for the loss to the walls
 `bore`, `stroke` and `speed`) comes from [values], or from the diagram where it says so.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
@@ -23,18 +23,43 @@ from engine_dyn.pressure.pump import PumpCycle
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "Rebuild", "modelled_diagram", "no_more", "taken"]
+__all__ = ["KINDS", "Kind", "Rebuild", "modelled_diagram", "no_more", "taken"]
 
-KINDS: Mapping[str, tuple[type[Any], float]] = {
-    "diesel_cycle": (DieselCycle, FOUR_STROKE),
-    "first_law": (FourStrokeCycle, FOUR_STROKE),
-    "two_stroke": (TwoStrokeCycle, TWO_STROKE),
-    "compressor": (CompressorCycle, TWO_STROKE),
-    "pump": (PumpCycle, TWO_STROKE),
+
+class Kind(NamedTuple):
+    """A kind of modelled diagram.
+
+    Attributes
+    ----------
+    cycle : type
+        Dataclass of the cycle; its fields are keys of the table.
+    period : float
+        Of the engines that may have it [rad].
+    units : mapping
+        Unit of each key in files, and its size in SI units.
+    """
+
+    cycle: type[Any]
+    period: float
+    units: Mapping[str, tuple[str, float]]
+
+    @property
+    def by_first_law(self) -> bool:
+        """Whether the first law gives the pressure; such cycles may lose heat to the walls."""
+        return self.cycle in (FourStrokeCycle, TwoStrokeCycle)
+
+
+KINDS: Mapping[str, Kind] = {
+    "diesel_cycle": Kind(DieselCycle, FOUR_STROKE, diesel_cycle.FILE_UNITS),
+    "first_law": Kind(FourStrokeCycle, FOUR_STROKE, FourStrokeCycle.units),
+    "two_stroke": Kind(TwoStrokeCycle, TWO_STROKE, TwoStrokeCycle.units),
+    "compressor": Kind(CompressorCycle, TWO_STROKE, compressor.FILE_UNITS),
+    "pump": Kind(PumpCycle, TWO_STROKE, pump.FILE_UNITS),
 }
-"""Kinds of modelled diagrams: what makes them, and the period of the engine [rad]."""
+"""Kinds of modelled diagrams by their names in files."""
 
 Rebuild = Callable[..., Diagram]
+"""Makes a diagram again, with other values (SI) of fields of its cycle."""
 
 STEP = 0.5
 """Degrees between two points of a diagram."""
@@ -43,69 +68,90 @@ _OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
 
 
 def modelled_diagram(
-    kind: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
+    name: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
 ) -> tuple[Diagram, Rebuild | None]:
-    """Model the diagram of a [[diagram]] table, whose load and speed are taken out.
+    """Model the diagram of a [[diagram]] table.
 
-    Beside it, what makes it again with other fields (SI): for cycles by the first law.
+    Parameters
+    ----------
+    name : str
+        Of `KINDS`.
+    rest : mapping
+        The table without its load and speed.
+    where : str
+        What messages begin with.
+    period : float
+        Of the engine [rad].
+    values : mapping
+        [values] of the engine, in the units of files.
+
+    Returns
+    -------
+    diagram : Diagram
+        The modelled diagram.
+    rebuild : callable, optional
+        Makes it again with other values; for cycles by the first law.
 
     Raises
     ------
     SceneError
-        For a kind that is not one of the engine's cycle, unknown and missing keys, values that are
-        no cycle.
+        For a kind that does not suit the engine's cycle, unknown and missing keys, and values that
+        no cycle can have.
     """
-    made, needed = KINDS[kind]
-    if period != needed:
-        cycle_name = "four-stroke" if needed == FOUR_STROKE else "two-stroke"
-        raise SceneError(f"{where} kind = '{kind}': must belong to a {cycle_name} engine")
-    units: Mapping[str, tuple[str, float]] = (
-        diesel_cycle.FILE_UNITS if made is DieselCycle
-        else compressor.FILE_UNITS if made is CompressorCycle
-        else pump.FILE_UNITS if made is PumpCycle
-        else made.units
-    )  # fmt: skip
-    given: dict[str, Any] = {}
-    wall = None
-    if made in (FourStrokeCycle, TwoStrokeCycle):
+    kind = KINDS[name]
+    if period != kind.period:
+        stroke = "four-stroke" if kind.period == FOUR_STROKE else "two-stroke"
+        raise SceneError(f"{where} kind = '{name}': must belong to a {stroke} engine")
+    fields_given = _fields(kind, rest, where, values)
+    offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
+    if offset != 0.0 and "offset_ratio" not in fields_given:
+        if kind.cycle is CompressorCycle:
+            raise SceneError(
+                f"{where} kind = '{name}': is modelled without offset; pin_offset and crank_offset "
+                "must be 0"
+            )
+        ratio = _offset_ratio(offset, fields_given["crank_ratio"], values, where)
+        fields_given["offset_ratio"] = ratio
+    step = number(rest["step"], f"{where} step") if "step" in rest else STEP
+    try:
+        cycle = kind.cycle(**fields_given)
+        rebuild = partial(_rebuilt, cycle, step) if kind.by_first_law else None
+        return _diagram_of(cycle, step), rebuild
+    except ValueError as error:
+        raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def _fields(
+    kind: Kind, rest: Mapping[str, Any], where: str, values: Mapping[str, float]
+) -> dict[str, Any]:
+    """Fields of the cycle in SI units: those of the table, or else those of the engine."""
+    found: dict[str, Any] = {}
+    of_wall: tuple[str, ...] = ()
+    usable = list(kind.units)
+    if kind.by_first_law:
         wall = rest.get("wall", "adiabatic")
         if not isinstance(wall, str) or wall not in FIELDS_OF_WALL:
             allowed = "', '".join(FIELDS_OF_WALL)
             raise SceneError(f"{where} wall = {shown(wall)}: must be one of '{allowed}'")
-        given["wall"] = wall
-    others = {f for w, names in FIELDS_OF_WALL.items() if w != wall for f in names}
-    usable = [key for key in units if wall is None or key not in others]
-    no_more(rest, where, ("load", "speed", "kind", "step", *given, *usable))
-    for item in fields(made):
+        found["wall"] = wall
+        of_wall = tuple(FIELDS_OF_WALL[wall])
+        others = {f for w, names in FIELDS_OF_WALL.items() if w != wall for f in names}
+        usable = [key for key in usable if key not in others]
+    no_more(rest, where, ("load", "speed", "kind", "step", *found, *usable))
+    for item in fields(kind.cycle):
         key = item.name
         if key not in usable:
             continue
-        unit, size = units[key]
+        unit, size = kind.units[key]
         if key in rest:
-            given[key] = number(rest[key], f"{where} {key}") * size
-        elif made is not DieselCycle and key in _OF_ENGINE and key in values:
-            given[key] = values[key] * size
-        elif item.default is MISSING or (
-            wall is not None and key in FIELDS_OF_WALL[wall] and key != "wall_factor"
-        ):
+            found[key] = number(rest[key], f"{where} {key}") * size
+        elif kind.cycle is not DieselCycle and key in _OF_ENGINE and key in values:
+            found[key] = values[key] * size
+        elif item.default is MISSING or (key in of_wall and key != "wall_factor"):
             also = "" if key not in _OF_ENGINE else ", here or in [values]"
             words = "" if unit == "1" else f" in {unit}"
             raise SceneError(f"{where} {key}: missing; must be a number{words}{also}")
-    offset = values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0)
-    if offset != 0.0 and "offset_ratio" not in given:
-        if made is CompressorCycle:
-            raise SceneError(
-                f"{where} kind = '{kind}': is modelled without offset; pin_offset and crank_offset "
-                "must be 0"
-            )
-        given["offset_ratio"] = _offset_ratio(offset, given["crank_ratio"], values, where)
-    step = number(rest["step"], f"{where} step") if "step" in rest else STEP
-    try:
-        cycle_given = made(**given)
-        again = partial(_changed, cycle_given, step) if wall is not None else None
-        return _diagram_of(cycle_given, step), again
-    except ValueError as error:
-        raise SceneError(f"{where}: {mentioned(error)}") from None
+    return found
 
 
 def _offset_ratio(
@@ -120,31 +166,29 @@ def _offset_ratio(
         raise SceneError(f"{where} {mentioned(error)}") from None
 
 
-def _changed(made: Any, step: float, **changes: float) -> Diagram:
-    return _diagram_of(replace(made, **changes), step)
+def _rebuilt(cycle: Any, step: float, **changes: float) -> Diagram:
+    return _diagram_of(replace(cycle, **changes), step)
 
 
 @lru_cache(maxsize=256)
-def _diagram_of(made: Any, step: float) -> Diagram:
+def _diagram_of(cycle: Any, step: float) -> Diagram:
     # Integrating a cycle takes far longer than reading a scene, and sessions read many.
-    if isinstance(
-        made, CompressorCycle | PumpCycle
-    ):  # nothing burns, nothing is left out without combustion
-        return made.diagram(step)
-    return replace(_without_motored(made, step), motored=partial(_motored_of, made, step))
+    if isinstance(cycle, CompressorCycle | PumpCycle):  # nothing burns
+        return cycle.diagram(step)
+    return replace(_without_motored(cycle, step), motored=partial(_motored_of, cycle, step))
 
 
 @lru_cache(maxsize=256)
-def _motored_of(made: Any, step: float) -> Diagram:
+def _motored_of(cycle: Any, step: float) -> Diagram:
     # Without heat the start of the combustion has no effect.
-    without = made.motored() if isinstance(made, DieselCycle) else replace(made, heat=0.0)
+    without = cycle.motored() if isinstance(cycle, DieselCycle) else replace(cycle, heat=0.0)
     return _without_motored(without, step)
 
 
-def _without_motored(made: Any, step: float) -> Diagram:
-    if isinstance(made, DieselCycle):
-        return diagram_from_points(*made.points(step))
-    diagram: Diagram = made.diagram(step)
+def _without_motored(cycle: Any, step: float) -> Diagram:
+    if isinstance(cycle, DieselCycle):
+        return diagram_from_points(*cycle.points(step))
+    diagram: Diagram = cycle.diagram(step)
     return diagram
 
 

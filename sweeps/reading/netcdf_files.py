@@ -38,24 +38,24 @@ ARCHIVE_FORMAT = 2
 """
 
 LARGEST_CHUNK = 1 << 28
-"""Bytes of one chunk of a netCDF file: any value of it needs all of it. Those of `run` have one
-megabyte."""
+"""Bytes of one chunk of a netCDF file, which reading any of its values loads whole. `run` writes
+chunks of one megabyte."""
 
 LARGEST_RATIO = 1040
-"""Values over the file that holds them. Archives are not compressed or by zlib, which makes nothing
-smaller than by 1032 to 1 (zlib, "Technical Details", zlib.net/zlib_tech.html)."""
+"""Largest ratio of values to file size. Archives are uncompressed or compressed by zlib, whose best
+ratio is 1032 to 1 (zlib, "Technical Details", zlib.net/zlib_tech.html)."""
 
 TEXT_REFERENCE = 16
-"""Bytes that a text of a netCDF-4 variable takes where its variable is stored, at least."""
+"""Least bytes that a text of a netCDF-4 variable takes where the variable is stored."""
 
 
 def check_file(path: Path) -> None:
-    """Refuse what is no file.
+    """Refuse a path that is not a regular file.
 
     Raises
     ------
     SceneError
-        Where there is none, or a folder, a pipe, a device.
+        For a missing file, a folder, a pipe or a device.
     """
     try:
         exists, is_file = path.exists(), path.is_file()
@@ -67,9 +67,9 @@ def check_file(path: Path) -> None:
 
 
 def open_netcdf(path: Path) -> Any:
-    """Open a netCDF file of this disk, and nothing that it leads to.
+    """Open a netCDF file of this disk that does not lead to other files.
 
-    Some names mean servers to the library, whole paths never.
+    The library takes some names for servers, but never absolute paths.
 
     Raises
     ------
@@ -80,18 +80,21 @@ def open_netcdf(path: Path) -> Any:
 
     name = external_member(path)
     if name:
-        raise OSError(errno.EINVAL, f"'{one_line(name, 60)}' is not in the file, or without end")
+        raise OSError(
+            errno.EINVAL,
+            f"'{one_line(name, 60)}' is stored outside the file, or nested without end",
+        )
     return netCDF4.Dataset(os.path.abspath(path))
 
 
 @contextmanager
 def opened_archive(path: Path) -> Iterator[Any]:
-    """Open an archive with netCDF4, once it may be one; values come as they are in the file.
+    """Open an archive with netCDF4 after checking it; values come as they are in the file.
 
     Raises
     ------
     SceneError
-        Where there is no such file, or none that `run` writes.
+        For a missing file, and for a file that `run` did not write.
     """
     check_file(path)
     try:
@@ -130,7 +133,7 @@ def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
 
 
 def check_archive(file: Any, path: Path) -> None:
-    """Refuse a netCDF file that no run wrote, or that claims to hold more than it can.
+    """Refuse a netCDF file that `run` did not write, or that claims to hold more than it can.
 
     Raises
     ------
@@ -154,10 +157,12 @@ def check_archive(file: Any, path: Path) -> None:
         dims = variable.dimensions
         if not item or len(set(dims)) < len(dims):
             what = f"of {shown(str(variable.datatype))}" if not item else "twice along a dimension"
-            raise SceneError(f"{path}: variable {one_line(name, 60)}: {what}; no run writes such")
+            raise SceneError(
+                f"{path}: variable {one_line(name, 60)}: {what}; `run` writes no such variable"
+            )
         room = item * check_chunks(variable, item, str(path))
         total += room
-        if dims == (name,):  # these are read whole
+        if dims == (name,):  # coordinates are read whole
             at_once += room
     if total > LARGEST_RATIO * size:
         raise SceneError(
@@ -186,7 +191,7 @@ def check_chunks(variable: Any, item: int, name: str) -> int:
     Raises
     ------
     SceneError
-        Where one chunk alone is larger than any reader wants.
+        For a chunk that is larger than `LARGEST_CHUNK`.
     """
     shape: Sequence[int] = variable.shape
     chunks = variable.chunking()

@@ -1,4 +1,4 @@
-"""Files that scenes and engine files refer to: where they may lie, their text, and copies of it.
+"""Files that scenes and engine files refer to: where they may be, their text, and copies of them.
 
 While a scene is read, the bytes of every such file are kept for its archive. A scene that comes
 out of an archive is read from these copies, and from no disk.
@@ -23,7 +23,7 @@ _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 @dataclass(frozen=True)
 class _Kept:
-    """Files that were read, whether others may be, and the folder of the scene."""
+    """Bytes of files, whether they are all there is (closed), and the folder of the scene."""
 
     files: dict[str, bytes]
     closed: bool
@@ -34,80 +34,80 @@ class _Kept:
 def kept_files(
     given: Mapping[str, bytes] | None = None, home: Path | None = None
 ) -> Iterator[dict[str, bytes]]:
-    """Keep the texts that are read inside, by name.
+    """Collect the bytes of all files that are read inside, by name.
 
-    With `given`, they come from there and from no disk: that is how an archive is read again.
-    `home` is the folder of the scene.
+    With `given`, files come from there and nothing is read from a disk; scenes of archives are read
+    like this. `home` is the folder of the scene.
     """
-    held = _Kept(dict(given or {}), given is not None, home)
-    token = _FILES.set(held)
+    collected = _Kept(dict(given or {}), given is not None, home)
+    token = _FILES.set(collected)
     try:
-        yield held.files
+        yield collected.files
     finally:
         _FILES.reset(token)
 
 
 def kept(path: Path) -> bool | None:
     """Whether a file is among those given; None where files are read from the disk."""
-    held = _FILES.get()
-    return None if held is None or not held.closed else _name(path) in held.files
+    collected = _FILES.get()
+    return None if collected is None or not collected.closed else _name(path) in collected.files
 
 
 def keep(files: Mapping[str, bytes]) -> None:
     """Add files that were read before."""
-    held = _FILES.get()
-    if held is not None:
-        held.files.update(files)
+    collected = _FILES.get()
+    if collected is not None:
+        collected.files.update(files)
 
 
 def referred(base: Path, text: str, where: str) -> Path:
     """Path of a file that a scene or an engine file names.
 
-    A relative one starts from the folder of the file that names it, and stays in that folder or
-    the scene's, also through links: who runs a scene of somebody else does not want it to look
-    elsewhere, as archives hold what was read.
+    A relative path starts from the folder of the file that names it, and must stay in that folder
+    or in the scene's, also after links are resolved. Archives hold what was read, so a scene of
+    somebody else must not be able to read private files.
 
     Raises
     ------
     SceneError
-        Where it leads out of them.
+        For a path that leads out of both folders.
     """
     path = base / text
-    held = _FILES.get()
-    given = held is not None and held.closed  # no disk is read
+    collected = _FILES.get()
+    given = collected is not None and collected.closed  # no disk is read
     if given or Path(text).is_absolute() or base.is_relative_to(PACKAGE):
         return path
-    homes = [base] if held is None or held.home is None else [base, held.home]
+    homes = [base] if collected is None or collected.home is None else [base, collected.home]
     try:
         real = path.resolve()
         inside = any(real.is_relative_to(home.resolve()) for home in homes)
     except (OSError, ValueError, RuntimeError):  # a null character, links in a circle
-        return path  # opening it says what is wrong
+        return path  # opening the file says what is wrong
     if not inside:
         raise SceneError(
             f"{where} = {shown(text, 300)}: leads out of the folder of the file that names it; "
-            f"must be inside, or the whole path, {one_line(real, 300)}"
+            f"must be inside it, or be given as the absolute path {one_line(real, 300)}"
         )
     return path
 
 
 def _name(path: Path) -> str:
-    """What a file is kept as; those of the package by the place that they have in it."""
+    """Name under which a file is kept; files of the package by their place in it."""
     if path.is_relative_to(PACKAGE):
         return path.relative_to(PACKAGE.parent).as_posix()
     return str(path)
 
 
 def _bytes(path: Path) -> bytes:
-    held = _FILES.get()
-    if held is None:
+    collected = _FILES.get()
+    if collected is None:
         return regular_bytes(path)
     name = _name(path)
-    if held.closed:
-        if name not in held.files:
+    if collected.closed:
+        if name not in collected.files:
             raise FileNotFoundError(name)
-        return held.files[name]
-    data = held.files[name] = regular_bytes(path)
+        return collected.files[name]
+    data = collected.files[name] = regular_bytes(path)
     return data
 
 

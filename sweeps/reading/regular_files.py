@@ -20,7 +20,7 @@ from sweeps.errors import SceneError, counted, one_line, size_text
 __all__ = ["MOST_ROWS", "MOST_TEXT", "check_rows", "opened_file", "reading", "regular_bytes"]
 
 MOST_TEXT = 1 << 27
-"""Bytes of a scene, an engine file or a table that an archive keeps."""
+"""Bytes of a scene, an engine file or a table of which an archive keeps a copy."""
 
 MOST_ROWS = 10**8
 """Rows of a table of designs."""
@@ -34,7 +34,7 @@ def opened_file(path: Path) -> IO[bytes]:
     OSError
         Where it cannot be read, or is a pipe or a device.
     """
-    # Opening a pipe would wait for somebody who writes; the flag changes nothing for files.
+    # Without this flag, opening a pipe waits for a writer; it has no effect on files.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
     kind = os.fstat(handle).st_mode
@@ -61,7 +61,7 @@ def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
 
 
 def check_rows(rows: int, columns: int, name: str) -> None:
-    """Refuse a table that claims more rows than any, or than the memory holds.
+    """Refuse a table that claims more rows than are allowed, or than the memory holds.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def check_rows(rows: int, columns: int, name: str) -> None:
     """
     if rows > MOST_ROWS:
         raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
-    # Pieces, and the whole columns that they become.
+    # The pieces and the whole columns made of them are in memory together.
     need, free = 2.0 * 8.0 * rows * columns, psutil.virtual_memory().available
     if need > 0.9 * free:
         raise SceneError(
@@ -81,7 +81,7 @@ def check_rows(rows: int, columns: int, name: str) -> None:
 
 @contextmanager
 def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> Iterator[None]:
-    """Word the failures of opening and reading a file.
+    """Turn failures of opening and reading a file into one line.
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
     what : str
         What it should be.
     kind : str
-        What a file that is there and cannot be read is not, such as "a netCDF file".
+        The format that an existing file turns out not to have, such as "a netCDF file".
     *errors : exception types
-        What else a library raises for such a file.
+        Further exceptions that a library raises for such a file.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Tables of loads and drivers: keys of engine files and of [set] that name a CSV file.
+"""CSV files with the torque of a load or a driver, and the keys that name them.
 
-`load_table` has a torque over an angle or a speed, of the crank or the load's own, `driver_table`
-one over the crank speed.
+`load_table` gives a torque over an angle or a speed, either of the crank or of the load itself;
+`driver_table` gives one over the crank speed. Both are keys of engine files and of [set].
 """
 
 from __future__ import annotations
@@ -35,24 +35,24 @@ TORQUE_TABLE_KEYS: Mapping[str, str] = {
     "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm",
     "driver_table": "a text: the path of a CSV file with the driver's torque_Nm over speed_rpm",
 }
-"""Keys beside the parameters, with what they must be."""
+"""Keys that name tables of torque, with what is allowed."""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueTables:
-    """Tables of one engine file or scene; None where not given."""
+    """Torque of load and driver of one engine file or scene; None where not given."""
 
     load: TorqueOverAngle | TorqueOverSpeed | None = None
     driver: TorqueOverSpeed | None = None
 
 
 def read_torque_tables(raw: Mapping[str, Any], base: Path, where: str) -> TorqueTables:
-    """Read the files that the keys name, relative to `base`; what a key lacks is None.
+    """Read the files that the keys name, relative to `base`; None for keys that are missing.
 
     Raises
     ------
     SceneError
-        In one line, with that of the file where one is to blame.
+        In one line, with the line of the file where one is wrong.
     """
     found: dict[str, Any] = {}
     for key, allowed in TORQUE_TABLE_KEYS.items():
@@ -65,7 +65,7 @@ def read_torque_tables(raw: Mapping[str, Any], base: Path, where: str) -> Torque
         table = read_csv(path, f"{where}{key} {item}", "a table of torque (CSV)")
         try:
             found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
-        except SceneError:  # of the table itself: it names file and line already
+        except SceneError:  # an error of the table itself names file and line already
             raise
         except ValueError as error:
             raise SceneError(with_line(mentioned(error), table)) from None

@@ -1,1 +1,9 @@
-"""Scenes: what a person wants computed, read and checked."""
+"""Scenes: what a person wants computed, read and checked.
+
+model, values    a scene as data; which parameters it gives, and where
+reading          finds a scene and puts it together; `read_scene`
+toml_tables      the tables of its file as pydantic models; `json_schema` makes their JSON schema
+axes, designs, cylinders, solver, characteristic, reference    what reads each table
+variants, driven what follows for the graph of quantities, and for loads and drivers
+consistency      whether the parts of a whole scene fit each other and the engine
+"""
