@@ -40,7 +40,6 @@ from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGE = Path(sweeps.__file__ or "").parent
 
 EXAMPLES = {"figures": 3, "archive": 12, "engine": 12}
 """Inputs of a target where they take long; else as many as the profile says."""
@@ -636,9 +635,9 @@ def test_archives_and_tables_that_lead_to_other_files(
     path.write_bytes(zlib.decompress(base64.b64decode(ELSEWHERE[kind])))
     for command in (["info"], ["rerun", "-o", "out.nc"], ["export", "-o", "out.csv"]):
         told = refused(command[0], path, *command[1:])
-        assert "is not in the file" in told
+        assert "is stored outside the file" in told
     (tmp_path / "scene.toml").write_text(SCENE + '[designs]\nfile = "a.nc"\n')
-    assert "is not in the file" in refused("plan", "scene.toml")
+    assert "is stored outside the file" in refused("plan", "scene.toml")
 
 
 def test_archives_larger_than_memory_are_opened_but_not_their_axes(
