@@ -31,6 +31,7 @@ import sweeps
 from benchmarks import fuzz
 from sweeps.archive import netcdf, partial, provenance
 from sweeps.archive.partial import Partial
+from sweeps.catalogue import ENGINES
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
@@ -132,8 +133,8 @@ def test_references_stay_in_the_folder_of_the_scene(key: str, way: str, tmp_path
 def test_files_of_an_engine_may_lie_anywhere_in_the_folder_of_the_scene(tmp_path: Path) -> None:
     (tmp_path / "engines").mkdir()
     (tmp_path / "data").mkdir()
-    text = (PACKAGE / "catalogue" / "engines" / "diesel_105x137.toml").read_text()
-    pressure = PACKAGE / "catalogue" / "engines" / "diesel_105x137_pressure.csv"
+    text = (ENGINES / "diesel_105x137.toml").read_text()
+    pressure = ENGINES / "diesel_105x137_pressure.csv"
     (tmp_path / "data" / "p.csv").write_bytes(pressure.read_bytes())
     (tmp_path / "engines" / "my.toml").write_text(text.replace(pressure.name, "../data/p.csv"))
     (tmp_path / "scene.toml").write_text(SCENE.replace('"ntua"', '"engines/my.toml"'))
@@ -426,8 +427,8 @@ def test_outputs_that_are_no_files(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["scene.toml", "engine.toml", "p.csv", "designs.csv"])
 def test_a_run_does_not_replace_what_it_reads(name: str, tmp_path: Path) -> None:
-    engine = (PACKAGE / "catalogue" / "engines" / "diesel_105x137.toml").read_text()
-    pressure = PACKAGE / "catalogue" / "engines" / "diesel_105x137_pressure.csv"
+    engine = (ENGINES / "diesel_105x137.toml").read_text()
+    pressure = ENGINES / "diesel_105x137_pressure.csv"
     (tmp_path / "p.csv").write_bytes(pressure.read_bytes())
     (tmp_path / "engine.toml").write_text(engine.replace(pressure.name, "p.csv"))
     (tmp_path / "designs.csv").write_text("bore\n0.1\n")
@@ -459,7 +460,7 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for path in ("diesel_105x137.toml", "diesel_105x137_pressure.csv"):
-            (folder / path).write_bytes((PACKAGE / "catalogue" / "engines" / path).read_bytes())
+            (folder / path).write_bytes((ENGINES / path).read_bytes())
         scene = folder / "scene.toml"
         scene.write_text(SCENE.replace('"ntua"', '"diesel_105x137.toml"'))
         assert invoke("plan", scene).exit_code == 0  # loads what the package may be hidden from
