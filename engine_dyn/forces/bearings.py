@@ -31,6 +31,9 @@ All are sums of four parts with a factor each: gas pressure, crankcase pressure,
 rotating masses. The parts depend on crank ratio, offset, diagram and arrangement alone: a table of
 them serves all designs that share these. Weights are left out.
 
+Functions take each of these inputs by itself: any may vary between designs, and the table is made
+for the distinct ones.
+
 Source: Rakopoulos notes, loads of the bearings and polar diagrams (without formulas there); the
 components after Kakaitsas (2015), ch. 2. Shares of the main journals: derived here, as is usual
 for a first design.
