@@ -68,10 +68,11 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
     """
     limit = None if tolerance is None else difference(tolerance)
     with opened(first) as one, opened(second) as two:
-        from sweeps.exploring import compare as comparing
+        from sweeps.exploring.compare import compare as compare_archives
+        from sweeps.presenting.comparison import comparison_text
 
-        found = comparing.compare(one, two)
-        described = comparing.text(found)
+        found = compare_archives(one, two)
+        described = comparison_text(found)
     say(described)
     if limit is not None and not found.within(limit):
         end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)

@@ -222,7 +222,7 @@ def rerun(
     with writing(output):
         plan, differences = run_again(archive, output, options)
     if differences:
-        say(f"made otherwise than {archive}: {'; '.join(differences)}", err=True)
+        say(f"made differently than {archive}: {'; '.join(differences)}", err=True)
     if not quiet:
         say(_designs_line(plan, output))
 

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.archive.provenance import differences
-from sweeps.errors import counted, one_line
+from sweeps.errors import counted
 from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Comparison", "Difference", "compare", "text"]
+__all__ = ["Comparison", "Difference", "compare"]
 
 
 @dataclass(frozen=True)
@@ -131,12 +131,12 @@ def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
 
 def _common(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
     """How axes differ, and both archives at the values that both have."""
-    told: list[str] = []
+    unlike: list[str] = []
     places: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
     for dimension in dict.fromkeys((*first.dims, *second.dims)):
         name = str(dimension)
         if (name in first.dims) != (name in second.dims):
-            told.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
+            unlike.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
             continue
         if first.sizes[name] == second.sizes[name] and _equal(
             _columns(first, name), _columns(second, name)
@@ -148,12 +148,12 @@ def _common(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Datase
         places[0][name] = np.array([i for i, _ in pairs], dtype=np.int64)
         places[1][name] = np.array([i for _, i in pairs], dtype=np.int64)
         if len(pairs) == len(one) == len(two):
-            told.append(f"{name}: the same {counted(len(one), 'value')} in another order")
+            unlike.append(f"{name}: the same {counted(len(one), 'value')} in another order")
         else:
-            told.append(
+            unlike.append(
                 f"{name}: {len(pairs)} in both of {counted(len(one), 'value')} and {len(two)}"
             )
-    return told, first.isel(places[0]), second.isel(places[1])
+    return unlike, first.isel(places[0]), second.isel(places[1])
 
 
 def _keys(dataset: xr.Dataset, dimension: str) -> list[Any]:
@@ -251,54 +251,3 @@ def _made(first: xr.Dataset, second: xr.Dataset) -> list[str]:
         return differences(one, two)
     except (KeyError, ValueError, TypeError, AttributeError):
         return []
-
-
-# --- what is printed ------------------------------------------------------------------------------
-
-
-def text(found: Comparison) -> str:
-    """Print a comparison."""
-    lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
-    if found.made:
-        lines.append(f"made otherwise: {'; '.join(found.made)}")
-    for names, which in ((found.only_first, "first"), (found.only_second, "second")):
-        if names:
-            lines.append(f"only in the {which}: {', '.join(names)}")
-    lines += [f"not compared: {why}" for why in found.not_compared]
-    width = max((len(d.name) for d in found.quantities), default=0)
-    for difference in found.quantities:
-        lines += [
-            f"{difference.name if i == 0 else '':<{width}}  {row}"
-            for i, row in enumerate(_rows(difference))
-        ]
-    return "\n".join(lines)
-
-
-def _rows(found: Difference) -> list[str]:
-    """Lines on one quantity."""
-    if not found.differing:
-        return [f"the same in {counted(found.count, 'value')}"]
-    rows = [f"{found.differing} of {counted(found.count, 'value')} differ"]
-    if found.relative:
-        rows += [
-            f"largest relative difference {found.relative:.3g}: {_pair(found.relative_pair)}"
-            f"{_place(found.relative_at)}",
-            f"largest difference {found.largest:.3g} {found.units}".rstrip()
-            + f": {_pair(found.pair)}{_place(found.largest_at)}",
-        ]
-    if found.only_one:
-        rows.append(
-            f"{found.only_one} a number in one archive only, the first{_place(found.only_at)}"
-        )
-    return rows
-
-
-def _pair(values: tuple[float, float]) -> str:
-    return f"{values[0]:.12g} and {values[1]:.12g}"
-
-
-def _place(at: dict[str, Any]) -> str:
-    if not at:
-        return ""
-    words = (f"{k}={v:.9g}" if isinstance(v, float) else f"{k}={v}" for k, v in at.items())
-    return " at " + one_line(", ".join(words), 300)

@@ -150,6 +150,6 @@ def _check_version(archive: Contents, plan: Plan) -> None:
     found = differences(archive.identity, identity(plan, numbers=numbers))
     if found:
         raise SceneError(
-            f"{archive.path}: was made otherwise than it would be now: {'; '.join(found)}; "
-            "`engine-dyn rerun` makes it again"
+            f"{archive.path}: was made differently than it would be now: {'; '.join(found)}; "
+            "`engine-dyn rerun` computes it again"
         )

@@ -11,6 +11,7 @@ import xarray as xr
 import sweeps
 from sweeps.exploring import compare as comparing
 from sweeps.exploring.compare import compare
+from sweeps.presenting.comparison import comparison_text
 from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
 from tests.sweeps.test_streaming import invoke
 
@@ -70,7 +71,7 @@ def test_the_largest_difference_and_where(
     assert found["imep"].largest == pytest.approx(0.25, rel=1e-12)
     assert found["fmep"].differing == 0
     assert not compare(archive, other).same
-    text = comparing.text(compare(archive, other))
+    text = comparison_text(compare(archive, other))
     assert "3 of 28 values differ" in text
     assert "largest relative difference 0.01: " in text
     assert "at speed=1600, inertia=1.5" in text
@@ -130,7 +131,7 @@ def test_quantities_of_one_archive_only(archive: xr.Dataset) -> None:
     assert "fmep: in bar and in Pa" in found.not_compared
     assert any(text.startswith("torque_max: over (") for text in found.not_compared)
     assert not found.within(1.0)
-    text = comparing.text(found)
+    text = comparison_text(found)
     assert "only in the first: imep" in text
 
 
@@ -140,7 +141,7 @@ def test_by_the_command(folder: Path) -> None:
     run(folder / "other.toml", folder / "other.nc", overwrite=True)
     text = ok("compare", folder / "a.nc", folder / "other.nc")
     assert "axes: inertia: 1 in both of 7 values and 7" in text
-    assert "made otherwise: scene: [axes] inertia stop (was 9.0, is 9.1)" in text
+    assert "made differently: scene: [axes] inertia stop (was 9.0, is 9.1)" in text
     told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
     assert told.exit_code == 1
     assert "differ by more than 0.1" in told.stderr

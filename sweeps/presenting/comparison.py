@@ -1,0 +1,58 @@
+"""A comparison of two archives as text for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sweeps.errors import counted, one_line
+from sweeps.exploring.compare import Comparison, Difference
+
+__all__ = ["comparison_text"]
+
+
+def comparison_text(found: Comparison) -> str:
+    """Lines on a comparison: axes, then each quantity with its largest differences."""
+    lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
+    if found.made:
+        lines.append(f"made differently: {'; '.join(found.made)}")
+    for names, which in ((found.only_first, "first"), (found.only_second, "second")):
+        if names:
+            lines.append(f"only in the {which}: {', '.join(names)}")
+    lines += [f"not compared: {why}" for why in found.not_compared]
+    width = max((len(d.name) for d in found.quantities), default=0)
+    for difference in found.quantities:
+        lines += [
+            f"{difference.name if i == 0 else '':<{width}}  {row}"
+            for i, row in enumerate(_rows(difference))
+        ]
+    return "\n".join(lines)
+
+
+def _rows(found: Difference) -> list[str]:
+    """Lines on one quantity."""
+    if not found.differing:
+        return [f"the same in {counted(found.count, 'value')}"]
+    rows = [f"{found.differing} of {counted(found.count, 'value')} differ"]
+    if found.relative:
+        rows += [
+            f"largest relative difference {found.relative:.3g}: {_pair(found.relative_pair)}"
+            f"{_place(found.relative_at)}",
+            f"largest difference {found.largest:.3g} {found.units}".rstrip()
+            + f": {_pair(found.pair)}{_place(found.largest_at)}",
+        ]
+    if found.only_one:
+        rows.append(
+            f"{found.only_one} a number in one archive only, the first{_place(found.only_at)}"
+        )
+    return rows
+
+
+def _pair(values: tuple[float, float]) -> str:
+    return f"{values[0]:.12g} and {values[1]:.12g}"
+
+
+def _place(at: dict[str, Any]) -> str:
+    if not at:
+        return ""
+    words = (f"{k}={v:.9g}" if isinstance(v, float) else f"{k}={v}" for k, v in at.items())
+    return " at " + one_line(", ".join(words), 300)
