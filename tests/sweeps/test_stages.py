@@ -148,3 +148,24 @@ def _complete(scene: Any) -> Any:
     if isinstance(scene, str):
         return scene
     return {"engine": "ntua", "output": {"quantities": ["imep"]}, **scene}
+
+
+RATED = {"rated_power": 30e3, "rated_speed": 1500}
+
+
+@pytest.mark.parametrize(
+    ("parameter", "more"),
+    [
+        ("crank_ratio", {"set": {"rod_length": 0.3}}),
+        ("inertia", {"set": {"wanted_delta": 0.01}}),
+        ("inertia", {"axes": {"flywheel_inertia": [1.0, 2.0]}}),
+        ("load", {"set": RATED, "characteristic": {"kind": "diesel"}}),
+    ],
+)
+def test_a_derived_value_replaces_the_engines(parameter: str, more: dict[str, Any]) -> None:
+    scene = {"engine": "ntua", "output": {"quantities": ["mean_piston_speed"]}}
+    plain, derived = (make_plan(read_scene(raw)) for raw in (scene, {**scene, **more}))
+    assert parameter in plain.leaves
+    assert parameter not in derived.leaves
+    # All other values of the engine stay in force; a characteristic makes the scale a result.
+    assert set(plain.leaves) - set(derived.leaves) <= {parameter, "pressure_scale"}
