@@ -442,18 +442,18 @@ def test_workers_of_other_versions(
     assert re.search(r"kernels \(is [0-9a-f]{16}, here 0\), numpy \(is \S+, here 1.0\)", text), text
 
 
-def test_workers_that_come_later_are_looked_at_too(
+def test_workers_that_come_later_are_checked_too(
     scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     """As if those that were asked at first were others than those that compute."""
-    looked = cluster._looked_at
+    looked = cluster._checked
 
     def other(*arguments: Any) -> Any:
         found = looked(*arguments)
         object.__setattr__(found, "kind", {**found.kind, "processor": "i386"})
         return found
 
-    monkeypatch.setattr(cluster, "_looked_at", other)
+    monkeypatch.setattr(cluster, "_checked", other)
     (tmp_path / "scene.toml").write_text(SCENE)
     text = refused(
         "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", scheduler
