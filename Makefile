@@ -10,8 +10,8 @@ python := $(VENV)/bin/python
 # pip repeats a general warning of setuptools about editable installations; all else is shown.
 pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
 	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
-checked := $(wildcard engine_dyn sweeps tests tools benchmarks)
-typed := $(wildcard engine_dyn sweeps tools benchmarks)
+checked := $(wildcard engine_dyn sweeps oracle tests tools benchmarks conftest.py)
+typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:

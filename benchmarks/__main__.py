@@ -48,7 +48,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
     some = odd.designs(np.arange(2))
     agreement = max(agreement, problem.agreement(some, problem.reference(some)))
     if agreement > 1e-10:
-        raise RuntimeError(f"the reference and tests/oracle differ by {agreement:.1e}")
+        raise RuntimeError(f"the reference and oracle differ by {agreement:.1e}")
 
     pool = peers.Processes(threads)
     others, absent = peers.cases(threads, pool, quick)

@@ -1,14 +1,14 @@
 """The designs that every solver gets, and their solution by a method of its own.
 
 Two sets. `scene` is a product of axes at one crank ratio, `table` a list of designs that share
-nothing but engine size and pressure diagram. The pressure is a closed form (tests.oracle), analytic
-and periodic: solvers that need points get it every half degree, as a file would hold it; the
-others evaluate the formula.
+nothing but engine size and pressure diagram. The pressure is a closed form (`oracle.designs`),
+analytic and periodic: solvers that need points get it every half degree, as a file would have it;
+the others evaluate the formula.
 
 The reference shares no line with the kernels: Fourier series of the formula, integrated term by
 term, and the load by fixed-point iteration. Where the torque is analytic its error falls
 exponentially with the number of samples, so that rounding is what remains; `agreement` compares it
-with the adaptive integration of tests.oracle on a few designs.
+with the adaptive integration of `oracle` on a few designs.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ import numpy.typing as npt
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats, Integers
-from tests.oracle.designs import SmoothPressure
-from tests.oracle.designs import table as points_of
-from tests.oracle.solution import Design, solve
+from oracle.designs import SmoothPressure
+from oracle.designs import table as points_of
+from oracle.solution import Design, solve
 
 Complexes = npt.NDArray[Any]
 
@@ -294,7 +294,7 @@ def _extreme(curve: Floats, wave: Complexes, sign: float) -> Floats:
 
 
 def agreement(designs: Designs, delta: Floats) -> float:
-    """Largest relative difference of `delta` from the adaptive integration of tests.oracle."""
+    """Largest relative difference of `delta` from the adaptive integration of `oracle`."""
     worst = 0.0
     for i in range(len(designs)):
         one = designs.take([i])

@@ -265,7 +265,7 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
         "mean is part of each design's work, here and there. Errors are relative errors of "
         "delta = (omega_max - omega_min)/omega_mean against a Fourier method that shares no line "
         "with the kernels (`benchmarks/problem.py`); it differs by "
-        f"{small(m.agreement)} at most from the adaptive integration of `tests/oracle` on "
+        f"{small(m.agreement)} at most from the adaptive integration of `oracle` on "
         f"{m.agreed} designs. The pressure diagram is one closed form; this project gets it as "
         "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
         "cannot remove.",

@@ -1,6 +1,6 @@
 """The main job on held-out input: a CSV diagram, scenes, archives, against an independent solver.
 
-The designs and their solutions come from tests/oracle, which shares no code with the packages. The
+The designs and their solutions come from oracle, which shares no code with the packages. The
 pressure reaches the packages as a CSV file at half degrees, as a user would give it.
 """
 
@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import sweeps
-from tests.oracle import golden
-from tests.oracle.designs import HeldOut, held_out
+from oracle import golden
+from oracle.designs import HeldOut, held_out
 
 ENGINE = """
 name = "held_out"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from tests.oracle import designs, golden, solution, thesis
-from tests.oracle.collocation import collocate, differentiation_matrix
-from tests.oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
+from oracle import designs, golden, solution, thesis
+from oracle.collocation import collocate, differentiation_matrix
+from oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
 
 ITEMS = {item.name: item for item in designs.held_out()}
 GOLDEN = golden.read()

@@ -18,9 +18,9 @@ from engine_dyn import Family, diagram_from_points
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats
+from oracle import spline
+from oracle.designs import smooth_pressure, table
 from sweeps.reading.engine_files import load_engine
-from tests.oracle import spline
-from tests.oracle.designs import smooth_pressure, table
 
 CURVES = 12
 STEPS = (0.5, 1.0)

@@ -18,7 +18,7 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
 )
 from engine_dyn.types import Booleans
-from tests.oracle.solution import IDLE
+from oracle.solution import IDLE
 
 CYCLE = 4.0 * math.pi
 ROUNDING = 1e-8

@@ -16,8 +16,8 @@ from benchmarks.stress.shapes import Shapes
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats
+from oracle.spline import Designs
 from sweeps.reading.engine_files import load_engine
-from tests.oracle.spline import Designs
 
 ENGINE = "ntua"
 CHUNK = 2**17

@@ -222,7 +222,7 @@ def _agreement(m: Measured) -> list[str]:
         "## Against an independent solver",
         "",
         "Designs picked so that every status, kind of exponent, weakness of load, inertia model "
-        "and size of δ is about equally frequent. The solver (tests/oracle/spline.py) integrates "
+        "and size of δ is about equally frequent. The solver (oracle/spline.py) integrates "
         "the same spline piece by piece, with formulas of order 7 that stay stable for stiff "
         "loads; a design stalls where the solution continued below standstill, of which there is "
         "always exactly one, falls below zero.",

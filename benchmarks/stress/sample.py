@@ -1,4 +1,4 @@
-"""Designs of the big draw again, by the independent solver of tests/oracle/spline.py."""
+"""Designs of the big draw again, by the independent solver of oracle/spline.py."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
-from tests.oracle import spline
+from oracle import spline
 
 QUANTITIES = ("delta", "omega_max", "omega_min", "omega_mean")
 TOLERANCE = 1e-6

@@ -1,8 +1,8 @@
 """What holds for every design whatever its solution: ranges of work, torque and inertia.
 
 For one cylinder count, diagram and crank ratio these are numbers; they are tabulated over the crank
-ratio (evenly in log(lambda/(1 - lambda))) from formulas of tests.oracle and interpolated, so that
-ten million designs can be bounded without the kernels.
+ratio (evenly in log(lambda/(1 - lambda))) from formulas of the folder `oracle` and interpolated, so
+that ten million designs can be bounded without the kernels.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats
-from tests.oracle.spline import acceleration, velocity
+from oracle.spline import acceleration, velocity
 
 CYCLE = 4.0 * math.pi
 MOST_CYLINDERS = 16

@@ -21,7 +21,7 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
 )
 from engine_dyn.types import Floats
-from tests.oracle import spline
+from oracle import spline
 
 KINDS = ("spike", "noise", "steps")
 

@@ -17,8 +17,8 @@ from benchmarks.stress import draw
 from engine_dyn import PeriodicSpeed, periodic_speed
 from engine_dyn.status import CONVERGED, NOT_CONVERGED
 from engine_dyn.types import Floats
-from tests.oracle import spline
-from tests.oracle.solution import CYCLE
+from oracle import spline
+from oracle.solution import CYCLE
 
 BORE, STROKE, RATIO, MASS, INERTIA, FRICTION, CRANKCASE = (
     0.14, 0.18, 0.2571, 6.67, 1.5, 32.776, 101325.0,

@@ -12,8 +12,8 @@ from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.pressure.family import Family
-from tests.oracle.rigid_bodies import Bodies
-from tests.support import design_of, family_of
+from oracle.rigid_bodies import Bodies
+from tests.support.held_out import design_of, family_of
 
 PERIOD = 4.0 * np.pi
 AREA, SCALE, CRANKCASE = 0.008, 0.9, 1.05e5

@@ -26,10 +26,10 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.loads.laws import Power, Shape, load_terms
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.tables.load_over_angle import work_at
-from tests.oracle import solution
-from tests.oracle.designs import _mean as mean_of
-from tests.oracle.solution import Design, Problem
-from tests.support import design_of, family_of, inputs_of, solved
+from oracle import solution
+from oracle.designs import _mean as mean_of
+from oracle.solution import Design, Problem
+from tests.support.held_out import design_of, family_of, inputs_of, solved
 
 compiled = pytest.mark.compiled
 

@@ -16,9 +16,9 @@ from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads import friction
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from tests.oracle import solution
-from tests.oracle.solution import Design
-from tests.support import BAR, design_of, diagram_of, family_of
+from oracle import solution
+from oracle.solution import Design
+from tests.support.held_out import BAR, design_of, diagram_of, family_of
 
 CYCLE = 4.0 * np.pi
 PHI = np.arange(1440) * (CYCLE / 1440) - 0.5 * CYCLE

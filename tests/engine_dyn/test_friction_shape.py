@@ -17,7 +17,7 @@ from engine_dyn.geometry.slider_crank import acceleration, velocity
 from engine_dyn.loads import friction
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
-from tests.engine_dyn.test_first_law import case
+from tests.support.cycles import case
 
 BAR = 1e5
 RPM = np.pi / 30.0

@@ -16,7 +16,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
-from tests.support import NOT_OF_AN_ENGINE
+from tests.support.scenes import NOT_OF_AN_ENGINE
 
 pytestmark = pytest.mark.compiled
 

@@ -13,8 +13,8 @@ from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from tests.oracle.designs import Design
-from tests.support import design_of, family_of
+from oracle.designs import Design
+from tests.support.held_out import design_of, family_of
 
 PERIOD = 4.0 * np.pi
 POINTS = 65536

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from engine_dyn.geometry import masses
-from tests.oracle import solution
+from oracle import solution
 
 POSITIVE = st.floats(0.01, 100.0)
 

@@ -13,7 +13,7 @@ from engine_dyn.forces import torque as forces
 from engine_dyn.geometry import kinematic_series, masses, slider_crank
 from engine_dyn.geometry.cylinders import EQUAL, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
-from tests.oracle.rigid_bodies import Bodies
+from oracle.rigid_bodies import Bodies
 
 PHI = np.linspace(-6.0, 6.0, 97)
 CASES = [(0.25, 0.0), (0.5, 0.0), (0.3, 0.2), (0.35, -0.4)]

@@ -22,8 +22,8 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
     has_numbers,
 )
-from tests.oracle.designs import HeldOut, held_out
-from tests.oracle.thesis import euler
+from oracle.designs import HeldOut, held_out
+from oracle.thesis import euler
 
 pytestmark = pytest.mark.compiled
 

@@ -13,18 +13,11 @@ from hypothesis import strategies as st
 
 from engine_dyn import acceleration, position, rod_angle, velocity
 from engine_dyn.geometry.slider_crank import acceleration_at, jerk_at, position_at, velocity_at
-from tests.oracle import solution
+from oracle import solution
+from tests.support.differences import PHI, slope
 
 RATIOS = (0.01, 0.2, 0.2571428571428571, 1.0 / 3.0, 0.6, 0.9)
-PHI = np.linspace(-7.0, 7.0, 281)
 CURVES = (position, velocity, acceleration)
-
-
-def slope(curve: Callable[[Any], Any], phi: Any, step: float) -> Any:
-    """Central difference of fourth order."""
-    near = curve(phi + step) - curve(phi - step)
-    far = curve(phi + 2.0 * step) - curve(phi - 2.0 * step)
-    return (8.0 * near - far) / (12.0 * step)
 
 
 @pytest.mark.parametrize("ratio", RATIOS)

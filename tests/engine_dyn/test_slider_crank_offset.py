@@ -27,7 +27,7 @@ from engine_dyn.geometry.slider_crank import (
     turned,
     velocity_at,
 )
-from tests.engine_dyn.test_slider_crank import PHI, slope
+from tests.support.differences import PHI, slope
 
 CASES = [
     (ratio, share * (1.0 / ratio - 1.0))

@@ -1,6 +1,6 @@
 """Held-out designs through `periodic_speed`, their pressure as points at half degrees.
 
-Numbers to compare with are those of tests/oracle (two independent methods that agree to 1e-9). The
+Numbers to compare with are those of oracle (two independent methods that agree to 1e-9). The
 limits asked for are 1e-5 in delta and the extremes, 1e-7 in the mean speed and 2e-6 in the mean
 torque; what is asserted here is what the default tolerance of 1e-6 promises, and it leaves a
 hundredfold margin: largest differences found (2026-11) are 3e-9 in delta, 2e-9 in the extremes,
@@ -16,8 +16,8 @@ import pytest
 
 from engine_dyn.speed import dispatch
 from engine_dyn.status import MEANINGS, has_numbers
-from tests.oracle import golden
-from tests.support import design_of, family_of, inputs_of, items, solved
+from oracle import golden
+from tests.support.held_out import design_of, family_of, inputs_of, items, solved
 
 pytestmark = pytest.mark.compiled
 
@@ -88,7 +88,7 @@ def test_coarser_points_cost_what_a_cubic_spline_costs(step: float) -> None:
 
 @pytest.mark.parametrize(
     ("name", "delta", "smallest"),
-    # Solved by tests/oracle/solution.py; strong loads on very light flywheels, where Newton's
+    # Solved by oracle/solution.py; strong loads on very light flywheels, where Newton's
     # method once diverged and called them stalled.
     [
         ("cubic", 0.395208317373375, 0.7994625456662973),
@@ -96,7 +96,7 @@ def test_coarser_points_cost_what_a_cubic_spline_costs(step: float) -> None:
     ],
 )
 def test_strong_loads_and_light_flywheels(name: str, delta: float, smallest: float) -> None:
-    from tests.oracle.designs import SmoothPressure
+    from oracle.designs import SmoothPressure
 
     if name == "cubic":
         pressure = SmoothPressure(

@@ -22,9 +22,9 @@ from engine_dyn.status import (
     STALLED,
     TOLERANCE_NOT_MET,
 )
-from tests.oracle import golden
-from tests.oracle.thesis import euler
-from tests.support import design_of, family_of, inputs_of, items, solved
+from oracle import golden
+from oracle.thesis import euler
+from tests.support.held_out import design_of, family_of, inputs_of, items, solved
 
 compiled = pytest.mark.compiled
 

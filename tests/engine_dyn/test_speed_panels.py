@@ -11,8 +11,8 @@ from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.status import CONVERGED
-from tests.oracle.designs import table
-from tests.support import BAR, design_of
+from oracle.designs import table
+from tests.support.held_out import BAR, design_of
 
 pytestmark = pytest.mark.compiled
 

@@ -16,10 +16,10 @@ from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch, packing
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
-from tests.oracle import golden, solution
-from tests.oracle.designs import table
-from tests.oracle.solution import Design
-from tests.support import BAR, design_of, family_of, inputs_of, items
+from oracle import golden, solution
+from oracle.designs import table
+from oracle.solution import Design
+from tests.support.held_out import BAR, design_of, family_of, inputs_of, items
 
 pytestmark = pytest.mark.compiled
 

@@ -12,9 +12,9 @@ from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.batch import traces
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
-from tests.oracle import solution
-from tests.oracle.solution import CYCLE
-from tests.support import design_of, family_of, inputs_of
+from oracle import solution
+from oracle.solution import CYCLE
+from tests.support.held_out import design_of, family_of, inputs_of
 
 pytestmark = pytest.mark.compiled
 

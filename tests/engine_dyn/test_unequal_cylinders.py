@@ -22,11 +22,11 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
 from engine_dyn.speed import dispatch
+from oracle import solution
+from oracle.designs import SmoothPressure, engine
+from oracle.solution import CYCLE, Design
 from sweeps.reading.engine_files import load_engine
-from tests.oracle import solution
-from tests.oracle.designs import SmoothPressure, engine
-from tests.oracle.solution import CYCLE, Design
-from tests.support import family_of, inputs_of, solved
+from tests.support.held_out import family_of, inputs_of, solved
 
 DEGREE = math.pi / 180.0
 

@@ -6,7 +6,6 @@ import json
 import shutil
 from pathlib import Path
 
-import click.testing
 import netCDF4
 import numpy as np
 import pytest
@@ -16,28 +15,11 @@ import sweeps
 from sweeps.archive.contents import files_as_now, plan_of, read_contents
 from sweeps.archive.provenance import differences, identity
 from sweeps.catalogue import SCENES
-from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT, check_format
+from tests.support.commands import invoke, ok, refused
 
 OLD = Path(__file__).resolve().parents[1] / "data" / "version_0_1.nc"
-
-
-def invoke(*arguments: str | Path) -> click.testing.Result:
-    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
-
-
-def ok(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    return result.output
-
-
-def refused(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    assert result.stderr.count("\n") == 1
-    return result.stderr
 
 
 @pytest.fixture

@@ -14,6 +14,8 @@ import xarray as xr
 from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.scene.reading import read_scene
+from tests.support.commands import invoke
+from tests.support.engine_files import compression, indicator_text, points
 
 OUTPUT = '[output]\nquantities = ["delta"]\n'
 AXES = "[axes]\ninertia = [1.0, 2.0]\n"
@@ -311,22 +313,6 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
 EXTRA: dict[str, tuple[str, tuple[str, ...]]] = {}
 
 
-def compression(phi: np.ndarray) -> np.ndarray:
-    """A motored diagram [bar]: compression and expansion of 16 : 1, 1 bar elsewhere."""
-    shape = 1.0 / (1.0 + 15.0 * 0.5 * (1.0 - np.cos(np.radians(phi)))) * 16.0
-    return np.where(np.abs(phi) < 180.0, shape**1.3, 1.0)
-
-
-def points(step: float = 2.0) -> list[tuple[float, float]]:
-    phi = np.arange(-360.0, 360.0 + step / 2.0, step)
-    return [(float(a), float(p)) for a, p in zip(phi, compression(phi), strict=True)]
-
-
-def indicator_text(rows: list[tuple[float, float]]) -> str:
-    head = "# a comment\ncrank_angle_deg,pressure_bar\n"
-    return head + "".join(f"{a:g},{p:.8g}\n" for a, p in rows)
-
-
 def refused(folder: Path, text: str, fragments: tuple[str, ...], file: str = "scene.toml") -> str:
     """Run a scene as a user would; return the message after checking how it was refused."""
     folder.joinpath("good.csv").write_text(indicator_text(points()))
@@ -491,10 +477,6 @@ def test_reference_is_refused(case: str, tmp_path: Path) -> None:
 
 
 # --- the command's own arguments ----------------------------------------------------------------
-
-
-def invoke(*arguments: str | Path) -> click.testing.Result:
-    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 def one_line(result: click.testing.Result, *fragments: str) -> None:

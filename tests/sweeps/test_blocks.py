@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,52 +10,14 @@ from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running.in_memory import compute
 from sweeps.scene.reading import read_scene
-
-CURVES = ["torque", "load_torque", "torque_after_throw"]
-
-SCENES: dict[str, dict[str, Any]] = {
-    "a product": {
-        "axes": {
-            "inertia": [1.0, 2.0, 4.0],
-            "crank_ratio": [0.2, 0.25, 0.3],
-            "speed": [900, 1100, 1300, 1500, 1700],
-        },
-        "output": {"quantities": ["delta", "torque_max", "bmep", "position"]},
-    },
-    "designs beside an axis": {
-        "designs": {
-            "stroke": np.linspace(0.15, 0.2, 17).tolist(),
-            "speed": np.linspace(900, 2000, 17).tolist(),
-            "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 8, 8],
-        },
-        "axes": {"load": [0, 30, 60]},
-        "output": {"quantities": ["delta", "omega_mean", "imep"]},
-    },
-    "designs that share no table": {
-        "designs": {
-            "crank_ratio": np.linspace(0.2, 0.33, 70).tolist(),
-            "reciprocating_mass": np.linspace(3.0, 9.0, 70).tolist(),
-        },
-        "output": {"quantities": ["delta", "torque_mean"]},
-    },
-    "curves, and throws that a block lacks": {
-        "axes": {"cylinders": [1, 2, 4], "speed": [1000, 1200]},
-        "output": {"quantities": ["delta", *CURVES], "angle_step": 10.0},
-    },
-    "words": {
-        "axes": {"inertia": [2.0, 3.0, 4.0]},
-        "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
-        "output": {"quantities": ["delta", "load_torque_nominal"]},
-    },
-    "one design": {"output": {"quantities": ["delta", "fmep"]}},
-}
+from tests.support.scenes import IN_BLOCKS
 
 
 def plan_of(name: str) -> Plan:
-    return make_plan(read_scene({"engine": "ntua", **SCENES[name]}))
+    return make_plan(read_scene({"engine": "ntua", **IN_BLOCKS[name]}))
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", IN_BLOCKS)
 @pytest.mark.parametrize("limit", [0.0, 3e3, 3e4])
 def test_blocks_change_nothing(name: str, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(name)

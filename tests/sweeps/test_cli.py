@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import click.testing
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,13 +18,13 @@ import xarray as xr
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS
-from sweeps.cli.main import main
 from sweeps.presenting.lists import symbol_text
 from sweeps.presenting.published import text as reference_text
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.commands import invoke, ok
 
 SCENE = """\
 title = "A small map"
@@ -51,16 +50,6 @@ inertia = [0.01, 2.0]
 quantities = ["delta"]
 fail_on = ["stalled", "not_converged"]
 """
-
-
-def invoke(*arguments: str | Path) -> click.testing.Result:
-    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
-
-
-def succeeded(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    return result.stdout
 
 
 def shell(*arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -164,7 +153,7 @@ def test_the_python_function_is_there_before_and_after_a_run(tmp_path: Path) -> 
 def test_without_fail_on_failed_designs_are_only_counted(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(STALLING.replace('"stalled", "not_converged"', ""))
-    assert "outcomes: converged 1, stalled 1" in succeeded("run", path, "-o", tmp_path / "out.nc")
+    assert "outcomes: converged 1, stalled 1" in ok("run", path, "-o", tmp_path / "out.nc")
 
 
 def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
@@ -173,7 +162,7 @@ def test_a_wanted_delta_that_no_inertia_gives_is_said(tmp_path: Path) -> None:
         'engine = "ntua"\n[axes]\nwanted_delta = [0.05, 1.9]\n'
         '[output]\nquantities = ["inertia_required"]\n'
     )
-    said = succeeded("run", path, "-o", tmp_path / "out.nc")
+    said = ok("run", path, "-o", tmp_path / "out.nc")
     assert "outcomes: converged 1, stalled 1\nstalled: no inertia gives the wanted delta" in said
 
 
@@ -181,7 +170,7 @@ def test_overwrite_replaces_the_archive(tmp_path: Path) -> None:
     path, out = tmp_path / "scene.toml", tmp_path / "out.nc"
     path.write_text(SCENE)
     out.write_text("an older file")
-    succeeded("run", path, "-o", out, "--overwrite", "--threads", "1")
+    ok("run", path, "-o", out, "--overwrite", "--threads", "1")
     with xr.open_dataset(out) as dataset:
         assert dict(dataset.sizes) == {"inertia": 3, "speed": 2, "crank_angle": 144}
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
@@ -232,7 +221,7 @@ def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -
     assert result.exit_code == 2, result.output
     assert re.search(r"\d (GB|TB)", result.stderr)
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-    assert "100000000000000 designs" in succeeded("plan", path)
+    assert "100000000000000 designs" in ok("plan", path)
 
 
 # --- plan, plot, info, list, new ----------------------------------------------------------------
@@ -241,7 +230,7 @@ def test_a_scene_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -
 def test_plan_computes_nothing_and_says_what_it_would(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
-    text = succeeded("plan", path)
+    text = ok("plan", path)
     for expected in ("6 designs", "inertia", "speed", "delta", "skipped", "memory", "time"):
         assert expected in text
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
@@ -249,7 +238,7 @@ def test_plan_computes_nothing_and_says_what_it_would(tmp_path: Path) -> None:
 
 def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None:
     folder = tmp_path / "figures"
-    lines = succeeded("plot", archive, "-o", folder, "--format", "svg").splitlines()
+    lines = ok("plot", archive, "-o", folder, "--format", "svg").splitlines()
     assert lines
     assert sorted(map(Path, lines)) == sorted(folder.iterdir())
     assert {p.suffix for p in folder.iterdir()} == {".svg"}
@@ -257,7 +246,7 @@ def test_plot_writes_the_format_asked_for(archive: Path, tmp_path: Path) -> None
 
 def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -> None:
     folder = tmp_path / "figures"
-    succeeded("plot", archive, "-o", folder, "--format", "svg", "--select", "speed=1500")
+    ok("plot", archive, "-o", folder, "--format", "svg", "--select", "speed=1500")
     for bad in ("speed", "=3", "speeed=1500", "speed="):
         result = invoke("plot", archive, "-o", folder, "--select", bad)
         assert result.exit_code == 2
@@ -270,7 +259,7 @@ def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -
 
 
 def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
-    text = succeeded("info", archive)
+    text = ok("info", archive)
     for expected in (
         "A small map",
         "inertia (3): 1.5, 2, 5 [kg m2]",
@@ -290,7 +279,7 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
 @pytest.mark.parametrize("name", catalogue())
 def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Path) -> None:
     engine = load_engine(name, Path())
-    text = succeeded("info", name)
+    text = ok("info", name)
     for key, reason in engine.assumed.items():
         assert key in text
         assert " ".join(reason.split()) in text
@@ -299,8 +288,8 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     # An archive carries them too.
     scene = tmp_path / "scene.toml"
     scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')
-    succeeded("run", scene, "-o", tmp_path / "out.nc")
-    told = succeeded("info", tmp_path / "out.nc")
+    ok("run", scene, "-o", tmp_path / "out.nc")
+    told = ok("info", tmp_path / "out.nc")
     for key, reason in engine.assumed.items():
         assert f"{key}: {' '.join(reason.split())}" in told
 
@@ -323,11 +312,11 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ],
 )
 def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) -> None:
-    lines = succeeded("list", what).splitlines()
+    lines = ok("list", what).splitlines()
     assert [line.split()[0] for line in lines] == names
     assert all(len(line.split()) > 2 for line in lines)
     assert set(lines[0].split()[0] for _ in lines) <= set(names)
-    everything = {line.split()[0] for line in succeeded("list").splitlines()}
+    everything = {line.split()[0] for line in ok("list").splitlines()}
     assert set(names) <= everything
 
 
@@ -350,7 +339,7 @@ def test_symbols_are_written_in_plain_letters(symbol: str, text: str) -> None:
 
 
 def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
-    lines = dict(line.split(maxsplit=1) for line in succeeded("list", "quantities").splitlines())
+    lines = dict(line.split(maxsplit=1) for line in ok("list", "quantities").splitlines())
     for name, node in QUANTITIES.items():
         text = symbol_text(node.symbol)
         assert f", {text} (" in lines[name] or not text
@@ -360,15 +349,15 @@ def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
 
 
 def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:
-    text = succeeded("new")
+    text = ok("new")
     path = tmp_path / "scene.toml"
-    assert str(path) in succeeded("new", path)
+    assert str(path) in ok("new", path)
     assert path.read_text(encoding="utf-8") == text
     assert read_scene(path).dimensions == ("load", "inertia")
 
 
 def test_version() -> None:
-    assert re.fullmatch(r"engine-dyn, version \d+\.\d+\S*\n", succeeded("--version"))
+    assert re.fullmatch(r"engine-dyn, version \d+\.\d+\S*\n", ok("--version"))
 
 
 # --- published against computed -----------------------------------------------------------------
@@ -380,7 +369,7 @@ def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> Non
     )
     path = tmp_path / "scene.toml"
     path.write_text(SCENE + '[reference]\nfile = "published.csv"\n')
-    text = succeeded("run", path, "-o", tmp_path / "out.nc")
+    text = ok("run", path, "-o", tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
         delta = float(dataset["delta"].sel(inertia=2.0, speed=1200.0))
         np.testing.assert_array_equal(dataset["delta_published"], [np.nan, 0.1, np.nan])
@@ -439,7 +428,7 @@ def test_no_table_without_published_values() -> None:
 @pytest.mark.slow
 def test_the_thesis_comes_out_as_printed(tmp_path: Path) -> None:
     """Rows of Tables 5.3 and 5.4 that the calibration of the diagrams did not use."""
-    text = succeeded("run", "thesis", "-o", tmp_path / "thesis.nc")
+    text = ok("run", "thesis", "-o", tmp_path / "thesis.nc")
     for label in read_scene("thesis").labels["case"]:
         assert label in text
     with xr.open_dataset(tmp_path / "thesis.nc") as dataset:

@@ -24,20 +24,15 @@ from sweeps.archive.netcdf import open_archive
 from sweeps.archive.partial import Partial
 from sweeps.running import cluster, into_archive, limits, worker
 from sweeps.running.options import Options
-from tests.sweeps.test_joining import TABLE
-from tests.sweeps.test_streaming import (
-    ENGINE,
-    LARGE,
-    ROOT,
-    SCENE,
-    assert_same,
-    interrupted,
-    invoke,
-    plan_of,
-)
+from tests.support.archives import assert_same, interrupted, plan_of
+from tests.support.commands import invoke, refused
+from tests.support.engine_files import ENGINES
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, MAP
 
 cloudpickle = pytest.importorskip("cloudpickle")
 distributed = pytest.importorskip("distributed")
+
+ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -72,13 +67,6 @@ def same_but_machine(path: Path, expected: xr.Dataset) -> None:
     assert_same(path, expected)
 
 
-def refused(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    assert result.stderr.count("\n") == 1
-    return result.stderr
-
-
 # --- the same bytes -----------------------------------------------------------------------------
 
 
@@ -86,14 +74,14 @@ def refused(*arguments: str | Path) -> str:
 def test_archive_is_that_of_a_local_run(
     name: str, scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene: Any = {"table": TABLE, "thesis": "thesis"}.get(name)
+    scene: Any = {"table": DESIGN_TABLE, "thesis": "thesis"}.get(name)
     if scene is None:
         scene = tmp_path / "scene.toml"
-        scene.write_text(SCENE)
+        scene.write_text(MAP)
     if name == "files":
-        engine = (ENGINE / "diesel_105x137.toml").read_text()
+        engine = (ENGINES / "diesel_105x137.toml").read_text()
         (tmp_path / "my.toml").write_text(engine)
-        pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+        pressure = (ENGINES / "diesel_105x137_pressure.csv").read_text()
         (tmp_path / "diesel_105x137_pressure.csv").write_text(pressure)
         (tmp_path / "table.csv").write_text(
             "inertia,case\n" + "\n".join(f"{0.5 + 0.1 * i!r},number {i}" for i in range(1200))
@@ -118,7 +106,7 @@ def test_archive_is_that_of_a_local_run(
 
 def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, small: None) -> None:
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     for part in ("1/2", "2/2"):
         path = tmp_path / f"{part[0]}.nc"
         result = invoke("run", scene, "-o", path, "--shard", part, "--scheduler", scheduler)
@@ -143,18 +131,18 @@ def test_blocks_that_are_seen_late_are_waited_for(
 
 
 def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, LARGE.replace("num = 400", "num = 500000"))
+    plan = plan_of(tmp_path, LARGE_MAP.replace("num = 400", "num = 500000"))
     few, many = (cluster.DaskWorkers(None, "tcp://h:1", {}, ["m"] * n, print) for n in (2, 100))
     assert len(set(cluster.EACH * np.array([2, 100]) > cluster.FEWEST)) == 2
     assert 4e6 < many.block_bytes(plan, 64e6) < few.block_bytes(plan, 64e6) < 64e6
     assert few.block_bytes(plan, 1e5) == 1e5
-    small = plan_of(tmp_path, SCENE)
+    small = plan_of(tmp_path, MAP)
     assert few.block_bytes(small, 64e6) == 4e6
 
 
 def test_a_folder_holds_the_scene_as_plain_data(tmp_path: Path, small: None) -> None:
     """No path of the one who asks is read, and nothing is unpickled."""
-    plan = plan_of(tmp_path, SCENE)
+    plan = plan_of(tmp_path, MAP)
     here = Partial(tmp_path / "folder")
     here.path.mkdir()
     identity = provenance.identity(plan)
@@ -227,7 +215,7 @@ def test_a_killed_worker_costs_its_blocks_and_nothing_else(
     scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     monkeypatch.setattr(worker, "block", slow_block)
     killed: list[int] = []
 
@@ -285,7 +273,7 @@ def test_resume_after_the_client_was_killed(
     scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", scheduler, folder=tmp_path)
     wait_for(lambda: len(finished(tmp_path)) >= 3 or process.poll() is not None)
     process.kill()
@@ -310,7 +298,7 @@ def test_resume_after_the_client_was_killed(
 def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, small: None) -> None:
     """A terminal sends the signal to all of them; a local run goes on with what they leave."""
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", "local:2", folder=tmp_path)
     wait_for(lambda: len(finished(tmp_path)) >= 2 or process.poll() is not None)
     os.killpg(process.pid, signal.SIGINT)
@@ -454,7 +442,7 @@ def test_workers_that_come_later_are_checked_too(
         return found
 
     monkeypatch.setattr(cluster, "_checked", other)
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(MAP)
     text = refused(
         "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", scheduler
     )
@@ -486,7 +474,7 @@ def test_a_full_disk_is_told_by_the_workers(
     scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     with monkeypatch.context() as patch:
         patch.setattr(worker, "block", full_disk)
         result = invoke("run", scene, "-o", tmp_path / "out.nc", "--scheduler", scheduler)
@@ -512,7 +500,7 @@ def test_a_block_that_kills_its_workers_ends_the_run(
 ) -> None:
     import dask
 
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(MAP)
     monkeypatch.setattr(worker, "block", dying)
     with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
         result = invoke(
@@ -528,7 +516,7 @@ def test_a_scheduler_that_goes_away(
 ) -> None:
     """The blocks stay; a run of one process goes on with them."""
     scene = tmp_path / "scene.toml"
-    scene.write_text(LARGE)
+    scene.write_text(LARGE_MAP)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setattr(worker, "block", slow_block)
     with distributed.LocalCluster(
@@ -560,7 +548,7 @@ def test_a_scheduler_that_goes_away(
 def test_resume_on_another_kind_of_machine_is_refused(
     key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
-    plan, output = plan_of(tmp_path, LARGE), tmp_path / "out.nc"
+    plan, output = plan_of(tmp_path, LARGE_MAP), tmp_path / "out.nc"
     interrupted(plan, output, monkeypatch)
     header = json.loads((tmp_path / "out.nc.partial" / "run.json").read_text())
     assert header["kind"] == provenance.machine_kind()

@@ -12,8 +12,9 @@ import sweeps
 from sweeps.exploring import compare as comparing
 from sweeps.exploring.compare import compare
 from sweeps.presenting.comparison import comparison_text
-from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
-from tests.sweeps.test_streaming import invoke
+from tests.support.archives import run
+from tests.support.commands import invoke, ok, refused
+from tests.support.scenes import DESIGN_TABLE, TO_JOIN
 
 pytestmark = pytest.mark.compiled
 
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.compiled
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("compare")
-    (folder / "scene.toml").write_text(SCENE)
+    (folder / "scene.toml").write_text(TO_JOIN)
     run(folder / "scene.toml", folder / "a.nc")
     return folder
 
@@ -106,7 +107,7 @@ def test_where_axes_differ_common_values_are_compared(archive: xr.Dataset) -> No
 
 
 def test_words_and_tables_of_designs() -> None:
-    table = sweeps.run(TABLE)
+    table = sweeps.run(DESIGN_TABLE)
     other = table.isel(method=[1], design=[4, 2]).copy(deep=True)
     other["delta"].values[0] *= 2.0
     found = compare(table, other)
@@ -136,7 +137,9 @@ def test_quantities_of_one_archive_only(archive: xr.Dataset) -> None:
 
 
 def test_by_the_command(folder: Path) -> None:
-    scene = SCENE.replace("stop = 9.0", "stop = 9.1").replace("angle_step = 10", "angle_step = 10")
+    scene = TO_JOIN.replace("stop = 9.0", "stop = 9.1").replace(
+        "angle_step = 10", "angle_step = 10"
+    )
     (folder / "other.toml").write_text(scene)
     run(folder / "other.toml", folder / "other.nc", overwrite=True)
     text = ok("compare", folder / "a.nc", folder / "other.nc")

@@ -21,7 +21,6 @@ import pytest
 import xarray as xr
 from cf_xarray.units import units
 
-from benchmarks.fuzz import good_archive
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, QUANTITIES
 from sweeps.archive import netcdf
 from sweeps.joining.extend import extend
@@ -31,8 +30,8 @@ from sweeps.planning.shards import shard
 from sweeps.running import into_archive
 from sweeps.running.options import Options
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support import NOT_OF_AN_ENGINE
-from tests.sweeps.test_blocks import SCENES
+from tests.support.archives import sound_archive
+from tests.support.scenes import IN_BLOCKS, NOT_OF_AN_ENGINE
 
 SUITE = "cf:1.11"
 CHECKER = Path(sys.executable).with_name("compliance-checker")
@@ -103,7 +102,7 @@ def written(folder: Path) -> list[Path]:
 
     for name, raw in (*OWN.items(), *everything()):
         run(name, raw)
-    for name, raw in SCENES.items():
+    for name, raw in IN_BLOCKS.items():
         run(f"of blocks, {name}", {"engine": "ntua", **raw})
     for name in built_in_scenes():
         run(name, reduced(name))
@@ -159,7 +158,7 @@ def test_a_checker_of_conventions_finds_nothing(archives: list[Path], tmp_path: 
 
 def test_the_checker_finds_what_is_wrong(tmp_path: Path) -> None:
     path = tmp_path / "wrong.nc"
-    path.write_bytes(good_archive())
+    path.write_bytes(sound_archive())
     with netCDF4.Dataset(path, "r+") as file:
         file["delta"].units = "furlong per whim"
         file["speed"].delncattr("units")

@@ -20,8 +20,8 @@ from sweeps.planning.forecast import text as plan_text
 from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
-from tests.support import NOT_OF_AN_ENGINE
-from tests.sweeps.test_engine_file import POINTS, VALUES, modelled, written
+from tests.support.engine_files import POINTS, VALUES, modelled, written
+from tests.support.scenes import NOT_OF_AN_ENGINE
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
 MEAN = ("torque_mean", "imep", "bmep", "fmep", "displacement", "brake_power", "peak_pressure")

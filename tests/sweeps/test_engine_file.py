@@ -18,48 +18,8 @@ from sweeps.errors import SceneError
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.scene.reading import read_scene
-from tests.support import NOT_OF_AN_ENGINE
-from tests.sweeps.test_bad_input import indicator_text, points
-
-VALUES = """\
-name = "mine"
-title = "An engine of one's own"
-cycle = "four-stroke"
-
-[values]
-reciprocating_mass = 6.67
-inertia = 2
-rod_length = 0.35
-bore = 0.14
-stroke = 0.18
-speed = 1200
-load = 50
-cylinders = 2
-load_exponent = 2
-load_offset = 0
-crankcase_pressure = 1.01325
-friction_constant = 0.137
-friction_peak_pressure = 0.005
-friction_mean_piston_speed = 0.142
-"""
-
-POINTS = '\n[[diagram]]\nload = 50\nkind = "points"\nfile = "pressure.csv"\n'
-
-
-def modelled() -> str:
-    """A [[diagram]] of the catalogue that is modelled, written out again."""
-    raw = tomllib.loads(catalogue()["ntua"].read_text(encoding="utf-8"))
-    table = next(t for t in raw["diagram"] if t["kind"] == "diesel_cycle")
-    lines = [f"{key} = {value!r}" for key, value in {**table, "load": 50}.items()]
-    return "\n[[diagram]]\n" + "\n".join(lines).replace("'", '"') + "\n"
-
-
-def written(folder: Path, text: str) -> Path:
-    folder.joinpath("pressure.csv").write_text(indicator_text(points()))
-    path = folder / "mine.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
+from tests.support.engine_files import POINTS, VALUES, modelled, written
+from tests.support.scenes import NOT_OF_AN_ENGINE
 
 # --- the catalogue ------------------------------------------------------------------------------
 

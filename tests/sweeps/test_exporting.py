@@ -15,7 +15,9 @@ import xarray as xr
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.exploring import export
-from tests.sweeps.test_joining import SCENE, TABLE, ok, refused, run
+from tests.support.archives import run
+from tests.support.commands import ok, refused
+from tests.support.scenes import DESIGN_TABLE, TO_JOIN
 
 pytestmark = pytest.mark.compiled
 
@@ -25,7 +27,7 @@ KINDS = ("csv", "parquet")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("exporting")
-    (folder / "scene.toml").write_text(SCENE)
+    (folder / "scene.toml").write_text(TO_JOIN)
     run(folder / "scene.toml", folder / "a.nc")
     return folder
 
@@ -63,7 +65,7 @@ def test_a_table_has_the_numbers_of_the_archive(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_curves_words_and_columns_of_designs(kind: str, tmp_path: Path) -> None:
-    archive = sweeps.run(TABLE)
+    archive = sweeps.run(DESIGN_TABLE)
     archive["delta"].values[0] = np.nan
     path = tmp_path / f"t.{kind}"
     done = sweeps.export(archive, path)

@@ -1,7 +1,6 @@
 """Files that others made, and that may mean harm: one line, nothing elsewhere, bounded memory.
 
-What the fuzzer found first stands here as a test of its own. The longer campaign is
-`python -m benchmarks.fuzz`.
+What the fuzzer (`make fuzz`) found first has a test of its own here.
 """
 
 from __future__ import annotations
@@ -21,77 +20,28 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import click.testing
 import netCDF4
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
 
 import sweeps
-from benchmarks import fuzz
 from sweeps.archive import netcdf, partial, provenance
 from sweeps.archive.partial import Partial
 from sweeps.catalogue import ENGINES
-from sweeps.cli.main import main
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.reading import hdf5_links, netcdf_files, regular_files
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
+from tests.support.archives import PLAIN, SMALL, interrupted_files, sound_archive
+from tests.support.commands import invoke, refused
 
 ROOT = Path(__file__).resolve().parents[2]
-
-EXAMPLES = {"figures": 3, "archive": 12, "engine": 12}
-"""Inputs of a target where they take long; else as many as the profile says."""
 
 SCENE = 'engine = "ntua"\n[output]\nquantities = ["delta"]\n'
 
 unix = pytest.mark.skipif(sys.platform == "win32", reason="has no such files")
-
-
-def invoke(*arguments: str | Path) -> click.testing.Result:
-    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
-
-
-def refused(*arguments: str | Path) -> str:
-    """The one line with which a command refuses its input."""
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    assert result.stderr.count("\n") == 1 and result.stderr[:-1].isprintable()
-    return result.stderr
-
-
-@pytest.mark.parametrize("name", list(fuzz.TARGETS))
-def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
-    make, check = fuzz.TARGETS[name]
-    count = EXAMPLES.get(name, settings.default.max_examples if settings.default else 25)
-
-    @settings(max_examples=count, suppress_health_check=list(HealthCheck))
-    @given(make())
-    def run(example: Any) -> None:
-        check(example)
-
-    before = sum(fuzz.COUNTS.values())
-    run()
-    assert sum(fuzz.COUNTS.values()) > before
-
-
-@pytest.mark.slow
-@unix
-def test_a_campaign_counts_what_it_made() -> None:
-    words = [sys.executable, "-m", "benchmarks.fuzz", "--target", "table", "--seconds", "0.1"]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    first, counts = done.stdout.splitlines()
-    assert first.startswith("seed ")
-    assert json.loads(counts.removeprefix("table: "))["refused"] > 0
-
-
-def test_written_toml_is_what_was_meant() -> None:
-    for data in (*fuzz.scenes().values(), *fuzz.engines().values()):
-        tree = tomllib.loads(data.decode())
-        assert tomllib.loads(fuzz.toml_text(tree)) == tree
 
 
 # --- references ---------------------------------------------------------------------------------
@@ -179,7 +129,7 @@ def test_servers_are_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         refused("plan", "scene.toml")
     # A folder of that name makes it a file: it is opened by its whole path, which is no address.
     (tmp_path / "http:" / "localhost").mkdir(parents=True)
-    (tmp_path / "http:" / "localhost" / "x.nc").write_bytes(fuzz.good_archive())
+    (tmp_path / "http:" / "localhost" / "x.nc").write_bytes(sound_archive())
     assert invoke("info", "http://localhost/x.nc").exit_code == 0
 
 
@@ -302,7 +252,7 @@ def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
             file.createVariable("bore", "f8", ("n",), chunksizes=(1 << 20,), zlib=True)
         yield table(f"{name}.nc")
         path = folder / f"archive_{name}.nc"
-        path.write_bytes(fuzz.good_archive())
+        path.write_bytes(sound_archive())
         with netCDF4.Dataset(path, "r+") as file:
             file.createDimension("bore", size)
             file.createVariable("bore", "f8", ("bore",), chunksizes=(1 << 20,), zlib=True)
@@ -319,8 +269,10 @@ def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
         made.units = "m"
     yield table("chunk.nc")
     # Attributes: files that inflate, and parts of axes that nobody has.
+    with netCDF4.Dataset(path) as file:
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
     with netCDF4.Dataset(folder / "zlib.nc", "w") as file:
-        file.setncatts(fuzz._attributes_of_archive(False))
+        file.setncatts(attributes)
         known = json.loads(file.getncattr("input_files"))
         zeros = base64.b64encode(zlib.compress(bytes(1 << 27), 9)).decode()
         known["files"] |= {
@@ -329,7 +281,7 @@ def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
         file.setncattr("input_files", json.dumps(known))
     yield "rerun", str(folder / "zlib.nc"), "-o", str(folder / "x.nc")
     part = folder / "part.nc"
-    part.write_bytes(fuzz.good_archive(True))
+    part.write_bytes(sound_archive(True))
     with netCDF4.Dataset(part, "r+") as file:
         piece = {**json.loads(file.getncattr("part")), "of": 10**9}
         file.setncattr("part", json.dumps(piece))
@@ -371,7 +323,7 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
     precious = tmp_path / "precious.txt"
     precious.write_text("precious")
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
-    plan = make_plan(read_scene(fuzz._PLAIN))
+    plan = make_plan(read_scene(tomllib.loads(PLAIN)))
     for name in ("run.json.new", "block-000001.bin.new", "archive.nc", "run.json", "lock"):
         output = tmp_path / f"{name}.nc"
         folder = Partial.of(output).path
@@ -381,7 +333,7 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
             with pytest.raises(OSError, match=r"symbolic|link|regular"):
                 into_archive.run(plan, output, Options())
             scene = tmp_path / "scene.toml"
-            scene.write_text(fuzz.toml_text(fuzz._PLAIN))
+            scene.write_text(PLAIN)
             assert "cannot be written" in refused("run", scene, "-o", output)
         else:
             into_archive.run(plan, output, Options())
@@ -392,7 +344,7 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
 @unix
 def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
-    path.write_bytes(fuzz.good_archive())
+    path.write_bytes(sound_archive())
     assert invoke("plot", path, "--format", "svg").exit_code == 0
     figures = sorted((tmp_path / "a").iterdir())
     precious = tmp_path / "precious.txt"
@@ -465,7 +417,7 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
         scene.write_text(SCENE.replace('"ntua"', '"diesel_105x137.toml"'))
         assert invoke("plan", scene).exit_code == 0  # loads what the package may be hidden from
         good = folder / "good.nc"
-        good.write_bytes(fuzz.good_archive())
+        good.write_bytes(sound_archive())
         assert invoke("export", good, "-o", folder / "before.csv").exit_code == 0
         folder.chmod(0o555)
         for path in folder.iterdir():
@@ -490,7 +442,7 @@ def test_a_read_only_folder_is_refused_before_computing(monkeypatch: pytest.Monk
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     good = tmp_path / "good.nc"
-    good.write_bytes(fuzz.good_archive())
+    good.write_bytes(sound_archive())
     for arguments in (
         ("run", "first", "-o", tmp_path / "file" / "out.nc"),
         ("export", good, "-o", tmp_path / "file" / "out.csv"),
@@ -520,7 +472,7 @@ def test_a_slow_disk_without_locks_or_synced_folders(
             raise OSError(22, "Invalid argument")  # a folder
         sync(handle)
 
-    plan = make_plan(read_scene(fuzz._PLAIN))
+    plan = make_plan(read_scene(tomllib.loads(PLAIN)))
     into_archive.run(plan, tmp_path / "quick.nc", Options())
     monkeypatch.setattr(fcntl, "flock", no_locks)
     monkeypatch.setattr(os, "fsync", slow)
@@ -541,7 +493,7 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
     folder = tmp_path / os.fsdecode(b"b\xff d")
     folder.mkdir()
     scene = folder / os.fsdecode(b"s\xfe.toml")
-    scene.write_text(fuzz.toml_text(fuzz._PLAIN))
+    scene.write_text(PLAIN)
     output = tmp_path / "out.nc"
     result = invoke("run", scene, "-o", output)
     assert result.exit_code == 0, result.output
@@ -561,7 +513,7 @@ def test_names_that_are_no_texts(tmp_path: Path) -> None:
 
 def test_what_an_archive_says_does_not_steer_the_terminal(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
-    path.write_bytes(fuzz.good_archive())
+    path.write_bytes(sound_archive())
     with netCDF4.Dataset(path, "r+") as file:
         file.title = "\x1b]0;owned\x07 \u202e title"
         file.comment = "\x9b2J"
@@ -578,12 +530,12 @@ def test_rerun_reads_no_file_but_the_archive(
     secret = tmp_path / "secret.csv"
     secret.write_text("speed_rpm,torque_Nm\n0,1\n9000,2\n")
     path = tmp_path / "a.nc"
-    path.write_bytes(fuzz.good_archive())
+    path.write_bytes(sound_archive())
     for table in ({"set": {"load_table": str(secret)}}, {"engine": str(tmp_path / "e.toml")},
                   {"designs": {"file": str(secret)}}, {"indicator": {"file": "/dev/zero"}},
                   {"reference": {"file": str(secret)}}):  # fmt: skip
         with netCDF4.Dataset(path, "r+") as file:
-            file.scene = json.dumps({**fuzz._SMALL, **table})
+            file.scene = json.dumps({**SMALL, **table})
         read: list[str] = []
         with monkeypatch.context() as patch:
             patch.setattr(regular_files, "opened_file", lambda p, read=read: read.append(str(p)))
@@ -645,7 +597,7 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.nc"
-    path.write_bytes(fuzz.good_archive())
+    path.write_bytes(sound_archive())
     real = netcdf_files.psutil.virtual_memory()
     for free, taken in ((1500, True), (100, False)):
         monkeypatch.setattr(
@@ -662,7 +614,7 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
 
 def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.nc"
-    path.write_bytes(fuzz.good_archive())
+    path.write_bytes(sound_archive())
     assert hdf5_links.external_member(path) == ""
     monkeypatch.setattr(hdf5_links, "MOST_MEMBERS", 3)
     assert hdf5_links.external_member(path)
@@ -673,7 +625,7 @@ def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyP
 )
 @pytest.mark.parametrize("size", [0, 100, 3000, 0.5, 0.9])
 def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
-    whole = fuzz.good_archive()
+    whole = sound_archive()
     path, good = tmp_path / "cut.nc", tmp_path / "good.nc"
     path.write_bytes(whole[: int(size * len(whole)) if size < 1 else int(size)])
     good.write_bytes(whole)
@@ -690,9 +642,9 @@ def test_cut_archives(command: str, size: float, tmp_path: Path) -> None:
 def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A right hash does not make it a block: kind, shape and names must be right too."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
-    plan, output = make_plan(read_scene(fuzz._PLAIN)), tmp_path / "out.nc"
+    plan, output = make_plan(read_scene(tomllib.loads(PLAIN))), tmp_path / "out.nc"
     folder = Partial.of(output)
-    good = fuzz.good_partial()
+    good = interrupted_files()
     for arrays in ({"delta": np.zeros(3)}, {}, {"mean_piston_speed": np.zeros(3, "i1")}):
         folder.path.mkdir()
         for name, data in good.items():

@@ -20,65 +20,18 @@ from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.sweeps.test_streaming import (
-    ENGINE,
-    LARGE,
-    assert_same,
-    interrupted,
-    invoke,
-    of_run,
-    stop_after,
-)
+from tests.support.archives import assert_same, interrupted, of_run, run, stop_after
+from tests.support.commands import invoke, ok, refused
+from tests.support.engine_files import ENGINES
+from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN
 
 pytestmark = pytest.mark.compiled
-
-SCENE = """\
-title = "To be joined"
-engine = "ntua"
-
-[axes]
-speed = [1000, 1200, 1500, 1600]
-inertia = { start = 1.5, stop = 9.0, num = 7 }
-
-[output]
-quantities = ["delta", "imep", "fmep", "torque_max", "load_torque"]
-angle_step = 10
-"""
-
-TABLE = {
-    "engine": "ntua",
-    "designs": {
-        "case": [f"design {i}" for i in range(12)],
-        "stroke": np.linspace(0.15, 0.2, 12).tolist(),
-        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3],
-    },
-    "axes": {"load": [0, 30, 60]},
-    "solver": {"method": ["auto", "newton"]},
-    "output": {"quantities": ["delta", "imep", "torque_after_throw"], "angle_step": 30},
-}
 
 LONG = {
     "engine": "ntua",
     "axes": {"inertia": np.geomspace(1.0, 12.0, 1500).tolist(), "load": [10, 50]},
     "output": {"quantities": ["delta", "omega_max"]},
 }
-
-
-def run(scene: Any, path: Path, **options: Any) -> None:
-    into_archive.run(make_plan(read_scene(scene)), path, Options(**options))
-
-
-def ok(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    return result.stdout
-
-
-def refused(*arguments: str | Path) -> str:
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    assert result.stderr.count("\n") == 1
-    return result.stderr
 
 
 # --- shards -------------------------------------------------------------------------------------
@@ -91,10 +44,10 @@ def test_shards_make_up_the_whole(
 ) -> None:
     from sweeps.planning.shards import shard
 
-    scene: Any = {"table": TABLE, "long": LONG}.get(name)
+    scene: Any = {"table": DESIGN_TABLE, "long": LONG}.get(name)
     if scene is None:
         scene = tmp_path / "scene.toml"
-        scene.write_text(SCENE)
+        scene.write_text(TO_JOIN)
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     whole = make_plan(read_scene(scene))
     paths = [tmp_path / f"{number}.nc" for number in range(1, count + 1)]
@@ -113,7 +66,7 @@ def test_shards_make_up_the_whole(
 
 
 def test_shards_by_the_command(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     for i in (1, 2, 3):
         ok("run", tmp_path / "scene.toml", "-o", tmp_path / f"{i}.nc", "--shard", f"{i}/3")
     with open_archive(tmp_path / "2.nc") as opened:
@@ -133,7 +86,7 @@ def test_shards_by_the_command(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("bad", ["0/3", "4/3", "1", "1/0", "a/b", "1/2/3", "-1/3", "1/8"])
 def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     text = refused("run", tmp_path / "scene.toml", "-o", tmp_path / "no.nc", f"--shard={bad}")
     assert f"--shard {bad}" in text
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
@@ -242,7 +195,7 @@ def test_slabs_cover_everything_once(shape: tuple[int, ...], limit: float) -> No
 def test_extend_computes_only_what_is_new(
     axis: str, values: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     path = tmp_path / "out.nc"
     run(tmp_path / "scene.toml", path, level=1)
     before = sweeps.run(tmp_path / "scene.toml")
@@ -293,7 +246,7 @@ def test_extend_computes_only_what_is_new(
 
 def test_extend_refuses(tmp_path: Path) -> None:
     path = tmp_path / "out.nc"
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     run(tmp_path / "scene.toml", path)
     before = path.read_bytes()
     for axis, said in (
@@ -324,7 +277,7 @@ def test_an_interrupted_extension_leaves_the_archive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "out.nc"
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     run(tmp_path / "scene.toml", path)
     before = path.read_bytes()
 
@@ -351,7 +304,7 @@ def test_an_interrupted_extension_leaves_the_archive(
 def extended(folder: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> tuple[Path, str]:
     """An archive whose extension was interrupted after some blocks, and what was said."""
     path = folder / "out.nc"
-    (folder / "scene.toml").write_text(LARGE)
+    (folder / "scene.toml").write_text(LARGE_MAP)
     run(folder / "scene.toml", path)
     before = path.read_bytes()
     with monkeypatch.context() as patch:
@@ -435,7 +388,7 @@ def test_an_extension_killed_at_its_last_moments(
 ) -> None:
     """When all is computed and not put together, and when all is done but the folder is there."""
     path = tmp_path / "out.nc"
-    (tmp_path / "scene.toml").write_text(LARGE)
+    (tmp_path / "scene.toml").write_text(LARGE_MAP)
     run(tmp_path / "scene.toml", path)
 
     def stop(*_: Any) -> None:
@@ -470,13 +423,13 @@ def test_rerun_needs_nothing_but_the_archive(
 ) -> None:
     folder = tmp_path / "study"
     folder.mkdir()
-    scene: Any = {"table": TABLE, "long": LONG, "thesis": "thesis"}.get(name)
+    scene: Any = {"table": DESIGN_TABLE, "long": LONG, "thesis": "thesis"}.get(name)
     if scene is None:
-        pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+        pressure = (ENGINES / "diesel_105x137_pressure.csv").read_text()
         (folder / "deep").mkdir()
         (folder / "deep" / "pressure.csv").write_text(pressure)
         (folder / "measured é.csv").write_text(pressure.replace(",1.0", ",1.01"))
-        engine = (ENGINE / "diesel_105x137.toml").read_text()
+        engine = (ENGINES / "diesel_105x137.toml").read_text()
         (folder / "deep" / "my.toml").write_text(
             engine.replace("diesel_105x137_pressure.csv", "../deep/pressure.csv")
         )
@@ -556,7 +509,7 @@ def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
 
 
 def test_an_interrupted_rerun_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(TO_JOIN)
     run(tmp_path / "scene.toml", tmp_path / "out.nc")
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e4)
     plan = make_plan(read_scene(tmp_path / "scene.toml"))

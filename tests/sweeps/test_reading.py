@@ -22,7 +22,9 @@ from sweeps.planning.shards import shard
 from sweeps.running import into_archive
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.sweeps.test_joining import SCENE, TABLE, ok, run
+from tests.support.archives import run
+from tests.support.commands import ok
+from tests.support.scenes import DESIGN_TABLE, TO_JOIN
 
 pytestmark = pytest.mark.compiled
 
@@ -30,7 +32,7 @@ pytestmark = pytest.mark.compiled
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("reading") / "scene.toml"
-    path.write_text(SCENE)
+    path.write_text(TO_JOIN)
     return path
 
 
@@ -57,7 +59,7 @@ def without_history(dataset: xr.Dataset) -> xr.Dataset:
 
 @pytest.mark.parametrize("name", ["scene", "table"])
 def test_shards_open_as_what_merge_writes(name: str, scene: Path, tmp_path: Path) -> None:
-    paths = shards(scene if name == "scene" else TABLE, 3, tmp_path)
+    paths = shards(scene if name == "scene" else DESIGN_TABLE, 3, tmp_path)
     ok("merge", *paths, "-o", tmp_path / "whole.nc")
     with sweeps.open(paths[::-1]) as lazy, open_archive(tmp_path / "whole.nc") as merged:
         xr.testing.assert_identical(without_history(lazy.load()), without_history(merged.load()))
@@ -158,7 +160,7 @@ def test_nearest(whole: xr.Dataset) -> None:
 
 
 def test_nearest_by_words() -> None:
-    table = sweeps.run(TABLE)
+    table = sweeps.run(DESIGN_TABLE)
     cut = sweeps.nearest(table, method="newton", case="design 7", load=29.0)
     assert cut["method_name"].item() == "newton"
     assert cut["case"].item() == "design 7"
@@ -197,7 +199,7 @@ def test_best_is_what_looking_at_all_finds(
 
 
 def test_best_keeps_axes_that_do_not_matter() -> None:
-    archive = sweeps.run(TABLE)
+    archive = sweeps.run(DESIGN_TABLE)
     found = sweeps.best(archive, most="stroke")
     assert "design" not in found["imep"].dims
     assert set(archive["delta"].dims) - set(found["delta"].dims) == {"design"}

@@ -25,8 +25,8 @@ from sweeps.errors import SceneError
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES, METHODS
-from tests.support import NOT_OF_AN_ENGINE
-from tests.sweeps.test_bad_input import indicator_text, points
+from tests.support.engine_files import indicator_text, points
+from tests.support.scenes import NOT_OF_AN_ENGINE
 
 
 def scene(**tables: Any) -> dict[str, Any]:

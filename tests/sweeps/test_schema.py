@@ -12,7 +12,7 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.errors import SceneError
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.sweeps.test_streaming import invoke
+from tests.support.commands import invoke
 
 SCHEMA = scene_schema()
 

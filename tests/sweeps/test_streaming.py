@@ -15,7 +15,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import click.testing
 import netCDF4
 import numpy as np
 import pytest
@@ -24,12 +23,14 @@ import xarray as xr
 import sweeps
 from sweeps.archive import netcdf, partial
 from sweeps.archive.partial import Partial
-from sweeps.cli.main import main
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive, limits
-from sweeps.running.options import Options, Stopped
+from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.sweeps.test_blocks import SCENES
+from tests.support.archives import assert_same, interrupted, plan_of, stop_after
+from tests.support.commands import invoke
+from tests.support.engine_files import ENGINES
+from tests.support.scenes import IN_BLOCKS, LARGE_MAP, MAP
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -37,24 +38,6 @@ pytestmark = pytest.mark.compiled
 
 SMALL = 4e4
 """Bytes of a block."""
-
-SCENE = """\
-title = "A map"
-engine = "ntua"
-
-[axes]
-crank_ratio = [0.2, 0.25, 0.3]
-inertia = { start = 1.5, stop = 9.0, num = 40 }
-speed = { start = 1000, stop = 1800, num = 50 }
-
-[output]
-quantities = ["delta", "omega_mean", "imep", "fmep"]
-"""
-
-
-LARGE = SCENE.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
-"""120 000 designs in some twenty blocks."""
-
 
 PROGRAM = """
 import sys
@@ -65,75 +48,21 @@ main()
 """
 
 
-def of_run(attributes: dict[str, Any]) -> dict[str, Any]:
-    """Attributes without those that no two runs share."""
-    left = {k: v for k, v in attributes.items() if k not in ("history", "seconds", "command_line")}
-    # Where the scene lies does not matter, what it names does.
-    return {**left, "input_files": json.loads(left["input_files"])["files"]}
-
-
-def assert_same(path: Path, expected: xr.Dataset) -> None:
-    """The same variables to the byte, the same labels."""
-    with netcdf.open_archive(path) as opened:
-        found = opened.load()
-    expected = expected.copy()
-    found.attrs, expected.attrs = of_run(found.attrs), of_run(expected.attrs)
-    xr.testing.assert_identical(found, expected)
-    for name, variable in expected.variables.items():
-        if variable.dtype.kind != "O":
-            assert found[name].dtype == variable.dtype, name
-            assert found[name].values.tobytes() == variable.values.tobytes(), name
-
-
-def plan_of(folder: Path, text: str = SCENE) -> Plan:
-    path = folder / "scene.toml"
-    path.write_text(text)
-    return make_plan(read_scene(path))
-
-
-def invoke(*arguments: str | Path) -> click.testing.Result:
-    return click.testing.CliRunner().invoke(main, [str(a) for a in arguments])
-
-
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many blocks of few designs."""
     monkeypatch.setattr(limits, "LARGEST_BLOCK", SMALL)
 
 
-def stop_after(monkeypatch: pytest.MonkeyPatch, blocks: int, error: BaseException) -> None:
-    """Let so many blocks be written, then raise."""
-    write = Partial.write
-    count = [0]
-
-    def counted(self: Partial, *arguments: Any) -> int:
-        count[0] += 1
-        if count[0] > blocks:
-            raise error
-        return write(self, *arguments)
-
-    monkeypatch.setattr(Partial, "write", counted)
-
-
-def interrupted(plan: Plan, output: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> None:
-    """Leave an interrupted run."""
-    with monkeypatch.context() as patch:
-        stop_after(patch, blocks, KeyboardInterrupt())
-        with pytest.raises(Stopped, match=rf"{blocks} of \d+ blocks are finished"):
-            into_archive.run(plan, output, Options())
-    assert not output.exists()
-    assert len(Partial.of(output).finished()) == blocks
-
-
 # --- what is written ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", IN_BLOCKS)
 @pytest.mark.parametrize("limit", [1e3, SMALL, 64e6])
 def test_streamed_archive_is_that_of_the_dataset(
     name: str, limit: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = {"engine": "ntua", **SCENES[name]}
+    scene = {"engine": "ntua", **IN_BLOCKS[name]}
     monkeypatch.setattr(limits, "LARGEST_BLOCK", limit)
     done = into_archive.run(make_plan(read_scene(scene)), tmp_path / "out.nc", Options())
     if limit == 1e3 and name != "one design":
@@ -274,7 +203,7 @@ def test_a_disk_with_room_for_one_archive_is_enough(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
     """Not for the blocks beside it: they are given up as they are put together."""
-    plan = plan_of(tmp_path, LARGE)
+    plan = plan_of(tmp_path, LARGE_MAP)
     size = limits.archive_bytes(plan)
     real = limits.shutil.disk_usage(tmp_path)
     room = 1.2 * size
@@ -399,9 +328,6 @@ def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
             folder.read(0)
 
 
-ENGINE = Path(sweeps.__file__ or "").parent / "catalogue" / "engines"
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -417,11 +343,11 @@ ENGINE = Path(sweeps.__file__ or "").parent / "catalogue" / "engines"
 def test_resume_refuses_what_does_not_match_and_says_what(
     change: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
-    engine = (ENGINE / "diesel_105x137.toml").read_text()
+    engine = (ENGINES / "diesel_105x137.toml").read_text()
     (tmp_path / "my.toml").write_text(engine.replace("diesel_105x137_pressure.csv", "pressure.csv"))
-    pressure = (ENGINE / "diesel_105x137_pressure.csv").read_text()
+    pressure = (ENGINES / "diesel_105x137_pressure.csv").read_text()
     (tmp_path / "pressure.csv").write_text(pressure)
-    text = SCENE.replace('"ntua"', '"my.toml"')
+    text = MAP.replace('"ntua"', '"my.toml"')
     plan, output = plan_of(tmp_path, text), tmp_path / "out.nc"
     interrupted(plan, output, monkeypatch)
     single = change == "numbers"
@@ -529,7 +455,7 @@ main()
 def test_a_file_that_may_not_grow(limit: int, tmp_path: Path, monkeypatch: Any) -> None:
     """The system itself refuses: first a block, then only the archive."""
     path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
-    path.write_text(SCENE.replace("num = 40", "num = 200"))
+    path.write_text(MAP.replace("num = 40", "num = 200"))
     done = subprocess.run(
         [sys.executable, "-c", LIMITED, str(limit), "run", str(path), "-o", str(output)],
         capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -556,7 +482,7 @@ cp disk/out.nc out.nc
 @pytest.mark.skipif(not Path("/proc/self/ns/mnt").exists(), reason="needs Linux's namespaces")
 def test_a_small_disk_that_is_full(tmp_path: Path) -> None:
     """A file system in memory, just large enough for the blocks but not for the archive too."""
-    plan = plan_of(tmp_path, LARGE)
+    plan = plan_of(tmp_path, LARGE_MAP)
     (tmp_path / "disk").mkdir()
     script = SMALL_DISK.format(
         size=2 * limits.archive_bytes(plan) + 20_000, python=sys.executable, program=PROGRAM
@@ -638,7 +564,7 @@ def wait_for(what: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """The same in one go."""
     folder = tmp_path_factory.mktemp("whole")
-    (folder / "scene.toml").write_text(LARGE)
+    (folder / "scene.toml").write_text(LARGE_MAP)
     return sweeps.run(folder / "scene.toml")
 
 
@@ -646,7 +572,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
 @pytest.mark.parametrize("number", range(5))
 def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) -> None:
     """Five points; `python -m benchmarks.reliability` has a hundred."""
-    (tmp_path / "scene.toml").write_text(LARGE)
+    (tmp_path / "scene.toml").write_text(LARGE_MAP)
     chance = random.Random(number)
     output, folder = tmp_path / "out.nc", tmp_path / "out.nc.partial"
     process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
@@ -680,7 +606,7 @@ print(hashlib.sha256(data).hexdigest())
 @pytest.mark.slow
 def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
     """Else a run could be resumed to other bytes than it would have had in one go."""
-    (tmp_path / "scene.toml").write_text(LARGE)
+    (tmp_path / "scene.toml").write_text(LARGE_MAP)
     environment = {
         **os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
     }  # fmt: skip
@@ -696,7 +622,7 @@ def test_kernels_just_compiled_compute_the_same_bits(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
-    (tmp_path / "scene.toml").write_text(LARGE)
+    (tmp_path / "scene.toml").write_text(LARGE_MAP)
     folder = tmp_path / "out.nc.partial"
     process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path, before=SLOW)
     wait_for(lambda: len(list(folder.glob("block-*.bin"))) > 1, process)
@@ -716,7 +642,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, whole: xr.Dataset) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGSTOP")
 def test_a_running_process_keeps_others_away_and_a_killed_one_does_not(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(LARGE)
+    (tmp_path / "scene.toml").write_text(LARGE_MAP)
     folder = tmp_path / "out.nc.partial"
     process = start("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
     wait_for(lambda: (folder / "run.json").exists(), process)

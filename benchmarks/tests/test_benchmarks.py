@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks import engines, measure, own, peers, problem, report
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = pytest.mark.compiled
 

@@ -1,6 +1,6 @@
 """Solutions of the held-out designs, kept beside the code that made them.
 
-``python -m tests.oracle.golden`` in the project's root writes ``golden.json`` anew (some minutes).
+``python -m oracle.golden`` in the project's root writes ``golden.json`` anew (some minutes).
 Every number is that of `solution.solve`; nothing is written unless `collocation.collocate` agrees
 with it to 1e-9 in every speed and in delta.
 """
@@ -92,7 +92,7 @@ def main() -> None:
     for item in held_out():
         records.append(record_of(item))
         print(f"{item.name}: {item.status} {records[-1].get('disagreement', '')}", flush=True)
-    about = "Written by python -m tests.oracle.golden; SI units; speeds in rad/s."
+    about = "Written by python -m oracle.golden; SI units; speeds in rad/s."
     text = json.dumps({"about": about, "designs": records}, indent=1)
     FILE.write_text(text + "\n", "utf-8")
 

@@ -256,7 +256,7 @@ class Batch:
         return total
 
     def curves(self, stages: Array) -> tuple[Array, Array]:
-        """w and theta - 1 at the stages of every piece."""
+        """W and theta - 1 at the stages of every piece."""
         work = self.begins[:, :, None] + self.width[:, None] * (
             self.rates @ (WORK @ powers_of(stages, POINTS.size + 1).T)
         )
@@ -692,7 +692,7 @@ def _with_time(batch: Batch, w: Array, bent: Array) -> Found:
 def _evaluate(
     batch: Batch, phi: Array, rise: Array, begin: Array, load: Array
 ) -> tuple[Array, Array]:
-    """d and its slope at angles (design, any) within the period of `batch.edges`."""
+    """D and its slope at angles (design, any) within the period of `batch.edges`."""
     period = batch.period
     inside = np.mod(phi - batch.edges[0], period) + batch.edges[0]
     piece = np.clip(np.searchsorted(batch.edges, inside, side="right") - 1, 0, batch.width.size - 1)

@@ -1,4 +1,4 @@
-"""Held-out designs (tests.oracle) through the packages: their pressure as points, their numbers."""
+"""Held-out designs (oracle) through the packages: their pressure as points, their numbers."""
 
 from __future__ import annotations
 
@@ -13,22 +13,10 @@ from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
-from tests.oracle.designs import HeldOut, held_out, table
-from tests.oracle.solution import Design
+from oracle.designs import HeldOut, held_out, table
+from oracle.solution import Design
 
 BAR = 1e5
-
-NOT_OF_AN_ENGINE: dict[str, Any] = {
-    "set": {
-        "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
-        "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
-        "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
-        "rim_speed_limit": "cast iron", "rated_power": 20e3, "rated_speed": 1500,
-        "rod_inertia": 0.1,
-    },
-    "characteristic": {"kind": "diesel"},
-}  # fmt: skip
-"""Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
 
 
 @cache

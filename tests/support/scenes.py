@@ -1,0 +1,101 @@
+"""Scenes that several test files run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+NOT_OF_AN_ENGINE: dict[str, Any] = {
+    "set": {
+        "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
+        "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
+        "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
+        "rim_speed_limit": "cast iron", "rated_power": 20e3, "rated_speed": 1500,
+        "rod_inertia": 0.1,
+    },
+    "characteristic": {"kind": "diesel"},
+}  # fmt: skip
+"""Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
+
+CURVES = ["torque", "load_torque", "torque_after_throw"]
+
+IN_BLOCKS: dict[str, dict[str, Any]] = {
+    "a product": {
+        "axes": {
+            "inertia": [1.0, 2.0, 4.0],
+            "crank_ratio": [0.2, 0.25, 0.3],
+            "speed": [900, 1100, 1300, 1500, 1700],
+        },
+        "output": {"quantities": ["delta", "torque_max", "bmep", "position"]},
+    },
+    "designs beside an axis": {
+        "designs": {
+            "stroke": np.linspace(0.15, 0.2, 17).tolist(),
+            "speed": np.linspace(900, 2000, 17).tolist(),
+            "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 8, 8],
+        },
+        "axes": {"load": [0, 30, 60]},
+        "output": {"quantities": ["delta", "omega_mean", "imep"]},
+    },
+    "designs that share no table": {
+        "designs": {
+            "crank_ratio": np.linspace(0.2, 0.33, 70).tolist(),
+            "reciprocating_mass": np.linspace(3.0, 9.0, 70).tolist(),
+        },
+        "output": {"quantities": ["delta", "torque_mean"]},
+    },
+    "curves, and throws that a block lacks": {
+        "axes": {"cylinders": [1, 2, 4], "speed": [1000, 1200]},
+        "output": {"quantities": ["delta", *CURVES], "angle_step": 10.0},
+    },
+    "words": {
+        "axes": {"inertia": [2.0, 3.0, 4.0]},
+        "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
+        "output": {"quantities": ["delta", "load_torque_nominal"]},
+    },
+    "one design": {"output": {"quantities": ["delta", "fmep"]}},
+}
+"""Scenes of every shape, which blocks may cut in many ways; `engine` is left out."""
+
+MAP = """\
+title = "A map"
+engine = "ntua"
+
+[axes]
+crank_ratio = [0.2, 0.25, 0.3]
+inertia = { start = 1.5, stop = 9.0, num = 40 }
+speed = { start = 1000, stop = 1800, num = 50 }
+
+[output]
+quantities = ["delta", "omega_mean", "imep", "fmep"]
+"""
+
+
+LARGE_MAP = MAP.replace("num = 40", "num = 400").replace("num = 50", "num = 100")
+"""120 000 designs in some twenty blocks."""
+
+TO_JOIN = """\
+title = "To be joined"
+engine = "ntua"
+
+[axes]
+speed = [1000, 1200, 1500, 1600]
+inertia = { start = 1.5, stop = 9.0, num = 7 }
+
+[output]
+quantities = ["delta", "imep", "fmep", "torque_max", "load_torque"]
+angle_step = 10
+"""
+
+DESIGN_TABLE = {
+    "engine": "ntua",
+    "designs": {
+        "case": [f"design {i}" for i in range(12)],
+        "stroke": np.linspace(0.15, 0.2, 12).tolist(),
+        "cylinders": [1, 1, 2, 4, 6, 1, 1, 1, 2, 2, 2, 3],
+    },
+    "axes": {"load": [0, 30, 60]},
+    "solver": {"method": ["auto", "newton"]},
+    "output": {"quantities": ["delta", "imep", "torque_after_throw"], "angle_step": 30},
+}
