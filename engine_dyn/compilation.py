@@ -8,8 +8,10 @@ that holds the function and would not see an edit in a file it calls (numba#1833
 from __future__ import annotations
 
 import contextlib
+import functools
 import gc
 import hashlib
+import inspect
 import itertools
 import os
 import pickle
@@ -23,6 +25,7 @@ from typing import Any
 import numba
 import numpy as np
 from llvmlite import ir
+from numba import extending
 from numba.core import caching, cgutils, codegen, event, targetconfig, types
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
@@ -33,6 +36,7 @@ from engine_dyn.types import Floats, Integers
 __all__ = [
     "FAST_MATH",
     "SQUARE_SIDE",
+    "by_type",
     "formula",
     "indices_on_stack",
     "inlined",
@@ -591,3 +595,38 @@ wide_vectors: Any = intrinsic(_wide) if _compiled else lambda: None
 For some processors the compiler prefers half the width, which is meant for programs that use
 vectors now and then; here they are all there is. Only the kernel that calls it is affected.
 """
+
+
+def by_type(function: Callable[..., Any]) -> Any:
+    """Make a function that the compiler chooses by the type of the last argument.
+
+    The function itself is the general case. What is done instead for a class of named tuples is
+    registered with ``@function.of(Class)``. The choice costs nothing at run time, because types are
+    known when a kernel is compiled.
+    """
+    general = inlined(function)
+    special: dict[Any, Any] = {}
+    arguments = ", ".join(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def call(*given: Any) -> Any:  # without the compiler
+        return special.get(type(given[-1]), general)(*given)
+
+    def choose(*types: Any) -> Any:
+        chosen = special.get(getattr(types[-1], "instance_class", None), general)
+        names: dict[str, Any] = {"chosen": chosen}
+        # Numba wants the arguments by name.
+        exec(f"def forward({arguments}): return chosen({arguments})", names)
+        return names["forward"]
+
+    def of(kind: type) -> Callable[[Callable[..., Any]], Any]:
+        def register(implementation: Callable[..., Any]) -> Any:
+            special[kind] = inlined(implementation)
+            return special[kind]
+
+        return register
+
+    options: Any = {**_OPTIONS, "forceinline": True}
+    extending.overload(call, jit_options=options, strict=False)(choose)
+    call.of = of  # type: ignore[attr-defined]  # functions may have attributes
+    return call

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.loads.laws import CurveForm, Form, PowerForm
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
@@ -239,14 +240,39 @@ class DrivenMachine:
         return self.motor or self.driver_over_speed is not None
 
     @property
+    def law(self) -> str:
+        """Name of the law over speed, see `engine_dyn.loads.laws.LAWS`."""
+        if self.motor:
+            return "motor"
+        return "power_law" if self.over_speed is None else "table"
+
+    @property
     def power_law(self) -> bool:
         """Whether the load over speed is a + k omega^alpha."""
-        return not self.motor and self.over_speed is None
+        return self.law == "power_law"
 
     @property
     def plain(self) -> bool:
         """Whether there is nothing but a + k omega^alpha."""
         return self.power_law and self.over_angle is None
+
+    @property
+    def form(self) -> Form:
+        """Form of the law over speed, as kernels take it."""
+        if self.power_law:
+            return PowerForm(0)
+        curve, table = self.over_speed, np.zeros((3, 0))
+        if curve is not None:
+            table = np.stack([curve.speed, curve.torque, curve.slope])
+        own = curve is not None and curve.own_speed
+        return CurveForm(-1.0 if self.has_driver else 1.0, own, table)
+
+    @property
+    def angle_table(self) -> Floats:
+        """Table of the load over angle, as kernels take it; empty where there is none."""
+        if self.over_angle is None:
+            return np.zeros((4, 0))
+        return np.ascontiguousarray(self.over_angle.table)
 
 
 NOTHING_DRIVEN = DrivenMachine()

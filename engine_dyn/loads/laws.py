@@ -1,50 +1,138 @@
-"""How load or driver depend on the speed within the cycle: F(q), q = (omega/omega_n)^2.
+"""How load or driver depend on the speed within the cycle: the registry of laws.
 
-F is the torque over its value at the nominal speed. Of a + k omega^alpha it is q^(alpha/2); of a
-table or a motor it is T(omega_n sqrt q)/T(omega_n), with kappa of `newton` positive for a load and
-negative for a driver: the equation is the same.
+Every law gives F(q), q = (omega/omega_n)^2: the torque over its value at the nominal speed. Of
+a + k omega^alpha it is q^(alpha/2); of a table or a motor it is T(omega_n sqrt q)/T(omega_n), with
+kappa of `engine_dyn.speed.general.newton` positive for a load and negative for a driver: the
+equation is the same.
+
+A law has two named tuples. Its *form* is what all designs of a sweep share (a table, or nothing);
+the law itself is of one design. The compiler knows their types, and takes the functions that are
+registered here for them: it leaves out what a law is not, and designs without a table or a motor
+pay nothing for these. To add a law is to add its facts to `LAWS`, its two tuples, and `make_law`
+and `torque_at` for them; the other functions have a general case.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import by_type
 from engine_dyn.loads.piecewise_cubic import piece_at
 from engine_dyn.types import Floats
 
 __all__ = [
     "FLOOR",
+    "CurveForm",
+    "LAWS",
+    "MOTOR_KEYS",
+    "Form",
+    "Law",
+    "LawFacts",
+    "LawInputs",
     "Power",
-    "Shape",
+    "PowerForm",
+    "covers",
+    "gear_of",
     "half_of",
-    "is_shape",
+    "is_power",
     "load_terms",
-    "shape_at",
+    "make_law",
+    "torque_at",
 ]
-
 
 FLOOR = 1e-6
 """Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
 through where the solution can not be; a solution below it is a stall."""
 
+SLACK = 1.0 + 1e-9
+"""Factor on the ends of a table, which is rounding."""
+
+
+class LawFacts(NamedTuple):
+    """What one law over speed is called, and what it needs.
+
+    Attributes
+    ----------
+    name : str
+        Word of the law among the variants of quantities.
+    meaning : str
+        One line, about the scenes that have it.
+    needs : tuple of str
+        Nodes of the graph of quantities that it takes of each design.
+    keys : tuple of str
+        Keys of scenes and engine files that choose it: any of them is enough. Empty where the law
+        holds unless another is chosen, or where a table of its own chooses it.
+    """
+
+    name: str
+    meaning: str
+    needs: tuple[str, ...] = ()
+    keys: tuple[str, ...] = ()
+
+
+MOTOR_KEYS = (
+    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
+    "motor_gear_ratio",
+)  # fmt: skip
+"""Any of them given, an induction motor drives."""
+
+LAWS = (
+    LawFacts("power_law", "load torque a + k omega^alpha", ("load_exponent",)),
+    LawFacts("table", "load or driver has a table over speed", ("load_gear",)),
+    LawFacts(
+        "motor", "an induction motor drives", ("synchronous_speed", "motor_breakdown_slip"),
+        MOTOR_KEYS,
+    ),
+)  # fmt: skip
+"""All laws of load and driver over speed."""
+
+
+class LawInputs(NamedTuple):
+    """Inputs of one design that laws are made from; `speed` is the nominal one [rad/s].
+
+    Names and units are those of `engine_dyn.speed.fields`.
+    """
+
+    speed: float
+    exponent: float
+    gear_ratio: float
+    synchronous_speed: float
+    breakdown_slip: float
+
+
+class PowerForm(NamedTuple):
+    """The load over speed is a + k omega^alpha; the number has no meaning."""
+
+    none: int
+
+
+class CurveForm(NamedTuple):
+    """A load (`sign` 1) or a driver (-1) over speed: speeds, torques and slopes of its table.
+
+    The table is empty for an induction motor. `own` says that a table is over the speed of the
+    load's shaft, the gear ratio times the crank's: F(q) is that at this speed.
+    """
+
+    sign: float
+    own: bool
+    table: Floats
+
+
+Form = PowerForm | CurveForm
+
 
 class Power(NamedTuple):
-    """F = q^half, half = alpha/2.
-
-    Laws are told apart by their length, which the compiler knows: it leaves out what a law is not,
-    and engines without a table or a motor pay nothing for these.
-    """
+    """F = q^half, half = alpha/2."""
 
     half: float
 
 
-class Shape(NamedTuple):
+class Curve(NamedTuple):
     """F = T(omega_n sqrt q)/T(omega_n) of a table, or of a motor where the table is empty.
 
     `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n); `synchronous` [rad/s] and `slip` are
-    those of `driven_machine.motor_torque`, `table` has speed, torque and slope.
+    those of `motor_torque`, `table` has speed, torque and slope.
     """
 
     nominal: float
@@ -54,23 +142,108 @@ class Shape(NamedTuple):
     table: Floats
 
 
-@inlined
-def is_shape(law: Power | Shape) -> bool:
-    """Whether a law is no power of the speed."""
-    return len(law) > 1
+Law = Power | Curve
 
 
-@inlined
-def half_of(law: Power | Shape) -> float:
+@by_type
+def is_power(law: Law) -> bool:
+    """Whether a law is a power of the speed, which no stable point of operation is needed for."""
+    return False
+
+
+@by_type
+def half_of(law: Law) -> float:
     """alpha/2; 1 for what is no power: that of q, which rises with the speed."""
-    if len(law) == 1:
-        return law.half
     return 1.0
 
 
-@inlined
-def shape_at(omega: float, law: Shape) -> tuple[float, float, float]:
-    """Torque of a table or a motor at a speed, and its first two derivatives.
+@by_type
+def load_terms(q: float, law: Any) -> tuple[float, float, float]:
+    """F and its first two derivatives, continued by the tangent below `FLOOR`."""
+    base = max(q, FLOOR)
+    omega = law.nominal * math.sqrt(base)
+    value, first, second = torque_at(omega, law)
+    rate = 0.5 * omega / base
+    value *= law.scale
+    slope = law.scale * first * rate
+    if q < FLOOR:
+        return value + slope * (q - FLOOR), slope, 0.0
+    return value, slope, law.scale * (second * rate * rate - 0.5 * first * rate / base)
+
+
+@by_type
+def torque_at(omega: float, law: Law) -> tuple[float, float, float]:
+    """Torque at a speed [rad/s], in any unit, and its first two derivatives.
+
+    For laws that are no power of the speed, which have `nominal` and `scale`.
+    """
+    raise TypeError("this law is not registered")
+
+
+@by_type
+def make_law(inputs: LawInputs, form: Form) -> tuple[Law, float]:
+    """Law of a design, and the sign of the mean torque that it makes up for.
+
+    The sign is that of a number: 0 where there is no torque at the nominal speed, NaN where a table
+    does not cover it.
+    """
+    raise TypeError("this law is not registered")
+
+
+@by_type
+def gear_of(gear_ratio: float, form: Form) -> float:
+    """Speed that a law is over, over the crank's."""
+    return 1.0
+
+
+@by_type
+def covers(high: float, low: float, form: Form) -> bool:
+    """Whether a law is known from the speed `low` to the speed `high` [rad/s]."""
+    return True
+
+
+# --- a + k omega^alpha --------------------------------------------------------------------------
+
+
+@is_power.of(Power)
+def _is_power(law: Power) -> bool:
+    return True
+
+
+@half_of.of(Power)
+def _half_of_power(law: Power) -> float:
+    return law.half
+
+
+@make_law.of(PowerForm)
+def _make_power(inputs: LawInputs, form: PowerForm) -> tuple[Power, float]:
+    return Power(0.5 * inputs.exponent), 1.0
+
+
+@load_terms.of(Power)
+def _terms_of_power(q: float, law: Power) -> tuple[float, float, float]:
+    half = law.half
+    if half == 0.0:
+        return 1.0, 0.0, 0.0
+    base = max(q, FLOOR)
+    if half == 1.0:
+        value = base
+    elif half == 0.5:
+        value = math.sqrt(base)
+    else:
+        value = base**half
+    first = half * value / base
+    if q < FLOOR:
+        return value + first * (q - FLOOR), first, 0.0
+    return value, first, (half - 1.0) * first / base
+
+
+# --- a table over speed, or a motor --------------------------------------------------------------
+
+
+@torque_at.of(Curve)
+def _torque_of_curve(omega: float, law: Curve) -> tuple[float, float, float]:
+    """Torque of a table, or of a motor over its breakdown torque (Kloss's formula).
 
     A table goes on straight beyond its ends, for iterates; a solution there is refused.
     """
@@ -96,36 +269,24 @@ def shape_at(omega: float, law: Shape) -> tuple[float, float, float]:
     )
 
 
-@inlined
-def _terms_of_shape(q: float, law: Shape) -> tuple[float, float, float]:
-    """F and its first two derivatives of a table or a motor."""
-    base = max(q, FLOOR)
-    omega = law.nominal * math.sqrt(base)
-    value, first, second = shape_at(omega, law)
-    rate = 0.5 * omega / base
-    value *= law.scale
-    slope = law.scale * first * rate
-    if q < FLOOR:
-        return value + slope * (q - FLOOR), slope, 0.0
-    return value, slope, law.scale * (second * rate * rate - 0.5 * first * rate / base)
+@make_law.of(CurveForm)
+def _make_curve(inputs: LawInputs, form: CurveForm) -> tuple[Curve, float]:
+    speed, table = gear_of(inputs.gear_ratio, form) * inputs.speed, form.table
+    synchronous, slip = inputs.synchronous_speed, inputs.breakdown_slip
+    torque, _, _ = torque_at(speed, Curve(speed, 1.0, synchronous, slip, table))
+    scale = 1.0 / torque if torque != 0.0 else 0.0
+    sign = form.sign * scale if covers(speed, speed, form) else math.nan
+    return Curve(speed, scale, synchronous, slip, table), sign
 
 
-@inlined
-def load_terms(q: float, law: Power | Shape) -> tuple[float, float, float]:
-    """F and its first two derivatives, continued by the tangent below `FLOOR`."""
-    if len(law) > 1:
-        return _terms_of_shape(q, law)
-    half = law.half
-    if half == 0.0:
-        return 1.0, 0.0, 0.0
-    base = max(q, FLOOR)
-    if half == 1.0:
-        value = base
-    elif half == 0.5:
-        value = math.sqrt(base)
-    else:
-        value = base**half
-    first = half * value / base
-    if q < FLOOR:
-        return value + first * (q - FLOOR), first, 0.0
-    return value, first, (half - 1.0) * first / base
+@gear_of.of(CurveForm)
+def _gear_of_curve(gear_ratio: float, form: CurveForm) -> float:
+    return gear_ratio if form.own else 1.0
+
+
+@covers.of(CurveForm)
+def _curve_covers(high: float, low: float, form: CurveForm) -> bool:
+    speeds = form.table[0]
+    if speeds.size > 0:
+        return bool(speeds[0] <= low * SLACK and high <= speeds[speeds.size - 1] * SLACK)
+    return True

@@ -14,7 +14,6 @@ from engine_dyn.units import BAR, DEGREE, RPM
 __all__ = [
     "CYCLE_KEYS",
     "INERTIA_PARTS",
-    "MOTOR_KEYS",
     "PARAMETERS",
     "SOLVER_COLUMNS",
     "STROKE_SHARES",
@@ -289,12 +288,6 @@ CYCLE_KEYS = (
 
 INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
 """Any of them given, the inertia is that of the engine's running gear and these parts."""
-
-MOTOR_KEYS = (
-    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
-    "motor_gear_ratio",
-)  # fmt: skip
-"""Any of them given, an induction motor drives."""
 
 STROKE_SHARES = (
     "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",

@@ -7,19 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
+from engine_dyn.speed.fields import NAMES_OF_QUANTITIES
+from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
 __all__ = ["NODES", "kernel_inputs"]
 
 _KERNEL_NAMES = {
-    "reciprocating_mass": "mass", "load_exponent": "exponent", "load_offset": "offset",
-    "load_constant": "offset", "load_gear": "gear_ratio", "load_table_factor": "load_scale",
-    "motor_breakdown_slip": "breakdown_slip", "torque_mean": "mean_torque",
-    "pressure_scale": "scale", "double_radius": "stroke", "cylinder_set": "cylinders",
+    **NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"
 }  # fmt: skip
-"""Names of nodes in the kernels' front, where they differ."""
+"""Names of nodes in the kernels' front. Of a load over angle, the mean is part of the offset."""
 
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
@@ -50,43 +50,8 @@ def _both_statuses(outcome: Any, search_status: Any) -> Any:
     return np.where(failed, search_status, outcome).astype(np.int8)
 
 
-_SCALARS = (
-    ("delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6"),
-    (
-        "delta_midrange", r"\delta_{mid}", "1",
-        "coefficient of speed fluctuation over the mid-range speed", "Kakaitsas eq. 3.7, Asgari 19",
-    ),
-    ("omega_max", r"\omega_{max}", "rad s-1", "largest crank speed", "Kakaitsas eq. 3.6"),
-    ("omega_min", r"\omega_{min}", "rad s-1", "smallest crank speed", "Kakaitsas eq. 3.6"),
-    ("omega_mean", r"\omega_m", "rad s-1", "mean crank speed over crank angle",
-     "Kakaitsas eq. 3.6"),
-    (
-        "load_factor", "", "1", "load coefficient over its value at nominal speed",
-        "closure cycle_time",
-    ),
-    (
-        "delta_error", r"\Delta\delta/\delta", "1",
-        "estimated relative error of the coefficient of speed fluctuation",
-        "against a solution with more nodes, or that of omega_min where it is more; thesis and "
-        "picard: against the periodic solution",
-    ),
-    ("iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"),
-)  # fmt: skip
-
-_CURVES = (
-    ("omega", r"\omega", "rad s-1", "crank speed over the cycle", "Kakaitsas eq. 3.1"),
-    (
-        "angular_acceleration", r"\epsilon", "rad s-2", "angular acceleration of the crank",
-        "Kakaitsas eq. 4.1",
-    ),
-)  # fmt: skip
-
-_LAWS: dict[str, tuple[str, ...]] = {
-    "power_law": (),
-    "table": ("load_gear",),
-    "motor": ("synchronous_speed", "motor_breakdown_slip"),
-}
-"""Laws of load or driver over speed, and what each needs beside the exponent and the table."""
+_LAWS = {law.name: law.needs for law in LAWS}
+"""What each law over speed needs."""
 
 _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE}
 """What a load over angle needs."""
@@ -99,12 +64,11 @@ def _solution(law: str, angle: str) -> Node:
     else:
         # Of a load over angle, its mean is part of what the speed does not change.
         constant = "load_constant"
-        exponent = ("load_exponent",) if law == "power_law" else ()
-        acting = (*exponent, "driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
+        acting = ("driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
         can_fail=True, when=f"{law} {angle}",
-        gives=(*(row[0] for row in (*_SCALARS, *_CURVES)), "status", "outcome"),
+        gives=(*SCALAR_NAMES, *CURVE_NAMES, "status", "outcome"),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
@@ -135,8 +99,8 @@ _SOLUTIONS = tuple(_solution(law, angle) for law in _LAWS for angle in _ANGLES)
 NODES: tuple[Node, ...] = (
     *_SOLUTIONS,
     *(_inertia_search(solution) for solution in _SOLUTIONS),
-    *(_result(*row) for row in _SCALARS),
-    *(_result(*row, adds=("crank_angle",), kind="curve") for row in _CURVES),
+    *(_result(*row) for row in RESULTS),
+    *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
     _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),
     Node(

@@ -12,22 +12,23 @@ from engine_dyn.quantities.friction import NO_STROKE_FRICTION, gas_of, stroke_fr
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.speed import kernel_inputs
+from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 
 __all__ = ["NODES"]
 
 
 def _torque_solution(**needs: Any) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
-    from engine_dyn.speed import dispatch
+    from engine_dyn.speed.torque import torque_extremes
 
-    return dispatch.torque_extremes(**kernel_inputs(needs))
+    return torque_extremes(**kernel_inputs(needs))
 
 
 def _solution(when: str, *more: str) -> Node:
     """Return the stage of the torque's extremes; `more` is what a load over angle needs."""
     return Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
-        kind="stage", public=False, gives=("torque_max", "torque_min", "energy_swing"), when=when,
+        kind="stage", public=False, gives=TORQUE_NAMES, when=when,
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed",
@@ -71,14 +72,7 @@ def _torque_after_throw(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
 NODES: tuple[Node, ...] = (
     _solution("steady_load"),
     _solution("angle_load", "driven", *OF_ANGLE),
-    _torque_result("torque_max", "M_{max}", "N m", "largest torque at nominal speed",
-                   "Kakaitsas section 5.4"),
-    _torque_result("torque_min", "M_{min}", "N m", "smallest torque at nominal speed",
-                   "Kakaitsas section 5.4"),
-    _torque_result(
-        "energy_swing", "W", "J",
-        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
-    ),
+    *(_torque_result(*row) for row in TORQUE_RESULTS),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
         needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders",

@@ -12,6 +12,8 @@ import difflib
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from engine_dyn.loads.laws import LAWS
+
 __all__ = ["ALTERNATIVES", "WORDS", "check_words"]
 
 ALTERNATIVES: tuple[Mapping[str, str], ...] = (
@@ -47,11 +49,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
-    {
-        "power_law": "load torque a + k omega^alpha",
-        "table": "load or driver has a table over speed",
-        "motor": "an induction motor drives",
-    },
+    {law.name: law.meaning for law in LAWS},
     {
         "no_driver": "the engine drives the load",
         "with_driver": "a driver turns the engine",

@@ -26,6 +26,11 @@ from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.fields import FRICTION_NAMES
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
 
 __all__ = ["PeriodicSpeed", "energy_swing", "periodic_speed"]
@@ -81,7 +86,7 @@ def _family_of(diagram: Diagram) -> Family:
 @lru_cache(maxsize=64)
 def _mean_gas(diagram: Diagram, crank_ratio: float, offset: float, factor: float) -> float:
     """Mean gas torque of a cylinder, kept because many have the same and searches ask again."""
-    return float(dispatch.mean_gas_torque(crank_ratio, 0.0, _family_of(diagram), offset, factor))
+    return float(mean_gas_torque(crank_ratio, 0.0, _family_of(diagram), offset, factor))
 
 
 def periodic_speed(
@@ -190,9 +195,9 @@ def periodic_speed(
         no answer is no error but a status.
     """
     for name, value, known in (
-        ("inertia_model", inertia_model, dispatch.INERTIA_MODELS),
-        ("method", method, dispatch.METHODS),
-        ("closure", closure, dispatch.CLOSURES),
+        ("inertia_model", inertia_model, INERTIA_MODELS),
+        ("method", method, METHOD_NAMES),
+        ("closure", closure, CLOSURES),
     ):
         if value not in known:
             raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
@@ -234,15 +239,15 @@ def periodic_speed(
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
     )
-    throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
-    offset_ratio = offset / (0.5 * throw)
+    double_radius = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
+    offset_ratio = offset / (0.5 * double_radius)
     engine.check_turning(crank_ratio, offset_ratio)
     means = []
     for member in engine.members[:1] if engine.equal else engine.members:
         own = map(float, member.own(crank_ratio, offset_ratio))
         means.append(member.radius_factor * _mean_gas(diagram, *own, member.pressure_factor))
     mean_gas = sum(means) / len(means)
-    lever = float(piston_area(bore)) * 0.5 * throw
+    lever = float(piston_area(bore)) * 0.5 * double_radius
     torque_mean = cylinders * lever * mean_gas - friction_torque
     angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
     constant = load_offset
@@ -256,7 +261,7 @@ def periodic_speed(
         load_scale=load_scale,
         synchronous_speed=synchronous_speed or 1.0,
         breakdown_slip=breakdown_slip or 1.0,
-        wanted=(*dispatch.SPEED_RESULTS, *(("omega",) if angles.size else ())),
+        wanted=(*SCALAR_NAMES, *(("omega",) if angles.size else ())),
         method=method,
         inertia_model=inertia_model,
         closure=closure,
@@ -271,7 +276,7 @@ def periodic_speed(
         crankcase_pressure=crankcase_pressure,
         offset_ratio=offset_ratio,
         bore=bore,
-        stroke=throw,
+        double_radius=double_radius,
         mass=reciprocating_mass,
         speed=speed,
         inertia=inertia,
@@ -346,12 +351,12 @@ def energy_swing(
     """
     if not np.isfinite(friction_torque):
         raise ValueError(f"friction_torque = {friction_torque:g}: must be a finite number")
-    throw = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
+    double_radius = 2.0 * float(crank_radius_of_ratio(stroke, crank_ratio, offset))
     engine = _cylinders(
         cylinders, diagram.period, firing_angles, pressure_factor, mass_factor, radius_factor
     )
-    engine.check_turning(crank_ratio, offset / (0.5 * throw))
-    found = dispatch.torque_extremes(
+    engine.check_turning(crank_ratio, offset / (0.5 * double_radius))
+    found = torque_extremes(
         family=_family_of(diagram),
         wanted=("energy_swing",),
         driven=driven,
@@ -366,14 +371,16 @@ def energy_swing(
         row=0.0,
         scale=1.0,
         crankcase_pressure=crankcase_pressure,
-        offset_ratio=offset / (0.5 * throw),
+        offset_ratio=offset / (0.5 * double_radius),
         bore=bore,
-        stroke=throw,
+        double_radius=double_radius,
         mass=reciprocating_mass,
         speed=speed,
         friction_torque=friction_torque,
         **_friction_levels(
-            friction_shape, friction_torque, cylinders * float(piston_area(bore)) * 0.5 * throw
+            friction_shape,
+            friction_torque,
+            cylinders * float(piston_area(bore)) * 0.5 * double_radius,
         ),
     )
     return float(found["energy_swing"])
@@ -387,7 +394,7 @@ def _friction_levels(
         return {}
     shares = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
     level = friction_torque / lever
-    levels = {n: s * level for n, s in zip(dispatch.FRICTION_NAMES, shares, strict=False)}
+    levels = {n: s * level for n, s in zip(FRICTION_NAMES, shares, strict=False)}
     return {**levels, "ring_pressure": shape.ring_pressure}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws"]
 
@@ -38,13 +38,11 @@ def mean_gas_of_equal_throws(
     tables : int
         Tables of the whole sweep, of which these designs may be a block: see `dispatch.solve`.
     """
-    whole = dispatch.mean_gas_torque(crank_ratio, row, family, offset, tables=tables)
+    whole = mean_gas_torque(crank_ratio, row, family, offset, tables=tables)
     factor = np.asarray(pressure_factor)
     if (factor == 1.0).all():
         return whole * factor
-    motored = dispatch.mean_gas_torque(
-        crank_ratio, row, family, offset, pressure_factor=0.0, tables=tables
-    )
+    motored = mean_gas_torque(crank_ratio, row, family, offset, pressure_factor=0.0, tables=tables)
     return np.where(factor == 1.0, whole, motored + factor * (whole - motored))
 
 
@@ -59,7 +57,7 @@ def mean_gas_of_unequal_throws(
 
     def of_one(member: Member) -> Any:
         own = member.own(crank_ratio, offset)
-        return member.radius_factor * dispatch.mean_gas_torque(
+        return member.radius_factor * mean_gas_torque(
             own.crank_ratio, row, family, own.offset, member.pressure_factor, tables
         )
 

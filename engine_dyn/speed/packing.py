@@ -1,51 +1,21 @@
-"""From broadcasting arrays to what kernels take: parts that are alike, packed values, threads."""
+"""From broadcasting arrays to what kernels take: parts that are alike, packed values."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.speed.product import INPUTS, OUTPUT, TABLE_INPUTS, Product
+from engine_dyn.speed.fields import INPUT_NAMES, INPUTS, OUTPUT, TABLE_INPUTS
+from engine_dyn.speed.product import Product
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "INPUT_NAMES",
-    "TABLE_NAMES",
-    "Packed",
-    "Part",
-    "aligned",
-    "run_pieces",
-    "shared_by",
-    "split",
-]
-
-Progress = Callable[[int], None]
-
-INPUT_NAMES = (
-    "crank_ratio", "row", "scale", "crankcase_pressure", "offset_ratio", "boundary_friction",
-    "mixed_friction", "hydrodynamic_friction", "skirt_friction", "ring_pressure", "bore", "stroke",
-    "mass", "speed", "inertia", "exponent", "offset", "mean_torque", "friction_torque",
-    "start_speed", "passes", "start_angle", "gear_ratio", "load_phase", "load_scale",
-    "synchronous_speed", "breakdown_slip",
-)  # fmt: skip
-"""Inputs in the order of `product`."""
-
-TABLE_NAMES = INPUT_NAMES[:TABLE_INPUTS]
-"""What tables depend on."""
-
-PIECE = 16384
-"""Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
-
-FEWEST = 64
-"""Designs that are worth a thread: some 50 us each by a general method. A pool takes 200 us, and
-milliseconds where other programs use the processors."""
+__all__ = ["Packed", "Part", "aligned", "split"]
 
 
 def aligned(array: Any, rank: int) -> npt.NDArray[Any]:
@@ -169,39 +139,3 @@ def _strides(shape: tuple[int, ...]) -> list[int]:
             steps[axis] = step
             step *= shape[axis]
     return steps or [0]
-
-
-def shared_by(designs: int, threads: int, fewest: int) -> int:
-    """How many of the threads share the work."""
-    return max(1, min(threads, designs // fewest))
-
-
-def run_pieces(
-    designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
-    largest: int = PIECE, fewest: int = FEWEST,
-) -> None:  # fmt: skip
-    """Call `work(begin, end)` over all designs, on threads when there is enough to share.
-
-    That is from `fewest` designs a thread on.
-    """
-    threads = shared_by(designs, threads, fewest)
-    size = max(1, min(largest, designs))
-    if threads > 1:  # several pieces a thread even out the load; each begins with a table
-        size = min(largest, max(-(-designs // (threads * 8)), fewest // 4))
-    pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
-    if threads == 1:
-        for begin, end in pieces:
-            work(begin, end)
-            if progress:
-                progress(end - begin)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        futures = [(pool.submit(work, *piece), piece) for piece in pieces]
-        try:
-            for future, (begin, end) in futures:
-                future.result()
-                if progress:
-                    progress(end - begin)
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise

@@ -5,24 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.fields import INPUTS
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["INPUTS", "Product", "offsets_at", "value_at"]
-
-
-# Inputs of a design. The first ten make the table that designs share; STROKE is two crank radii,
-# OFFSET_RATIO the offset of the pin's line over one, BOUNDARY to RING the friction over the stroke;
-# the five before OUTPUT belong to loads over angle and to motors (`driven_machine`); OUTPUT is the
-# place of the design's results.
-INPUTS = 28
-TABLE_INPUTS = 10
-(
-    RATIO, ROW, SCALE, CRANKCASE, OFFSET_RATIO, BOUNDARY, MIXED, HYDRODYNAMIC, SKIRT, RING,
-    BORE, STROKE, MASS, SPEED, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE, FRICTION,
-    START_SPEED, PASSES, START_ANGLE,
-    GEAR_RATIO, LOAD_PHASE, LOAD_SCALE, SYNCHRONOUS, BREAKDOWN,
-    OUTPUT,
-) = range(INPUTS)  # fmt: skip
+__all__ = ["Product", "count_of", "offsets_at", "value_at"]
 
 
 class Product(NamedTuple):

@@ -10,13 +10,14 @@ import psutil
 
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
+from engine_dyn.speed.fields import TABLE_QUANTITIES
+from engine_dyn.speed.methods import STEPPING
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.memory import memory_bytes
-from sweeps.planning.plan import TABLE_QUANTITIES, Plan, Stage
+from sweeps.planning.plan import Plan, Stage
 from sweeps.scene.driven import driven_machine
-from sweeps.scene.toml_tables import STEPPING_METHODS
 from sweeps.scene.variants import variant_words
 
 __all__ = ["RATES", "seconds", "table_count", "text"]
@@ -128,7 +129,7 @@ def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
     for method in scene.methods:
         for model in scene.inertia_models:
             slowest = RATES["variable"] if model == "variable" else math.inf
-            if method in STEPPING_METHODS:
+            if method in STEPPING:
                 yield each, RATES[method]
                 continue
             if not driven_machine(scene).plain:
@@ -162,8 +163,8 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     """How a kernel does its work: tables, part of the cycle, iteration, traces."""
     speed = stage.node.can_fail
-    solved = [m for m in plan.scene.methods if m not in STEPPING_METHODS] if speed else ["direct"]
-    repeated = [m for m in plan.scene.methods if m in STEPPING_METHODS] if speed else []
+    solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
+    repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
     lines = []
     if solved:
         tables = table_count(plan, stage)

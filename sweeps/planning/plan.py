@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy.typing as npt
 
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
+from engine_dyn.speed.fields import TABLE_QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.scene.model import Scene
 from sweeps.scene.variants import variant_words
 
-__all__ = ["TABLE_QUANTITIES", "Plan", "Stage", "make_plan"]
+__all__ = ["Plan", "Stage", "make_plan"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,13 +110,6 @@ class Plan:
 
 def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
-
-
-TABLE_QUANTITIES = (
-    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-    *NO_STROKE_FRICTION,
-)  # fmt: skip
-"""What the tables of a kernel depend on. A kernel is called for each set of cylinders by itself."""
 
 
 def make_plan(scene: Scene) -> Plan:

@@ -6,7 +6,7 @@ Tables and motors of the scene replace those of the engine.
 from __future__ import annotations
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.quantities.parameters import MOTOR_KEYS
+from engine_dyn.loads.laws import MOTOR_KEYS
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 

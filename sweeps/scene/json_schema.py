@@ -14,16 +14,14 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import allowed
 from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.toml_tables import (
-    CLOSURES,
     FAILURES,
-    INERTIA_MODELS,
     LARGEST_TOLERANCE,
-    METHODS,
     SMALLEST_TOLERANCE,
     Range,
     SceneFile,
@@ -81,7 +79,7 @@ def scene_schema() -> Schema:
     }
 
     solver = tables["Solver"]["properties"]
-    solver["method"] |= _one_or_several(METHODS)
+    solver["method"] |= _one_or_several(METHOD_NAMES)
     solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
     solver["closure"]["enum"] = list(CLOSURES)
     solver["tolerance"] |= {"minimum": SMALLEST_TOLERANCE, "maximum": LARGEST_TOLERANCE}

@@ -9,16 +9,13 @@ from dataclasses import dataclass
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 from sweeps.checks import check_range, number
 from sweeps.dimensions import INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.scene.toml_tables import (
-    CLOSURES,
-    INERTIA_MODELS,
     LARGEST_TOLERANCE,
-    METHODS,
     SMALLEST_TOLERANCE,
-    STEPPING_METHODS,
     Solver,
 )
 
@@ -56,7 +53,7 @@ def read_solver(solver: Solver, name: str) -> SolverSettings:
     where = f"{name}: [solver]"
     start = _start(solver, where)
     axes: dict[str, tuple[str, ...]] = {}
-    methods, several = _words(solver.method, METHODS, f"{where} method")
+    methods, several = _words(solver.method, METHOD_NAMES, f"{where} method")
     if several:
         axes[METHOD] = methods
     models, several = _words(solver.inertia_model, INERTIA_MODELS, f"{where} inertia_model")
@@ -101,9 +98,9 @@ def _check_solver(
             f"{SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
         )
     _words(solver.closure, CLOSURES, f"{where} closure")
-    stepping = [method for method in methods if method in STEPPING_METHODS]
+    stepping = [method for method in methods if method in STEPPING]
     if solver.closure == "cycle_time" and stepping:
-        others = [method for method in METHODS if method not in STEPPING_METHODS]
+        others = [method for method in METHOD_NAMES if method not in STEPPING]
         raise SceneError(
             f"{where} closure = 'cycle_time': method '{stepping[0]}' does not solve for the load "
             f"coefficient; use one of {', '.join(others)}, or closure = 'power_mean'"
@@ -112,5 +109,5 @@ def _check_solver(
         if not stepping:
             raise SceneError(
                 f"{where} {key} = {value:g}: has no effect on method '{', '.join(methods)}'; "
-                f"allowed with {' and '.join(STEPPING_METHODS)}"
+                f"allowed with {' and '.join(STEPPING)}"
             )

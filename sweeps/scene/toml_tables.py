@@ -12,18 +12,15 @@ from pydantic import Field
 
 from engine_dyn import status
 from engine_dyn.loads.characteristic import CHARACTERISTICS
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import Strict
 
 __all__ = [
-    "CLOSURES",
     "FAILURES",
-    "INERTIA_MODELS",
     "LARGEST_AXIS",
     "LARGEST_ORDER",
     "LARGEST_TOLERANCE",
-    "METHODS",
     "SMALLEST_TOLERANCE",
-    "STEPPING_METHODS",
     "Characteristic",
     "File",
     "Output",
@@ -31,13 +28,6 @@ __all__ = [
     "SceneFile",
     "Solver",
 ]
-
-METHODS = ("auto", "thesis", "picard", "newton", "closed")
-INERTIA_MODELS = ("constant", "variable")
-CLOSURES = ("power_mean", "cycle_time")
-
-STEPPING_METHODS = ("thesis", "picard")
-"""Methods that repeat cycles from a start; they cannot solve for the load coefficient."""
 
 FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
 """Outcomes that [output] fail_on may name."""
@@ -68,7 +58,7 @@ class Solver(Strict):
     """How the speed is solved."""
 
     method: str | list[str] = Field(
-        default="auto", description=f"one of {', '.join(METHODS)}, or a list of them"
+        default="auto", description=f"one of {', '.join(METHOD_NAMES)}, or a list of them"
     )
     tolerance: float = Field(
         default=1e-6, description=f"a number from {SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"

@@ -51,7 +51,7 @@ def _cylinder_words(scene: Scene) -> tuple[str, ...]:
 def _load_words(scene: Scene) -> tuple[str, ...]:
     driven = driven_machine(scene)
     return (
-        "power_law" if driven.power_law else "motor" if driven.motor else "table",
+        driven.law,
         "with_driver" if driven.has_driver else "no_driver",
         "steady_load" if driven.over_angle is None else "angle_load",
         "motor_of_slip" if motor_of_slip(scene) else "motor_of_speed",

@@ -28,7 +28,6 @@ from engine_dyn.speed.batch.lanes import (
     BOTTOM_LAST,
     BOTTOM_RIPPLE,
     BOTTOM_TILT,
-    CANCELLED,
     CODE,
     CRANKCASE,
     ERROR,
@@ -50,7 +49,6 @@ from engine_dyn.speed.batch.lanes import (
     PEAK,
     POINT,
     POINTS,
-    ROUNDING,
     ROW_SHARE,
     ROW_TABLE,
     SLACK,
@@ -88,6 +86,7 @@ from engine_dyn.speed.batch.levels import (
     P,
     V,
 )
+from engine_dyn.speed.results import CANCELLED, ROUNDING
 from engine_dyn.speed.tables.extremes import interpolate, refine
 from engine_dyn.speed.tables.work_tables import QUINTIC
 from engine_dyn.types import Floats, Integers

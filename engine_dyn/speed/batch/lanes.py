@@ -66,7 +66,6 @@ from engine_dyn.speed.batch.levels import (
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
-    "CANCELLED",
     "CONSTANT",
     "FIELDS",
     "FREE",
@@ -78,7 +77,6 @@ __all__ = [
     "PAD",
     "POWER",
     "ROOT",
-    "ROUNDING",
     "SQUARE",
     "VARIABLE",
     "clear",
@@ -154,14 +152,6 @@ MOST_PASSES = 10
 
 FREE_STEP = 1e-3
 """Largest step of the closure that its first two derivatives give to rounding."""
-
-ROUNDING = 5e-16
-"""Error of a speed over nominal that rounding leaves: a relative error of delta, the
-smaller that is."""
-
-CANCELLED = 8.0
-"""How much more rounding there is where masses act: V is the sum of up to 16 squares that nearly
-cancel, each good to some 2e-16, so speeds are good to that times 16 eta."""
 
 LARGEST_ALIAS = 1e-3
 """Largest share of a table that the coarse level may see wrongly; of usual ones it is 1e-4."""

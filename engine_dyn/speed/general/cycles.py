@@ -23,12 +23,11 @@ from engine_dyn.loads.friction import (
     stroke_friction_parts_at,
     varies_at,
 )
-from engine_dyn.speed.general.euler import march_cycles
-from engine_dyn.speed.general.picard import MOST_CYCLES
-from engine_dyn.speed.product import (
+from engine_dyn.speed.fields import (
     BORE,
+    DOUBLE_RADIUS,
     EXPONENT,
-    FRICTION,
+    FRICTION_TORQUE,
     INERTIA,
     MASS,
     OFFSET,
@@ -36,8 +35,9 @@ from engine_dyn.speed.product import (
     SPEED,
     START_ANGLE,
     START_SPEED,
-    STROKE,
 )
+from engine_dyn.speed.general.euler import march_cycles
+from engine_dyn.speed.general.picard import MOST_CYCLES
 from engine_dyn.speed.tables.work_tables import Blend
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, PASSES_DONE, STALLED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats, Integers
@@ -160,12 +160,12 @@ def run_euler(
     """
     count = sampled.shape[1]
     speed = values[at[SPEED]]
-    radius = 0.5 * values[at[STROKE]]
+    radius = 0.5 * values[at[DOUBLE_RADIUS]]
     lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
     throw = values[at[MASS]] * radius * radius
     mean = 0.0
     for j in range(count):
-        gas = lever * sampled[GAS_SHAPE, j] - values[at[FRICTION]]
+        gas = lever * sampled[GAS_SHAPE, j] - values[at[FRICTION_TORQUE]]
         inertia = throw * speed * speed * sampled[MASS_SHAPE, j]
         mean += gas + inertia
         if variable:

@@ -4,7 +4,7 @@ The unknown is e(phi), the kinetic energy over its nominal value (symbols of `se
 
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
-or any other law of `load_law`, e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta
+or any other law of `engine_dyn.loads.laws`, e periodic, tau = 1 (constant inertia) or Theta(phi)/Theta
 (variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is discretised with
 the two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable).
 What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is far more than
@@ -18,15 +18,13 @@ from __future__ import annotations
 
 import math
 
-from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, is_shape, load_terms
+from engine_dyn.compilation import by_type, inlined
+from engine_dyn.loads.laws import FLOOR, Law, Power, half_of, is_power, load_terms
+from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 from engine_dyn.types import Floats
 
-__all__ = ["POWER_MEAN", "CYCLE_TIME", "closure_terms", "newton"]
+__all__ = ["closure_terms", "newton"]
 
-
-POWER_MEAN = 0
-CYCLE_TIME = 1
 
 NEAR = 0.1
 """Relative error of the cycle's time from where Newton's steps are tried in both unknowns."""
@@ -37,7 +35,7 @@ TRIED = 15
 
 
 @inlined
-def closure_terms(q: float, law: Power | Shape, closure: int) -> tuple[float, float]:
+def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
     """Return the closure's residual density and its derivative: its mean must vanish.
 
     Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
@@ -90,7 +88,7 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
 
 @inlined
 def _settle(
-    kappa: float, law: Power | Shape, width: float, nodes: int, w: Floats, tau: Floats, d: Floats
+    kappa: float, law: Law, width: float, nodes: int, w: Floats, tau: Floats, d: Floats
 ) -> None:
     """Repeat cycles by implicit Euler from d[0], each step solved closely, until they nearly close.
 
@@ -128,7 +126,7 @@ def _settle(
 @inlined
 def _steps(
     kappa: float,
-    law: Power | Shape,
+    law: Law,
     closure: int,
     width: float,
     nodes: int,
@@ -239,7 +237,7 @@ def _steps(
 @inlined
 def _from_no_load(
     kappa: float,
-    law: Power | Shape,
+    law: Law,
     width: float,
     nodes: int,
     w: Floats,
@@ -258,7 +256,7 @@ def _from_no_load(
     level = _closed_level(half_of(law), nodes, w, tau)
     for j in range(nodes):
         d[j] = w[j] + level
-    if half_of(law) > 0.0 and not is_shape(law):
+    if half_of(law) > 0.0 and is_power(law):
         _settle(kappa, law, width, nodes, w, tau, d)
     return _steps(kappa, law, POWER_MEAN, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
 
@@ -266,7 +264,7 @@ def _from_no_load(
 @inlined
 def newton(
     kappa: float,
-    law: Power | Shape,
+    law: Law,
     closure: int,
     width: float,
     nodes: int,
@@ -284,23 +282,44 @@ def newton(
     `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
     last change and the smallest q.
 
-    With the cycle's time given, mu is unknown too. A problem whose mu is rise^half is, in units of
-    the speed at which mu is one, the problem of the power mean with kappa, w and 1 + d divided by
-    `rise`. The cycle's time falls steadily with `rise`; near the right one, steps in both unknowns
-    at once do the rest.
+    With the cycle's time given, mu is unknown too.
     """
     if closure == POWER_MEAN:
         return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
-    if len(law) > 1:  # no power of the speed comes out of its mean
-        taken, _, change, smallest = _from_no_load(
-            kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
-        )
-        if taken < 0:
-            return taken, 1.0, change, smallest
-        more, mu, change, smallest = _steps(
-            kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
-        )
-        return (taken + more if more > 0 else more), mu, change, smallest
+    return _with_cycle_time(kappa, width, nodes, w, dw, tau, dtau, d, work, tolerance, most, law)
+
+
+@by_type
+def _with_cycle_time(
+    kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats, dtau: Floats,
+    d: Floats, work: Floats, tolerance: float, most: int, law: Law,
+) -> tuple[int, float, float, float]:  # fmt: skip
+    """Solve with the cycle's time as closure, from the solution with the power mean.
+
+    Arguments and results as of `newton`.
+    """
+    taken, _, change, smallest = _from_no_load(
+        kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
+    )
+    if taken < 0:
+        return taken, 1.0, change, smallest
+    more, mu, change, smallest = _steps(
+        kappa, law, CYCLE_TIME, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
+    )
+    return (taken + more if more > 0 else more), mu, change, smallest
+
+
+@_with_cycle_time.of(Power)
+def _with_cycle_time_of_power(
+    kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats, dtau: Floats,
+    d: Floats, work: Floats, tolerance: float, most: int, law: Power,
+) -> tuple[int, float, float, float]:  # fmt: skip
+    """As `_with_cycle_time` for a power of the speed, which comes out of its mean.
+
+    A problem whose mu is rise^half is, in units of the speed at which mu is one, the problem of the
+    power mean with kappa, w and 1 + d divided by `rise`. The cycle's time falls steadily with
+    `rise`; near the right one, steps in both unknowns at once do the rest.
+    """
     low, high = 0.0, math.inf
     rise = 1.0
     steps = 0
@@ -329,7 +348,7 @@ def newton(
         guess = rise * time * time
         if abs(time - 1.0) < NEAR:
             taken, mu, change, smallest = _steps(
-                kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
+                kappa, law, CYCLE_TIME, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
             )
             steps += abs(taken)
             if taken > 0 and smallest > FLOOR:

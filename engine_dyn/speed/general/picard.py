@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR, Power, Shape, load_terms
+from engine_dyn.loads.laws import FLOOR, Law, load_terms
 from engine_dyn.types import Floats
 
 __all__ = ["MOST_CYCLES", "repeat_cycles"]
@@ -23,7 +23,7 @@ MOST_CORRECTIONS = 20
 @inlined
 def repeat_cycles(
     kappa: float,
-    law: Power | Shape,
+    law: Law,
     width: float,
     nodes: int,
     w: Floats,

@@ -27,9 +27,9 @@ import math
 
 import numpy as np
 
-from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import FLOOR, Power, Shape, half_of, load_terms
-from engine_dyn.speed.general.newton import CYCLE_TIME
+from engine_dyn.compilation import by_type, inlined
+from engine_dyn.loads.laws import FLOOR, Law, Power, half_of, load_terms
+from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.tables.work_tables import GAS_TORQUE, GAS_WORK, SQUARE, SQUARE_SLOPE
 from engine_dyn.types import Floats
 
@@ -188,7 +188,7 @@ def solve_linear(
 
 @inlined
 def powers_of(
-    kind: int, law: Power | Shape, segments: int, record: Floats, sums: bool, running: Floats
+    kind: int, law: Law, segments: int, record: Floats, sums: bool, running: Floats
 ) -> None:
     """F and dF/dq of one record, and its contribution to the sums of F - 1 and of dF/de.
 
@@ -198,12 +198,26 @@ def powers_of(
         for k in range(segments):
             record[POWERS + k] = 1.0
         return
-    if len(law) > 1:
+    fill_law(kind, segments, record, law)
+    if sums:
         for k in range(segments):
-            value, first, _ = load_terms(record[SAFE + k], law)
-            record[POWERS + k] = value
-            record[DERIVATIVE + k] = first
-    elif kind == 1:
+            running[FIRST + k] += record[POWERS + k] - 1.0
+            running[SLOPE + k] += record[DERIVATIVE + k] * record[INVERSE + k]
+
+
+@by_type
+def fill_law(kind: int, segments: int, record: Floats, law: Law) -> None:
+    """F and dF/dq of one record, at the q in SAFE; `kind` as in `Choice`."""
+    for k in range(segments):
+        value, first, _ = load_terms(record[SAFE + k], law)
+        record[POWERS + k] = value
+        record[DERIVATIVE + k] = first
+
+
+@fill_law.of(Power)
+def _fill_power(kind: int, segments: int, record: Floats, law: Power) -> None:
+    """As `fill_law` for a power: loops without branches, which are vectors."""
+    if kind == 1:
         for k in range(segments):
             root = math.sqrt(record[SAFE + k])
             record[POWERS + k] = root
@@ -218,10 +232,6 @@ def powers_of(
             record[POWERS + k] = record[SAFE + k] ** half
         for k in range(segments):
             record[DERIVATIVE + k] = half * record[POWERS + k] / record[SAFE + k]
-    if sums:
-        for k in range(segments):
-            running[FIRST + k] += record[POWERS + k] - 1.0
-            running[SLOPE + k] += record[DERIVATIVE + k] * record[INVERSE + k]
 
 
 @inlined
@@ -272,7 +282,7 @@ def right_side(
 
 @inlined
 def iterate(
-    width: float, gas: float, eta: float, kappa: float, law: Power | Shape, kind: int,
+    width: float, gas: float, eta: float, kappa: float, law: Law, kind: int,
     variable: bool, closure: int, tolerance: float, segments: int, records: Floats, running: Floats,
 ) -> tuple[int, float]:  # fmt: skip
     """Any exponent, either inertia model, either closure: q and F at the nodes, by iteration.

@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
+from engine_dyn.loads.laws import MOTOR_KEYS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
-from engine_dyn.quantities.parameters import MOTOR_KEYS, STROKE_SHARES
+from engine_dyn.quantities.parameters import STROKE_SHARES
+from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
-from sweeps.scene.toml_tables import METHODS
 from sweeps.scene.values import GivenValues
 
 __all__ = ["check_driven", "check_friction_fractions"]
@@ -72,12 +73,14 @@ def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
 
 def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
     """Check that the methods solve for the loads; what `closed` cannot solve gets a status."""
-    if not driven.plain and "thesis" in scene.methods:
-        others = ", ".join(method for method in METHODS if method not in ("thesis", "closed"))
-        raise SceneError(
-            f"{name}: [solver] method = 'thesis': supports only the load law a + k omega^alpha; "
-            f"with load_table or a driver, use one of {others}"
-        )
+    over_angle = driven.over_angle is not None
+    can = [m.name for m in METHODS if m.can_solve(driven.law, over_angle) and not m.exponents]
+    for method in METHODS:
+        if method.name in scene.methods and not method.can_solve(driven.law, over_angle):
+            raise SceneError(
+                f"{name}: [solver] method = {method.name!r}: supports only the load law "
+                f"a + k omega^alpha; with load_table or a driver, use one of {', '.join(can)}"
+            )
 
 
 def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) -> None:

@@ -1,0 +1,112 @@
+"""One part of a sweep, as solvers take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.pressure.family import Family
+from engine_dyn.speed.product import Product
+from engine_dyn.speed.results import Results
+from engine_dyn.speed.tables.work_tables import Grid
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["Choice", "Curves", "Problem"]
+
+
+class Choice(NamedTuple):
+    """What all designs of a part have in common, as kernels take it.
+
+    Attributes
+    ----------
+    method : int
+        Code of `engine_dyn.speed.methods`.
+    kind : int
+        Class of the load's exponent: 0, 1 or 2 for these, 3 for any other, 4 for a law that is no
+        power of the speed.
+    variable : bool
+        Whether the inertia varies over the crank angle.
+    closure : int
+        POWER_MEAN or CYCLE_TIME.
+    tolerance : float
+        Relative error of delta aimed at.
+    iterated : float
+        Error that iterations may leave, relative to the range of q.
+    """
+
+    method: int
+    kind: int
+    variable: bool
+    closure: int
+    tolerance: float
+    iterated: float
+
+
+class Curves(NamedTuple):
+    """Where curves are wanted, as kernels take it.
+
+    For each angle: the node before it, the fraction of the interval from there, and its place among
+    the samples of the thesis's method.
+    """
+
+    node: Integers
+    fraction: Floats
+    sample: Floats
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One part of a sweep, whose designs one kernel call can treat alike.
+
+    Attributes
+    ----------
+    size : int
+        Number of designs.
+    family : Family
+        Indicator diagrams.
+    cylinders : Cylinders
+        The engine's cylinders.
+    choice : Choice
+        What all designs have in common.
+    product : Product
+        Inputs of the designs.
+    rows, row_of : ndarray of int
+        Rows of the family that the tables need, and the place among them of each row of the family.
+    nodes : int
+        Nodes of a table, which covers one period of the torque.
+    repeats : int
+        Periods of the torque in a cycle.
+    width : float
+        Angle between two nodes [rad].
+    grid : Grid
+        Pressure at the nodes.
+    angles : ndarray
+        Angles [rad] at which curves are wanted; empty where none are.
+    results : Results
+        Where the results go.
+    threads : int
+        Threads at most.
+    """
+
+    size: int
+    family: Family
+    cylinders: Cylinders
+    choice: Choice
+    product: Product
+    rows: Integers
+    row_of: Integers
+    nodes: int
+    repeats: int
+    width: float
+    grid: Grid
+    angles: Floats
+    results: Results
+    threads: int
+
+    @property
+    def designs_of_table(self) -> int:
+        """How many designs share a table."""
+        return int(np.prod(self.product.shape[self.product.other_axes], dtype=np.int64))

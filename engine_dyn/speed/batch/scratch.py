@@ -1,0 +1,68 @@
+"""Working memory of the batch solver."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.speed.batch import lanes
+from engine_dyn.speed.batch.levels import Levels, make_levels
+from engine_dyn.speed.fields import INPUTS
+from engine_dyn.speed.tables.work_tables import TABLE_ROWS
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["BlockScratch", "make_block_scratch"]
+
+
+class BlockScratch(NamedTuple):
+    """Working memory of one thread for blocks of designs.
+
+    Attributes
+    ----------
+    table, middles, rates : ndarray
+        As of `engine_dyn.speed.general.scratch.Scratch`.
+    at, shared : ndarray of int
+        As there.
+    places : ndarray of int, shape (LANES,)
+        Where the results of each lane go.
+    varying : ndarray of int
+        Inputs that differ between the designs of a table.
+    line : ndarray of int, shape (1,)
+        Which line of designs `at` belongs to, see `take_designs`.
+    cached : ndarray of int, shape (2,)
+        Which designs `table` and `levels` belong to, and which the points of curves: the place of
+        the table in the product, -1 of none.
+    levels : Levels
+        The coarse and the fine grid of the table.
+    """
+
+    table: Floats
+    middles: Floats
+    rates: Floats
+    at: Integers
+    shared: Integers
+    places: Integers
+    varying: Integers
+    line: Integers
+    cached: Integers
+    levels: Levels
+
+
+def make_block_scratch(nodes: int, steps: int, refinement: int) -> BlockScratch:
+    """Working memory for designs with `nodes` nodes a period and `steps` in the whole grid.
+
+    Each coarse interval of `levels` has `refinement` nodes.
+    """
+    return BlockScratch(
+        table=np.empty((TABLE_ROWS, nodes)),
+        middles=np.empty((4, nodes)),
+        rates=np.empty(6 * steps),
+        at=np.zeros(INPUTS, dtype=np.int64),
+        shared=np.zeros(INPUTS, dtype=np.int64),
+        places=np.zeros(lanes.LANES, dtype=np.int64),
+        varying=np.zeros(INPUTS, dtype=np.int64),
+        line=np.zeros(1, dtype=np.int64),
+        cached=np.full(2, -1, dtype=np.int64),
+        levels=make_levels(nodes, refinement),
+    )

@@ -1,0 +1,81 @@
+"""Arrays that broadcast against each other: their shape, and what varies along which axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from engine_dyn.speed.results import CURVE_NAMES
+from engine_dyn.status import INVALID_INPUT
+from engine_dyn.types import Integers
+
+__all__ = ["along_axes", "codes", "cylinders_of", "shape_of", "without_unknown"]
+
+
+def along_axes(sets: Integers) -> list[Integers]:
+    """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
+
+    Sets may vary along several axes (number, misfire, arrangement): places of an axis are one key
+    where all sets there are the same.
+    """
+    varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
+    if len(varying) <= 1:
+        return [sets]
+    keys = []
+    for axis in varying:
+        rows = np.moveaxis(sets, axis, 0).reshape(sets.shape[axis], -1)
+        _, number = np.unique(rows, axis=0, return_inverse=True)
+        shape = [size if i == axis else 1 for i, size in enumerate(sets.shape)]
+        keys.append(number.reshape(shape))
+    return keys
+
+
+def shape_of(*values: Any) -> tuple[int, ...]:
+    """Shape that values broadcast to; most are plain numbers, of a single design all."""
+    return np.broadcast_shapes(*(np.shape(v) for v in values if not isinstance(v, float)))
+
+
+def codes(names: tuple[str, ...], value: Any) -> Integers:
+    """Places of words among the names that there are."""
+    if isinstance(value, str):
+        return np.array(names.index(value), dtype=np.int64)
+    words = np.asarray(value)
+    return np.array([names.index(str(w)) for w in words.ravel()], dtype=np.int64).reshape(
+        words.shape
+    )
+
+
+def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+    """Take out designs without a diagram, whose `scale` is NaN: they have no numbers.
+
+    Kernels do not look for NaN, so they solve these with another diagram, and it is given up.
+    """
+
+    @wraps(solved)
+    def of_known(*, scale: Any, **arguments: Any) -> dict[str, Any]:
+        unknown = np.isnan(scale)
+        if not unknown.any():
+            return solved(scale=scale, **arguments)
+        for name in ("mean_torque", "friction_torque"):  # made from it
+            if name in arguments:
+                arguments[name] = np.nan_to_num(arguments[name])
+        found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
+        for name, array in found.items():
+            here = unknown[..., None] if name in CURVE_NAMES else unknown
+            lost = INVALID_INPUT if name == "status" else np.nan
+            np.copyto(array, lost, where=here, casting="unsafe")
+        return found
+
+    return of_known
+
+
+def cylinders_of(
+    count: int, period: float, cylinders_by_count: Mapping[int, Cylinders] | None
+) -> Cylinders:
+    """Cylinders of this number of them; evenly firing equal ones unless given otherwise."""
+    given = (cylinders_by_count or {}).get(count)
+    return even_cylinders(count, period) if given is None else given

@@ -1,0 +1,64 @@
+"""The error of a solution, from its difference to one with more nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.speed.results import CANCELLED, ROUNDING
+from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
+
+__all__ = ["ITERATED", "ITERATED_FINER", "compare"]
+
+SAFETY, LEAST_ERROR = 7.0, 5e-11
+"""Factor on the difference to a solution with four times the nodes, and what is added to it: both
+solutions still see the knots of a tabulated diagram. Measured with benchmarks.stress: twice the
+nodes left one rough diagram in three hundred above the estimate, four times none of 800."""
+
+SAFETY_OF_SLOWEST = 2.0
+"""Factor on the difference of the smallest speed. Four times the nodes leave a quarter of the error
+even at first order, so it is at most 4/3 of the difference; the rest is room for rounding, which
+near a stall both solutions have alike."""
+
+ITERATED = 1e-2
+"""Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
+
+ITERATED_FINER = 0.1 * LEAST_ERROR
+"""Error that the iteration of the finer solution may leave: both may stop after as many passes, and
+then what is left is the same and no part of their difference."""
+
+CHUNK_OF_ARRAYS = 1 << 16
+
+
+def compare(
+    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
+    inputs: Mapping[str, Any], shape: tuple[int, ...],
+) -> None:  # fmt: skip
+    """Relative error of delta from its difference to a solution with more nodes, in place.
+
+    Or that of the smallest speed where it is more. That solution's own error is far smaller, so the
+    difference is nearly all of the error; what rounding leaves of a small delta comes on top, more
+    with a larger eta, which `inputs` give. It knows better than the kernel whether the tolerance is
+    met, and says so in the status. Piece by piece: no array of the sweep's size.
+    """
+
+    def at(name: str) -> Any:
+        value = inputs[name]
+        return np.broadcast_to(value, shape).flat[here] if np.ndim(value) else value
+
+    for begin in range(0, known.size, CHUNK_OF_ARRAYS):
+        here = slice(begin, begin + CHUNK_OF_ARRAYS)
+        delta = found["delta"][here]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
+            slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
+            error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
+            eta = 0.25 * np.square(at("double_radius")) * np.divide(at("mass"), at("inertia"))
+            error += ROUNDING * (1.0 + CANCELLED * eta) / delta
+        good = known[here] & np.isfinite(error)
+        met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
+        np.copyto(found["delta_error"][here], error, where=good)
+        np.copyto(found["status"][here], met, where=good)

@@ -1,0 +1,193 @@
+"""The periodic solution of one design, and whether there is one."""
+
+from __future__ import annotations
+
+import math
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import FLOOR, half_of, is_power, load_terms
+from engine_dyn.speed.arguments import Choice
+from engine_dyn.speed.general.newton import newton
+from engine_dyn.speed.general.reduction import Design
+from engine_dyn.speed.general.scratch import DTAU, DW, TAU, D, Scratch, W
+from engine_dyn.speed.general.segments import (
+    MOST_SWEEPS,
+    POWERS,
+    SEGMENTS,
+    Q,
+    iterate,
+    place_of,
+    solve_linear,
+)
+from engine_dyn.speed.general.stiff import follow_work
+from engine_dyn.speed.methods import CLOSED, NEWTON, POWER_MEAN
+from engine_dyn.speed.tables.work_tables import GAS_TORQUE, GAS_WORK, SQUARE, SQUARE_SLOPE
+from engine_dyn.status import CONVERGED, NOT_CONVERGED, STALLED
+from engine_dyn.types import Floats
+
+__all__ = [
+    "CERTAIN",
+    "NEWTON_STEPS",
+    "STRONG_LOAD",
+    "fill_curve",
+    "holds",
+    "is_linear",
+    "is_stiff",
+    "must_stall",
+    "pulls_back",
+    "solve_one",
+    "take_curve",
+]
+
+NEWTON_STEPS = 60
+
+STRONG_LOAD = 1e-3
+"""Below this kappa times the width of an interval, what the two-point formula misses is negligible;
+above it, it counts in the error, and what is linear is solved without it (`stiff`)."""
+
+CERTAIN = 0.01
+"""Margin by which a mean over nodes must exceed 1 to prove something about the integral."""
+
+
+@inlined
+def fill_curve(design: Design, variable: bool, table: Floats, curve: Floats) -> None:
+    """Fill in w, w', tau and tau' at the nodes (see `newton`)."""
+    for j in range(table.shape[1]):
+        curve[W, j] = design.gas * table[GAS_WORK, j]
+        curve[DW, j] = design.gas * table[GAS_TORQUE, j]
+        curve[TAU, j] = 1.0
+        curve[DTAU, j] = 0.0
+        if variable:
+            curve[TAU, j] += design.eta * table[SQUARE, j]
+            curve[DTAU, j] = design.eta * table[SQUARE_SLOPE, j]
+        else:
+            curve[W, j] -= design.eta * table[SQUARE, j]
+            curve[DW, j] -= design.eta * table[SQUARE_SLOPE, j]
+
+
+@inlined
+def take_curve(design: Design, curve: Floats, records: Floats) -> None:
+    """Solution of a curve back into the records."""
+    nodes = curve.shape[1]
+    for j in range(nodes):
+        here = place_of(j, nodes // SEGMENTS)
+        q = (1.0 + curve[D, j]) / curve[TAU, j]
+        records[here + Q] = q
+        records[here + POWERS], _, _ = load_terms(q, design.law)
+
+
+@inlined
+def must_stall(design: Design, variable: bool, period: float, table: Floats) -> bool:
+    """Whether no speed above zero can be periodic; power mean.
+
+    From the least work X on, the load takes at most what it takes in a period, kappa Phi, because
+    its mean F is 1. So q >= (X - min X - kappa Phi)/tau wherever that is positive, and F over a
+    period cannot be less than what this gives: more than 1 is a contradiction. Newton's method
+    would need all its steps to give up.
+    """
+    gas, eta = design.gas, design.eta
+    inertia, masses = (eta, 0.0) if variable else (0.0, eta)
+    nodes = table.shape[1]
+    least, most = math.inf, -math.inf
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j]
+        least = min(least, work)
+        most = max(most, work)
+    least += design.kappa * period
+    if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
+        return False
+    total = 0.0
+    half = half_of(design.law)
+    for j in range(nodes):
+        work = gas * table[GAS_WORK, j] - masses * table[SQUARE, j] - least
+        q = max(work / (1.0 + inertia * table[SQUARE, j]), FLOOR)
+        if half > 0.0:
+            total += math.exp(half * math.log(q)) - 1.0
+        else:
+            total += math.log(q)
+    return total > CERTAIN * nodes
+
+
+@inlined
+def is_linear(choice: Choice) -> bool:
+    """Whether the equation of the speed is linear, with a constant coefficient."""
+    linear = choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN
+    return linear and choice.method != NEWTON
+
+
+@inlined
+def is_stiff(design: Design, width: float, choice: Choice) -> bool:
+    """Whether a design is solved by `stiff`: its curve is then a table in `Scratch.curve`."""
+    return is_linear(choice) and design.kappa * width > STRONG_LOAD
+
+
+@inlined
+def solve_one(
+    design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
+) -> tuple[int, int, float]:
+    """Periodic solution of one design in the records; its outcome, iterations and mu."""
+    nodes = scratch.table.shape[1]
+    alone = choice.method == NEWTON or (
+        choice.method == CLOSED and choice.kind != 0 and choice.variable
+    )
+    sweeps = 0
+    possible = alone or choice.closure != POWER_MEAN or not is_power(design.law)
+    if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
+        return STALLED, 1, 1.0
+    if not alone:
+        if is_linear(choice):
+            if is_stiff(design, width, choice):
+                follow_work(
+                    width, design.gas, design.eta, design.kappa, scratch.table, scratch.curve,
+                    scratch.records,
+                )  # fmt: skip
+            else:
+                solve_linear(
+                    width, design.gas, design.eta, design.kappa, segments, scratch.records,
+                    scratch.running,
+                )  # fmt: skip
+            return CONVERGED, 1, 1.0
+        sweeps, mu = iterate(
+            width, design.gas, design.eta, design.kappa, design.law, choice.kind,
+            choice.variable, choice.closure, choice.iterated, segments,
+            scratch.records, scratch.running,
+        )  # fmt: skip
+        if sweeps > 0:
+            return CONVERGED, sweeps, mu
+    fill_curve(design, choice.variable, scratch.table, scratch.curve)
+    steps, mu, _, smallest = newton(
+        design.kappa, design.law, choice.closure, width, nodes, scratch.curve[W],
+        scratch.curve[DW], scratch.curve[TAU], scratch.curve[DTAU], scratch.curve[D],
+        scratch.curve[5:], 1e-7, NEWTON_STEPS,
+    )  # fmt: skip
+    take_curve(design, scratch.curve, scratch.records)
+    code = CONVERGED
+    if steps < 0:
+        code = NOT_CONVERGED if smallest > FLOOR else STALLED
+    return code, abs(steps) + (0 if alone else MOST_SWEEPS), mu
+
+
+@inlined
+def holds(design: Design, variable: bool, table: Floats, records: Floats) -> bool:
+    """Whether load or driver bring a speed that is a little off back within some cycles.
+
+    A deviation of the energy changes in a period by the factor exp(-int kappa F'/tau). Power laws
+    always do; a driver does where its torque falls with the speed.
+    """
+    if is_power(design.law) or design.kappa == 0.0:
+        return True
+    nodes = table.shape[1]
+    total = 0.0
+    for j in range(nodes):
+        _, first, _ = load_terms(records[place_of(j, nodes // SEGMENTS) + Q], design.law)
+        total += first / (1.0 + design.eta * table[SQUARE, j] if variable else 1.0)
+    return design.kappa * total > 0.0
+
+
+@inlined
+def pulls_back(design: Design) -> bool:
+    """Whether load or driver oppose a deviation from the nominal speed."""
+    if is_power(design.law) or design.kappa == 0.0:
+        return True
+    _, first, _ = load_terms(1.0, design.law)
+    return design.kappa * first > 0.0

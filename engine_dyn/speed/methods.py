@@ -1,0 +1,96 @@
+"""The methods that find the periodic speed: the one table of their names and of what they can do.
+
+There are no functions here: `engine_dyn.speed.dispatch` maps each method to what solves it, and a
+test fails where a method is missing there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = [
+    "AUTO",
+    "CLOSED",
+    "CLOSURES",
+    "CYCLE_TIME",
+    "INERTIA_MODELS",
+    "METHODS",
+    "METHOD_NAMES",
+    "NEWTON",
+    "PICARD",
+    "POWER_MEAN",
+    "STEPPING",
+    "THESIS",
+    "Method",
+]
+
+
+class Method(NamedTuple):
+    """One method.
+
+    Attributes
+    ----------
+    name : str
+        As scenes and `periodic_speed` have it.
+    meaning : str
+        One line.
+    steps : bool
+        Whether it repeats cycles from a start. Such a method cannot solve for the load coefficient,
+        and its error does not fall with more nodes.
+    laws : tuple of str
+        Laws of load and driver over speed that it can solve (see `engine_dyn.loads.laws`); empty:
+        all of them.
+    over_angle : bool
+        Whether it can solve a load over an angle.
+    exponents : tuple of float
+        Exponents of the load that it can solve; empty: all of them. Others get status 4.
+    in_batch : bool
+        Whether the batch solver is tried first.
+    """
+
+    name: str
+    meaning: str
+    steps: bool = False
+    laws: tuple[str, ...] = ()
+    over_angle: bool = True
+    exponents: tuple[float, ...] = ()
+    in_batch: bool = False
+
+    def can_solve(self, law: str, over_angle: bool) -> bool:
+        """Whether it can solve this law over speed, with a load over an angle beside it or not."""
+        return (not self.laws or law in self.laws) and (self.over_angle or not over_angle)
+
+
+_METHODS: list[Method] = []
+
+
+def _method(name: str, meaning: str, **facts: object) -> int:
+    """Add a row to the table and return its code, which kernels know."""
+    _METHODS.append(Method(name, meaning, **facts))  # type: ignore[arg-type]  # see Method
+    return len(_METHODS) - 1
+
+
+AUTO = _method("auto", "the cheapest method that meets the tolerance", in_batch=True)
+THESIS = _method(
+    "thesis", "explicit Euler steps of one degree, as Kakaitsas (2015) prints them", steps=True,
+    laws=("power_law",), over_angle=False,
+)  # fmt: skip
+PICARD = _method("picard", "cycles repeated in the energy form from a start speed", steps=True)
+NEWTON = _method("newton", "Newton's method on the whole periodic curve")
+CLOSED = _method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0))
+
+METHODS = tuple(_METHODS)
+"""All methods, in the order of their codes."""
+
+METHOD_NAMES = tuple(method.name for method in METHODS)
+
+STEPPING = tuple(method.name for method in METHODS if method.steps)
+"""Methods that repeat cycles from a start."""
+
+INERTIA_MODELS = ("constant", "variable")
+"""Models of the inertia, in the order of their codes."""
+
+CLOSURES = ("power_mean", "cycle_time")
+"""What the nominal speed means, in the order of their codes."""
+
+POWER_MEAN, CYCLE_TIME = range(len(CLOSURES))

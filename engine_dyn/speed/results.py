@@ -1,0 +1,163 @@
+"""The results of the speed solution: the one table of their names, units, meanings and places."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.types import Booleans, Floats, Integers
+
+__all__ = [
+    "CANCELLED",
+    "COMPARED",
+    "CURVES",
+    "CURVE_NAMES",
+    "DELTA",
+    "DELTA_ERROR",
+    "DELTA_MIDRANGE",
+    "IDLE",
+    "ITERATIONS",
+    "LOAD_FACTOR",
+    "OMEGA_MAX",
+    "OMEGA_MEAN",
+    "OMEGA_MIN",
+    "RESULTS",
+    "ROUNDING",
+    "SCALARS",
+    "SCALAR_NAMES",
+    "TORQUE_NAMES",
+    "TORQUE_RESULTS",
+    "Result",
+    "Results",
+]
+
+
+class Result(NamedTuple):
+    """One result of the speed solution.
+
+    Attributes
+    ----------
+    name : str
+        As archives and `engine_dyn.speed.dispatch.solve` have it.
+    symbol, unit, long_name, source : str
+        As of a node of `engine_dyn.quantities`.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    long_name: str
+    source: str
+
+
+_RESULTS: list[Result] = []
+
+
+def _result(name: str, symbol: str, unit: str, long_name: str, source: str) -> int:
+    """Add a row to the table and return its place."""
+    _RESULTS.append(Result(name, symbol, unit, long_name, source))
+    return len(_RESULTS) - 1
+
+
+DELTA = _result("delta", r"\delta", "1", "coefficient of speed fluctuation", "Kakaitsas eq. 3.6")
+DELTA_MIDRANGE = _result(
+    "delta_midrange", r"\delta_{mid}", "1",
+    "coefficient of speed fluctuation over the mid-range speed", "Kakaitsas eq. 3.7, Asgari 19",
+)  # fmt: skip
+OMEGA_MAX = _result(
+    "omega_max", r"\omega_{max}", "rad s-1", "largest crank speed", "Kakaitsas eq. 3.6"
+)
+OMEGA_MIN = _result(
+    "omega_min", r"\omega_{min}", "rad s-1", "smallest crank speed", "Kakaitsas eq. 3.6"
+)
+OMEGA_MEAN = _result(
+    "omega_mean", r"\omega_m", "rad s-1", "mean crank speed over crank angle", "Kakaitsas eq. 3.6"
+)
+LOAD_FACTOR = _result(
+    "load_factor", "", "1", "load coefficient over its value at nominal speed",
+    "closure cycle_time",
+)  # fmt: skip
+DELTA_ERROR = _result(
+    "delta_error", r"\Delta\delta/\delta", "1",
+    "estimated relative error of the coefficient of speed fluctuation",
+    "against a solution with more nodes, or that of omega_min where it is more; thesis and "
+    "picard: against the periodic solution",
+)  # fmt: skip
+ITERATIONS = _result(
+    "iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"
+)
+
+RESULTS = tuple(_RESULTS)
+"""Scalar results of the periodic solution, in the order of their places."""
+
+SCALARS = len(RESULTS)
+
+SCALAR_NAMES = tuple(result.name for result in RESULTS)
+
+CURVES = (
+    Result("omega", r"\omega", "rad s-1", "crank speed over the cycle", "Kakaitsas eq. 3.1"),
+    Result(
+        "angular_acceleration", r"\epsilon", "rad s-2", "angular acceleration of the crank",
+        "Kakaitsas eq. 4.1",
+    ),
+)  # fmt: skip
+"""Results over the crank angle."""
+
+CURVE_NAMES = tuple(result.name for result in CURVES)
+
+TORQUE_RESULTS = (
+    Result(
+        "torque_max", "M_{max}", "N m", "largest torque at nominal speed", "Kakaitsas section 5.4"
+    ),
+    Result(
+        "torque_min", "M_{min}", "N m", "smallest torque at nominal speed", "Kakaitsas section 5.4"
+    ),
+    Result(
+        "energy_swing", "W", "J",
+        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
+    ),
+)  # fmt: skip
+"""Results of the torque at nominal speed, in the order of their places."""
+
+TORQUE_NAMES = tuple(result.name for result in TORQUE_RESULTS)
+
+COMPARED = ("delta", "omega_min")
+"""Results whose difference between two solutions is the error."""
+
+IDLE = 1e-9
+"""A mean torque within this fraction of the torque's range is no load: the engine idles."""
+
+ROUNDING = 5e-16
+"""Error of a speed over the nominal speed that rounding leaves. The smaller delta is, the larger is
+the relative error that this makes of it."""
+
+CANCELLED = 8.0
+"""How much more rounding there is where masses act: V is the sum of up to 16 squares that nearly
+cancel, each good to some 2e-16, so speeds are good to that times 16 eta."""
+
+
+class Results(NamedTuple):
+    """Arrays of results, one entry a design.
+
+    Attributes
+    ----------
+    wanted : ndarray
+        For each row of `RESULTS`, its row in `scalars`, or -1 where nobody asks for it.
+    scalars : ndarray, shape (results, designs)
+    status : ndarray, shape (designs,)
+        Codes of `engine_dyn.status`.
+    omega, acceleration : ndarray, shape (designs, angles)
+        The second axis is empty where they are not wanted.
+    deferred : ndarray
+        Marks the designs that the batch solver defers to the general solver. Those that are marked
+        beforehand are deferred at once. Empty where nobody asks.
+    """
+
+    wanted: Integers
+    scalars: Floats
+    status: npt.NDArray[np.int8]
+    omega: Floats
+    acceleration: Floats
+    deferred: Booleans

@@ -1,0 +1,38 @@
+"""Mean gas torque of a cylinder, from the diagram."""
+
+from __future__ import annotations
+
+import math
+
+from engine_dyn.compilation import kernel
+from engine_dyn.loads.friction import FRICTIONLESS
+from engine_dyn.speed.tables import work_tables
+from engine_dyn.speed.tables.work_tables import Blend, Grid
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["mean_gas_of_pairs"]
+
+
+@kernel
+def mean_gas_of_pairs(
+    ratio: Floats, offset: Floats, row: Floats, row_of: Integers, grid: Grid, rates: Floats,
+    result: Floats,
+) -> None:  # fmt: skip
+    """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired ratios, offsets and rows.
+
+    `rates` is scratch.
+    """
+    for i in range(ratio.size):
+        whole = int(math.floor(row[i]))
+        weight = row[i] - whole
+        first = row_of[whole]
+        second = row_of[whole + 1] if weight > 0.0 else first
+        blend = Blend(first, second, weight, 1.0, 0.0, FRICTIONLESS)
+        if offset[i] == 0.0:
+            work_tables.rates_of_work(ratio[i], blend, grid, rates)
+        else:
+            work_tables.rates_with_offset(ratio[i], offset[i], blend, grid, rates)
+        total = 0.0
+        for place in range(0, rates.size, 3):
+            total += work_tables.work_of_half(rates, place)
+        result[i] = total / (rates.size // 3)

@@ -1,0 +1,142 @@
+"""How many nodes a cycle needs, and which rows of a family its tables are made from."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.loads.driven_machine import TorqueOverAngle, repeats_of
+from engine_dyn.loads.friction import FRICTIONLESS
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family import Family, family_from_diagrams
+from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyStack
+from engine_dyn.speed.tables.work_tables import (
+    FEWEST_NODES,
+    GAS_WORK,
+    GAS_WORK_MIDDLE,
+    GAS_WORK_TILT,
+    MOST_NODES,
+    QUINTIC,
+    TABLE_ROWS,
+    Blend,
+    build_equal,
+    make_grid,
+)
+from engine_dyn.types import Floats, Integers
+
+__all__ = [
+    "fewest_nodes",
+    "fewest_nodes_of_load",
+    "may_be",
+    "repeats_of_load",
+    "row_map",
+    "rows_needed",
+]
+
+
+def may_be(value: Any) -> bool:
+    """Whether it may be anything but 0 in the sweep: a block of it must not decide by its own."""
+    return np.ndim(value) > 0 or float(value) != 0.0
+
+
+def rows_needed(row: Floats) -> Integers:
+    """Rows of the family between which the (fractional) rows lie."""
+    flat = row.ravel()
+    if flat.size == 1:
+        return np.array(sorted({math.floor(flat[0]), math.ceil(flat[0])}))
+    seen = np.zeros(int(np.ceil(flat.max())) + 1, dtype=np.bool_)
+    seen[np.floor(flat).astype(np.int64)] = True
+    seen[np.ceil(flat).astype(np.int64)] = True
+    return np.flatnonzero(seen)
+
+
+def row_map(family: Family, rows: Integers) -> Integers:
+    """Place of each row of the family among `rows`, -1 for those that are not there."""
+    table = np.full(family.row_count + 1, -1, dtype=np.int64)
+    table[rows] = np.arange(len(rows))
+    return table
+
+
+def fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
+    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for.
+
+    Over load and speed, or where cycles differ, rows vary along several axes, of which `split`
+    allows one: what the roughest of all given diagrams asks for.
+    """
+    over_speed = isinstance(family, FamilyAtSpeeds | FamilyStack)
+    needed = rows_needed(row)
+    used = family.diagrams if over_speed else [family.row(i) for i in needed.tolist()]
+    nodes = [_nodes_of_diagram(diagram, tolerance) for diagram in used]
+    if over_speed or row.size == 1:
+        return np.full((1,) * row.ndim, max(nodes))
+    counts = np.zeros(family.row_count + 1, dtype=np.int64)
+    counts[needed] = nodes
+    below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
+    return np.maximum(counts[below], counts[above])
+
+
+def repeats_of_load(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:
+    """How often a load over angle repeats within the cycle.
+
+    0 where there is none: the engine's symmetry divides it.
+    """
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    return np.broadcast_to(repeats_of(load, gear, period), gear.shape)
+
+
+def fewest_nodes_of_load(
+    load: TorqueOverAngle | None, gear: Floats, period: float, tolerance: float
+) -> Integers:
+    """Nodes of a cycle that a load over angle asks for, judged as `_nodes_of_diagram`."""
+    if load is None:
+        return np.zeros((1,) * gear.ndim, dtype=np.int64)
+    found = np.empty(gear.shape, dtype=np.int64)
+    for ratio in np.unique(gear):
+        found[gear == ratio] = nodes_of_load(load, float(ratio), period, tolerance)
+    return found
+
+
+def nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance: float) -> int:
+    steps = FEWEST_NODES
+    while steps < MOST_NODES:
+        count = max(int(np.ceil(steps * load.period / (ratio * period))), 4)
+        step = load.period / count
+        here = load.angle[0] + np.arange(count) * step
+        work, torque = load.work(here), load(here) - load.mean
+        cubic = 0.5 * (work + np.roll(work, -1)) + 0.125 * step * (torque - np.roll(torque, -1))
+        missed = np.abs(load.work(here + 0.5 * step) - cubic).max()
+        if missed <= 30.0 * tolerance * np.ptp(work):
+            break
+        steps *= 2
+    return steps
+
+
+@lru_cache(maxsize=4096)
+def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
+    """Nodes of a cycle for one diagram: doubled until a cubic through them misses little.
+
+    Judged on the work of one cylinder at a crank ratio of 0.3, at the middle of the worst interval.
+    The extremes use the middles too and seldom lie in the worst interval, so the threshold is above
+    the tolerance. What is missed beyond the middles, much only of rough diagrams, is no more than
+    the tolerance. Each design's own error decides about its status.
+    """
+    family = family_from_diagrams([0.0], [diagram])
+    steps = FEWEST_NODES
+    while steps < MOST_NODES:
+        table = np.empty((TABLE_ROWS, steps))
+        grid = make_grid(family, np.array([0]), steps)
+        build_equal(
+            0.3, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), steps, diagram.period / steps, grid,
+            table, np.empty((4, steps)), np.empty(6 * steps),
+        )  # fmt: skip
+        swing = np.ptp(table[GAS_WORK])
+        beyond = 2.0 * QUINTIC * np.abs(table[GAS_WORK_TILT]).max()
+        within = np.abs(table[GAS_WORK_MIDDLE]).max() <= 30.0 * tolerance * swing
+        if within and beyond <= tolerance * swing:
+            break
+        steps *= 2
+    return steps
