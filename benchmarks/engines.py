@@ -26,6 +26,7 @@ from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinder
 from engine_dyn.geometry.layouts import arrangement_from_text, in_line
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from sweeps.reading.engine_files import catalogue, load_engine
 
 PERIOD = 4.0 * math.pi
@@ -150,11 +151,11 @@ def designs_of(engine: Engine, size: int, exponent: float, apart: bool) -> dict[
             "crank_ratio": np.linspace(0.7, 1.0, size) * ratio, "speed": speed, "mass": mass,
             "inertia": np.geomspace(0.8, 3.0, size) * inertia,
         }  # fmt: skip
-    gas = count * lever * dispatch.mean_gas_torque(inputs["crank_ratio"], row, family)
+    gas = count * lever * mean_gas_torque(inputs["crank_ratio"], row, family)
     friction = 0.1 * float(np.mean(gas))
     return {
         "family": family, "row": row, "scale": 1.0, "crankcase_pressure": 1.01325e5, "bore": bore,
-        "stroke": stroke, "offset": 0.0, "exponent": exponent, "friction_torque": friction,
+        "double_radius": stroke, "offset": 0.0, "exponent": exponent, "friction_torque": friction,
         "mean_torque": gas - friction, "cylinders": count, "inertia_model": "constant", **inputs,
     }  # fmt: skip
 

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.types import Floats, Integers
 from oracle.designs import SmoothPressure
 from oracle.designs import table as points_of
@@ -196,10 +196,10 @@ def own_inputs(source: Scene | Designs, one: Family) -> dict[str, Any]:
             "cylinders": source.cylinders,
             "inertia_model": "variable" if source.variable else "constant",
         }
-    gas = dispatch.mean_gas_torque(inputs["crank_ratio"], 0.0, one)
+    gas = mean_gas_torque(inputs["crank_ratio"], 0.0, one)
     return {
         "family": one, "row": 0.0, "scale": 1.0, "crankcase_pressure": CRANKCASE, "bore": BORE,
-        "stroke": STROKE, "offset": 0.0,
+        "double_radius": STROKE, "offset": 0.0,
         "mean_torque": source.cylinders * LEVER * gas - inputs["friction_torque"], **inputs,
     }  # fmt: skip
 

@@ -14,7 +14,8 @@ import pytest
 import sweeps
 from benchmarks import own, problem
 from engine_dyn import periodic_speed
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import torque_extremes
 
 THREADS = 1  # the kernels, not the system's scheduling
 SIZE = 8000
@@ -53,7 +54,7 @@ def test_traces(benchmark: Any) -> None:
 
 def test_mean_gas_torque(benchmark: Any) -> None:
     ratio = np.linspace(0.2, 0.33, 1000)
-    assert np.isfinite(benchmark(dispatch.mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
+    assert np.isfinite(benchmark(mean_gas_torque, ratio, 0.0, own.FAMILY)).all()
 
 
 def test_torque_extremes(benchmark: Any) -> None:
@@ -61,7 +62,7 @@ def test_torque_extremes(benchmark: Any) -> None:
     given = problem.own_inputs(source, own.FAMILY)
     for name in ("exponent", "offset", "mean_torque", "inertia", "inertia_model"):
         del given[name]
-    result = benchmark(dispatch.torque_extremes, wanted=("torque_max",), threads=THREADS, **given)
+    result = benchmark(torque_extremes, wanted=("torque_max",), threads=THREADS, **given)
     assert np.isfinite(result["torque_max"]).all()
 
 

@@ -16,6 +16,10 @@ import numpy as np
 
 from engine_dyn import Family, diagram_from_points
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.methods import CLOSURES
+from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats
 from oracle import spline
@@ -83,7 +87,7 @@ class Reading:
         e = self.exponent
         found: dict[str, Any] = {"all": np.full(e.size, True)}
         found |= {str(name): self.diagram == name for name in np.unique(self.diagram)}
-        found |= {f"closure {name}": self.closure == name for name in dispatch.CLOSURES}
+        found |= {f"closure {name}": self.closure == name for name in CLOSURES}
         found |= {"inertia constant": ~self.variable, "inertia variable": self.variable}
         found |= {f"exponent {value:g}": e == value for value in (0.0, 1.0, 2.0)}
         found["other exponents"] = ~np.isin(e, (0.0, 1.0, 2.0))
@@ -133,7 +137,7 @@ def draw(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
     }  # fmt: skip
     if name.startswith("smooth"):
         columns["row"] = random.integers(0, CURVES, size).astype(float)
-    gas = dispatch.mean_gas_torque(columns["crank_ratio"], columns["row"], family)
+    gas = mean_gas_torque(columns["crank_ratio"], columns["row"], family)
     lever = 0.125 * math.pi * bore**2 * columns["stroke"]
     indicated = columns["cylinders"] * lever * gas
     columns["friction"] = np.abs(indicated) * random.uniform(0.0, 0.3, size)
@@ -143,13 +147,11 @@ def draw(random: np.random.Generator, name: str, size: int) -> dict[str, Any]:
     geometry = {
         "family": family, "cylinders": columns["cylinders"], "crank_ratio": columns["crank_ratio"],
         "row": columns["row"], "scale": 1.0, "crankcase_pressure": columns["crankcase"],
-        "bore": bore, "stroke": columns["stroke"], "mass": columns["mass"],
+        "bore": bore, "double_radius": columns["stroke"], "mass": columns["mass"],
         "speed": columns["speed"], "friction_torque": columns["friction"],
     }  # fmt: skip
     # Only to set the size of delta.
-    swing = dispatch.torque_extremes(wanted=("energy_swing",), threads=1, **geometry)[
-        "energy_swing"
-    ]
+    swing = torque_extremes(wanted=("energy_swing",), threads=1, **geometry)["energy_swing"]
     delta = np.exp(random.uniform(math.log(0.001), math.log(0.3), size))
     columns["inertia"] = swing / (delta * columns["speed"] ** 2)
     return columns
@@ -163,10 +165,10 @@ def measure(job: tuple[int, str, str, int]) -> Reading:
     columns = draw(np.random.default_rng([seed, key, closure == "cycle_time"]), name, size)
     c = columns
     found = dispatch.solve(
-        family=family, wanted=dispatch.SPEED_RESULTS, closure=closure, threads=1,
+        family=family, wanted=SCALAR_NAMES, closure=closure, threads=1,
         cylinders=c["cylinders"], inertia_model=np.where(c["variable"], "variable", "constant"),
         crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0, crankcase_pressure=c["crankcase"],
-        bore=c["bore"], stroke=c["stroke"], mass=c["mass"], speed=c["speed"],
+        bore=c["bore"], double_radius=c["stroke"], mass=c["mass"], speed=c["speed"],
         inertia=c["inertia"], exponent=c["exponent"], offset=c["offset"],
         mean_torque=c["mean_torque"], friction_torque=c["friction"],
     )  # fmt: skip

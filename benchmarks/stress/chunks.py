@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.stress import draw
 from benchmarks.stress.checks import CHECKS, check
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.types import Integers
 
 MODULE = "benchmarks.stress"
@@ -245,4 +245,4 @@ def rules() -> dict[str, str]:
     return CHECKS
 
 
-RESULTS = dispatch.SPEED_RESULTS
+RESULTS = SCALAR_NAMES

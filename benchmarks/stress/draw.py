@@ -15,6 +15,7 @@ import numpy.typing as npt
 from benchmarks.stress.shapes import Shapes
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.types import Floats
 from oracle.spline import Designs
 from sweeps.reading.engine_files import load_engine
@@ -55,7 +56,7 @@ class Chunk:
     closure: str
     shape: tuple[int, ...]
     seed: tuple[int, int]
-    wanted: tuple[str, ...] = dispatch.SPEED_RESULTS
+    wanted: tuple[str, ...] = SCALAR_NAMES
 
     @property
     def size(self) -> int:
@@ -77,8 +78,9 @@ class Chunk:
             wanted=self.wanted, closure=self.closure, cylinders=c["cylinders"],
             inertia_model=np.where(c["variable"], "variable", "constant"),
             crank_ratio=c["crank_ratio"], row=c["row"], scale=1.0,
-            crankcase_pressure=c["crankcase"], bore=c["bore"], stroke=c["stroke"], mass=c["mass"],
-            speed=c["speed"], inertia=c["inertia"], exponent=c["exponent"], offset=c["offset"],
+            crankcase_pressure=c["crankcase"], bore=c["bore"], double_radius=c["stroke"],
+            mass=c["mass"], speed=c["speed"], inertia=c["inertia"], exponent=c["exponent"],
+            offset=c["offset"],
             mean_torque=c["mean_torque"], friction_torque=c["friction"], **options,
         )  # fmt: skip
 
@@ -278,7 +280,7 @@ def product(seed: int, number: int, size: int = CHUNK) -> Chunk:
 GROUPS = 16
 """Crank ratios, each with a diagram, a crankcase and a number of cylinders, of a group."""
 
-WITHOUT_ERROR = tuple(name for name in dispatch.SPEED_RESULTS if name != "delta_error")
+WITHOUT_ERROR = tuple(name for name in SCALAR_NAMES if name != "delta_error")
 
 
 def group(seed: int, number: int, size: int = CHUNK) -> Chunk:

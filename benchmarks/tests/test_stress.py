@@ -13,6 +13,9 @@ from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn import diagram_from_points
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.methods import CLOSURES
+from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from oracle import spline
 from oracle.spline import velocity
@@ -227,7 +230,7 @@ def of_the_moment(columns: dict[str, Any], i: int) -> tuple[float, float, float]
 def test_overwhelming_square_loads_keep_their_digits() -> None:
     """Once 6 % off with status 5, and from kappa = 1e12 on stalled."""
     columns = strong_loads(24, 2.0)
-    for wanted in (draw.WITHOUT_ERROR, dispatch.SPEED_RESULTS):
+    for wanted in (draw.WITHOUT_ERROR, SCALAR_NAMES):
         part = draw.Chunk(columns, "power_mean", (24,), (SEED, 0), wanted)
         found = part.solve()
         broken = check(columns, "power_mean", draw.shapes().bounds(columns), found)
@@ -388,13 +391,13 @@ def test_status_of_spoiled_diagrams_without_delta_error(kind: str, seed: int, de
     lever = 0.125 * np.pi * np.square(bore) * stroke
     given = {
         "family": family, "cylinders": cylinders, "crank_ratio": crank_ratio, "row": 0.0,
-        "scale": 1.0, "crankcase_pressure": 101325.0, "bore": bore, "stroke": stroke,
+        "scale": 1.0, "crankcase_pressure": 101325.0, "bore": bore, "double_radius": stroke,
         "mass": random.uniform(0.1, 3.0, designs) * (bore / 0.1) ** 3,
         "inertia": 10.0 ** random.uniform(-1.5, 1.5, designs) * (bore / 0.1) ** 5,
         "speed": 10.0 ** random.uniform(2.5, 3.7, designs) * np.pi / 30.0,
         "exponent": random.choice([0.0, 1.0, 2.0, 1.6], designs), "offset": 0.0,
         "inertia_model": random.choice(["constant", "variable"], designs),
-        "mean_torque": cylinders * lever * dispatch.mean_gas_torque(crank_ratio, 0.0, family),
+        "mean_torque": cylinders * lever * mean_gas_torque(crank_ratio, 0.0, family),
         "friction_torque": 0.0,
     }  # fmt: skip
     names = ("delta", "omega_min", "omega_max", "omega_mean")
@@ -437,7 +440,7 @@ def test_numbers_of_a_reading() -> None:
     number, covered, median, _, _, worst = calibration.Reading(**values).numbers()
     assert (number, covered, worst) == (4, 0.75, 2e-9)
     assert median == pytest.approx(3.0)
-    assert set(dispatch.CLOSURES) == {"power_mean", "cycle_time"}
+    assert set(CLOSURES) == {"power_mean", "cycle_time"}
 
 
 def test_peaks_where_the_inertia_nearly_vanishes() -> None:

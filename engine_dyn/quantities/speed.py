@@ -60,7 +60,8 @@ _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE
 def _solution(law: str, angle: str) -> Node:
     """Return the stage that solves the periodic speed under one kind of load or driver."""
     if (law, angle) == ("power_law", "steady_load"):  # a + k omega^alpha and nothing else
-        constant, acting = "load_offset", ("load_exponent",)
+        constant = "load_offset"
+        acting: tuple[str, ...] = ("load_exponent",)
     else:
         # Of a load over angle, its mean is part of what the speed does not change.
         constant = "load_constant"

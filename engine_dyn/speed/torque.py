@@ -56,8 +56,8 @@ def torque_extremes(
     """Largest and smallest torque at nominal speed [N m] and energy swing [J] of every design.
 
     Arguments as of `engine_dyn.speed.dispatch.solve`, without what only the periodic speed needs;
-    `wanted` of `TORQUE_NAMES`. The energy swing is the range of the work of the torque, less a load over
-    angle of `driven`, less the mean.
+    `wanted` of `TORQUE_NAMES`. The energy swing is the range of the work of the torque,
+    less a load over angle of `driven`, less the mean.
     """
     inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)

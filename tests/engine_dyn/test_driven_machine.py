@@ -26,6 +26,7 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.loads.laws import Power, Shape, load_terms
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.tables.load_over_angle import work_at
+from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
 from oracle.designs import _mean as mean_of
 from oracle.solution import Design, Problem
@@ -311,13 +312,13 @@ def test_energy_swing_less_a_load_over_angle(gear: float) -> None:
         inputs.pop(other)
     wanted = ("torque_max", "torque_min", "energy_swing")
     scale = np.array([0.9, 0.0, 0.4])
-    found = dispatch.torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)
+    found = torque_extremes(wanted=wanted, load_scale=scale, **keys, **inputs)
     for factor, swing in zip(scale.tolist(), found["energy_swing"], strict=True):
         one = solved(design, load_scale=factor, **keys)
         energy = 0.5 * design.inertia * (one.omega_max**2 - one.omega_min**2)
         assert swing == pytest.approx(energy, rel=1e-6)
     # the torque is the engine's own, whatever the load
-    plain = dispatch.torque_extremes(wanted=wanted, **inputs)
+    plain = torque_extremes(wanted=wanted, **inputs)
     for name in ("torque_max", "torque_min"):
         span = plain["torque_max"] - plain["torque_min"]
         assert found[name] == pytest.approx(float(plain[name]), abs=1e-7 * span)

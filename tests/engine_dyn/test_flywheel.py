@@ -16,8 +16,8 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
-from engine_dyn.speed import dispatch
 from engine_dyn.speed.api import energy_swing
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.required import search, solve_for_inertia
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED, TOLERANCE_NOT_MET
 from sweeps.reading.engine_files import load_engine
@@ -184,10 +184,10 @@ def test_no_inertia_gives_it(diagram: Diagram) -> None:
 
 def batch(diagram: Diagram, **more: Any) -> dict[str, Any]:
     family = family_from_diagrams([0.0], [diagram])
-    mean = float(dispatch.mean_gas_torque(0.2571, 0.0, family)) * np.pi / 4 * 0.14**2 * 0.09 - 32.8
+    mean = float(mean_gas_torque(0.2571, 0.0, family)) * np.pi / 4 * 0.14**2 * 0.09 - 32.8
     return {
         "family": family, "crank_ratio": 0.2571, "row": 0.0, "scale": 1.0,
-        "crankcase_pressure": 101325.0, "bore": 0.14, "stroke": 0.18, "mass": 6.67,
+        "crankcase_pressure": 101325.0, "bore": 0.14, "double_radius": 0.18, "mass": 6.67,
         "speed": 125.66, "exponent": 2.0, "offset": 0.0, "mean_torque": mean,
         "friction_torque": 32.8, "energy_swing": energy_swing(diagram, **{
             name: value for name, value in ENGINE.items() if name != "friction_torque"

@@ -11,6 +11,7 @@ import pytest
 from engine_dyn import Diagram, diagram_from_points, periodic_speed
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.tables.extremes import refine
 from engine_dyn.status import (
     CONVERGED,
@@ -133,7 +134,7 @@ def test_load_term_is_integrated_to_fourth_order() -> None:
     item = BY_NAME["strong, alpha 3, constant, cycle_time"]
     design = item.design
     family = family_from_diagrams([0.0], [diagram_of(item, 0.25)])
-    gas = float(dispatch.mean_gas_torque(design.crank_ratio, 0.0, family))
+    gas = float(mean_gas_torque(design.crank_ratio, 0.0, family))
     torque = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke * gas
 
     def mean_speed(finer: int) -> float:
@@ -142,7 +143,7 @@ def test_load_term_is_integrated_to_fourth_order() -> None:
             dispatch.solve(
                 family=family, wanted=("omega_max",), method="newton", finer=finer,
                 tolerance=1e-2, crank_ratio=design.crank_ratio, row=0.0, scale=1.0,
-                crankcase_pressure=1e5, bore=design.bore, stroke=design.stroke, mass=0.0,
+                crankcase_pressure=1e5, bore=design.bore, double_radius=design.stroke, mass=0.0,
                 speed=design.omega_n, inertia=design.inertia, exponent=3.0, offset=0.0,
                 mean_torque=torque, friction_torque=0.0, cylinders=16,
             )["omega_max"]
@@ -199,7 +200,7 @@ def test_absurd_designs_have_true_outcomes() -> None:
     family = family_from_diagrams([0.0], [diagram_of(item)])
     count = 600
     ratio = 10.0 ** random.uniform(-6, np.log10(0.999), count)
-    gas = dispatch.mean_gas_torque(ratio, np.zeros(count), family)
+    gas = mean_gas_torque(ratio, np.zeros(count), family)
     cylinders = random.integers(1, 17, count)
     bore, stroke = 0.1, 0.1
     torque = cylinders * 0.25 * np.pi * bore**2 * 0.5 * stroke * gas
@@ -207,7 +208,7 @@ def test_absurd_designs_have_true_outcomes() -> None:
         family=family, wanted=("delta", "omega_max", "omega_min", "omega_mean"),
         inertia_model=random.choice(["constant", "variable"], count), cylinders=cylinders,
         crank_ratio=ratio, row=np.zeros(count), scale=1.0, crankcase_pressure=1e5, bore=bore,
-        stroke=stroke, mass=10.0 ** random.uniform(-6, 4, count),
+        double_radius=stroke, mass=10.0 ** random.uniform(-6, 4, count),
         speed=10.0 ** random.uniform(0, 5, count) * np.pi / 30,
         inertia=10.0 ** random.uniform(-6, 6, count), exponent=random.uniform(0, 10, count),
         offset=torque * random.choice([0.0, 1.0 - 1e-6, 1.1], count), mean_torque=torque,

@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import pytest
 
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.results import TORQUE_NAMES
+from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import MEANINGS, has_numbers
 from oracle import golden
 from tests.support.held_out import design_of, family_of, inputs_of, items, solved
@@ -55,7 +56,7 @@ def test_range_of_the_torque(name: str) -> None:
     inputs = inputs_of(design, family_of(design))
     for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
         inputs.pop(other)
-    found = dispatch.torque_extremes(wanted=dispatch.TORQUE_RESULTS, **inputs)
+    found = torque_extremes(wanted=TORQUE_NAMES, **inputs)
     span = known["torque_max"] - known["torque_min"]
     assert float(found["torque_max"]) == pytest.approx(known["torque_max"], abs=1e-7 * span)
     assert float(found["torque_min"]) == pytest.approx(known["torque_min"], abs=1e-7 * span)
@@ -70,7 +71,7 @@ def test_energy_swing_is_that_of_the_flywheel_under_a_constant_load(name: str) -
     inputs = inputs_of(design, family_of(design))
     for other in ("inertia", "exponent", "offset", "mean_torque", "inertia_model", "closure"):
         inputs.pop(other)
-    found = float(dispatch.torque_extremes(wanted=["energy_swing"], **inputs)["energy_swing"])
+    found = float(torque_extremes(wanted=["energy_swing"], **inputs)["energy_swing"])
     assert found == pytest.approx(known["energy_swing"], rel=1e-7)
 
 

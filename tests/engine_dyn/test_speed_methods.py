@@ -12,8 +12,11 @@ import pytest
 from engine_dyn.loads.laws import Power
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.general.euler import march_cycles
-from engine_dyn.speed.general.newton import CYCLE_TIME, POWER_MEAN, newton
+from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.general.picard import repeat_cycles
+from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
+from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -333,7 +336,7 @@ def test_mean_torque_below_the_offset(exponent: float, method: str) -> None:
     inputs.pop("closure")
     extremes = {k: v for k, v in inputs.items() if k not in (
         "inertia", "exponent", "offset", "mean_torque", "inertia_model")}  # fmt: skip
-    span = dispatch.torque_extremes(wanted=("torque_max", "torque_min"), **extremes)
+    span = torque_extremes(wanted=("torque_max", "torque_min"), **extremes)
     span = float(span["torque_max"] - span["torque_min"])
     for excess, status in ((2e-9, NO_STEADY_STATE), (0.1, NO_STEADY_STATE), (0.5e-9, None)):
         inputs["offset"] = inputs["mean_torque"] + excess * span
@@ -381,8 +384,8 @@ def test_cycle_repetition_closes_nowhere_but_at_the_solution() -> None:
     for count, model in ((12, "variable"), (12, "constant"), (1, "variable")):
         inputs = inputs_of(replace(design, cylinders=count, inertia_model=model), family)
         inputs["inertia"] = design.inertia * np.geomspace(1e-4, 1.0, 60)
-        found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, method="picard", **inputs)
-        exact = dispatch.solve(wanted=dispatch.SPEED_RESULTS, method="newton", **inputs)
+        found = dispatch.solve(wanted=SCALAR_NAMES, method="picard", **inputs)
+        exact = dispatch.solve(wanted=SCALAR_NAMES, method="newton", **inputs)
         good = found["status"] == CONVERGED
         assert good.any()
         assert (exact["status"][good] == CONVERGED).all()

@@ -10,6 +10,7 @@ import pytest
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.status import CONVERGED
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
@@ -33,10 +34,10 @@ def designs(count: int, family: Family, cylinders: int) -> dict[str, Any]:
     ratio = random.uniform(0.02, 0.6, count)
     row = random.uniform(0.0, family.row_count - 1.0, count)
     lever = 0.25 * np.pi * 0.1**2 * 0.05
-    mean = cylinders * lever * dispatch.mean_gas_torque(ratio, row, family)
+    mean = cylinders * lever * mean_gas_torque(ratio, row, family)
     return {
         "family": family, "crank_ratio": ratio, "row": row, "cylinders": cylinders, "bore": 0.1,
-        "scale": random.uniform(0.8, 1.2, count), "stroke": 0.1, "friction_torque": 0.0,
+        "scale": random.uniform(0.8, 1.2, count), "double_radius": 0.1, "friction_torque": 0.0,
         "crankcase_pressure": random.uniform(0.0, 1.2e5, count), "offset": 0.0,
         "mass": random.uniform(0.3, 1.0, count), "speed": random.uniform(150.0, 400.0, count),
         "inertia": random.uniform(0.3, 2.0, count), "mean_torque": 0.8 * mean,
@@ -76,9 +77,7 @@ def test_order_of_designs_does_not_matter(family: Family) -> None:
 def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
     random = np.random.default_rng(2)
     ratio, row = random.uniform(0.1, 0.5, 3000), random.uniform(0.0, 6.0, 3000)
-    many = dispatch.mean_gas_torque(ratio, row, family)
+    many = mean_gas_torque(ratio, row, family)
     some = slice(0, 3000, 250)
     for one, place, found in zip(ratio[some], row[some], many[some], strict=True):
-        assert found == pytest.approx(
-            float(dispatch.mean_gas_torque(one, place, family)), rel=1e-12
-        )
+        assert found == pytest.approx(float(mean_gas_torque(one, place, family)), rel=1e-12)

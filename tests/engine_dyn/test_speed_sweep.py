@@ -14,7 +14,12 @@ from hypothesis import strategies as st
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed import dispatch, packing
+from engine_dyn.speed import dispatch, pieces
+from engine_dyn.speed.batch import front as batch_front
+from engine_dyn.speed.general import front
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, MEANINGS, STALLED, TOLERANCE_NOT_MET, has_numbers
 from oracle import golden, solution
 from oracle.designs import table
@@ -26,7 +31,7 @@ pytestmark = pytest.mark.compiled
 CYCLE = 4.0 * np.pi
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
-WANTED = (*dispatch.SPEED_RESULTS, *CURVES)
+WANTED = (*SCALAR_NAMES, *CURVES)
 ANGLES = np.radians(np.arange(-360.0, 360.0, 30.0))
 
 
@@ -50,7 +55,7 @@ def inputs(design: Design, family: Family) -> dict[str, Any]:
     return inputs_of(design, family)
 
 
-SCALARS = tuple(name for name in dispatch.SPEED_RESULTS if name != "iterations")
+SCALARS = tuple(name for name in SCALAR_NAMES if name != "iterations")
 ASKED: dict[str, dict[str, Any]] = {
     "curves": {"wanted": WANTED, "crank_angle": ANGLES},
     "numbers only": {"wanted": SCALARS},
@@ -119,21 +124,21 @@ def test_threads_share_what_lanes_leave(
 ) -> None:
     """Too few designs for a second thread in lanes, but many of them are for the general method."""
     calls: list[tuple[int, int]] = []
-    march = dispatch.designs.march
+    solve_designs = front.solve_designs
 
     def noted(chosen: Any, *arguments: Any) -> None:
         calls.append((threading.get_ident(), chosen.size))
-        march(chosen, *arguments)
+        solve_designs(chosen, *arguments)
 
     few = {**inputs, "inertia": np.geomspace(0.02, 3.0, 2000), "exponent": 1.6}
     alone = dispatch.solve(wanted=("omega_min",), **few, threads=1)
-    monkeypatch.setattr(dispatch.designs, "march", noted)
+    monkeypatch.setattr(front, "solve_designs", noted)
     same(dispatch.solve(wanted=("omega_min",), **few, threads=2), alone)
     mine = [size for thread, size in calls if thread == threading.get_ident()]
-    assert max(mine, default=0) < 2 * packing.FEWEST
-    assert sum(size for _, size in calls) - sum(mine) >= 2 * packing.FEWEST
+    assert max(mine, default=0) < 2 * pieces.FEWEST
+    assert sum(size for _, size in calls) - sum(mine) >= 2 * pieces.FEWEST
     # Enough for threads in lanes, each of which solves what it leaves.
-    monkeypatch.setattr(dispatch, "FEWEST_IN_LANES", 64)
+    monkeypatch.setattr(batch_front, "FEWEST_IN_LANES", 64)
     same(dispatch.solve(wanted=("omega_min",), **few, threads=5), alone)
 
 
@@ -296,7 +301,7 @@ def test_counts_that_do_not_divide_the_cycle(count: int, model: str) -> None:
     """Against the oracle, solved here."""
     design = replace(design_of(NAME), cylinders=count, inertia_model=model)
     exact = solution.solve(design)
-    found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, **inputs_of(design, family_of(design)))
+    found = dispatch.solve(wanted=SCALAR_NAMES, **inputs_of(design, family_of(design)))
     for name in ("delta", "omega_max", "omega_min", "omega_mean"):
         assert float(found[name]) == pytest.approx(getattr(exact, name), rel=1e-7)
 
@@ -309,14 +314,14 @@ def test_tight_tolerances_are_met_by_more_nodes(name: str) -> None:
     design = design_of(name)
     known = golden.read()[name]
     inputs = inputs_of(design, family_of(design, 0.25))
-    tight = dispatch.solve(wanted=dispatch.SPEED_RESULTS, tolerance=1e-9, **inputs)
+    tight = dispatch.solve(wanted=SCALAR_NAMES, tolerance=1e-9, **inputs)
     if known["status"] == "stalled":
         assert int(tight["status"]) == STALLED
         return
     assert int(tight["status"]) == CONVERGED
     # The spline through quarter degrees is good to 1e-9.
     assert float(tight["delta"]) == pytest.approx(known["delta"], rel=5e-9)
-    loose = dispatch.solve(wanted=dispatch.SPEED_RESULTS, tolerance=1e-3, **inputs)
+    loose = dispatch.solve(wanted=SCALAR_NAMES, tolerance=1e-3, **inputs)
     assert float(loose["delta"]) == pytest.approx(known["delta"], rel=1e-3)
     assert float(loose["delta_error"]) <= 1e-3
 
@@ -329,9 +334,9 @@ def test_estimated_error_covers_the_true_one(design: Design) -> None:
         inertia = design.inertia / count * np.geomspace(0.003, 3.0, 40)
         for exponent, model in ((0.5, "constant"), (2.0, "variable"), (4.0, "constant")):
             changes = {"inertia": inertia, "exponent": exponent, "inertia_model": model}
-            found = dispatch.solve(wanted=dispatch.SPEED_RESULTS, **{**inputs, **changes})
+            found = dispatch.solve(wanted=SCALAR_NAMES, **{**inputs, **changes})
             exact = dispatch.solve(
-                wanted=dispatch.SPEED_RESULTS, tolerance=1e-9, finer=16, **{**inputs, **changes}
+                wanted=SCALAR_NAMES, tolerance=1e-9, finer=16, **{**inputs, **changes}
             )
             good = (found["status"] == CONVERGED) & np.isin(exact["status"], (0, 5))
             assert good.sum() > 10
@@ -372,9 +377,9 @@ WIDE = st.floats(-9.0, 9.0).map(lambda power: 10.0**power)
     exponent=st.one_of(st.sampled_from([0.0, 1.0, 2.0]), st.floats(0.0, 40.0)),
     share=st.one_of(st.just(1.0), st.floats(-100.0, 2.0)),
     count=st.integers(1, 16),
-    model=st.sampled_from(dispatch.INERTIA_MODELS),
-    closure=st.sampled_from(dispatch.CLOSURES),
-    method=st.sampled_from(dispatch.METHODS),
+    model=st.sampled_from(INERTIA_MODELS),
+    closure=st.sampled_from(CLOSURES),
+    method=st.sampled_from(METHOD_NAMES),
     passes=st.integers(0, 3),
 )
 def test_any_design_has_an_outcome(
@@ -385,11 +390,12 @@ def test_any_design_has_an_outcome(
     if method in ("thesis", "picard"):
         closure, passes = "power_mean", max(passes, 1)
     family = FAMILY
-    mean_gas = float(dispatch.mean_gas_torque(ratio, 0.0, family))
+    mean_gas = float(mean_gas_torque(ratio, 0.0, family))
     torque = count * 0.125 * np.pi * bore**2 * stroke * mean_gas
     found = dispatch.solve(
         family=family, wanted=WANTED, crank_angle=ANGLES, crank_ratio=ratio, row=0.0, scale=1.0,
-        crankcase_pressure=1e5, bore=bore, stroke=stroke, mass=mass, speed=speed, inertia=inertia,
+        crankcase_pressure=1e5, bore=bore, double_radius=stroke, mass=mass, speed=speed,
+        inertia=inertia,
         exponent=exponent, offset=share * torque, mean_torque=torque, friction_torque=0.0,
         cylinders=count, inertia_model=model, closure=closure, method=method, passes=float(passes),
     )  # fmt: skip

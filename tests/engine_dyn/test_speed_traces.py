@@ -11,6 +11,8 @@ import pytest
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.batch import traces
+from engine_dyn.speed.methods import INERTIA_MODELS
+from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
 from oracle import solution
 from oracle.solution import CYCLE
@@ -20,7 +22,7 @@ pytestmark = pytest.mark.compiled
 
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
-SCALARS = tuple(name for name in dispatch.SPEED_RESULTS if name != "delta_error")
+SCALARS = tuple(name for name in SCALAR_NAMES if name != "delta_error")
 # Angles that are nodes of the finer solutions, beyond one cycle and not in order.
 ANGLES = np.random.default_rng(3).permutation(np.pi / 72.0 * np.arange(-144, 288))
 INERTIA = np.geomspace(0.2, 10.0, 21)
@@ -33,7 +35,7 @@ def inputs(cylinders: int = 1, **changes: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("cylinders", [1, 4, 7])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
+@pytest.mark.parametrize("model", INERTIA_MODELS)
 def test_curves_are_those_of_a_finer_solution(cylinders: int, exponent: float, model: str) -> None:
     arguments = inputs(cylinders, exponent=exponent, inertia_model=model)
     found = dispatch.solve(wanted=("delta", *CURVES), crank_angle=ANGLES, **arguments)
@@ -53,7 +55,7 @@ def test_curves_are_those_of_a_finer_solution(cylinders: int, exponent: float, m
 
 @pytest.mark.parametrize("cylinders", [1, 4])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
+@pytest.mark.parametrize("model", INERTIA_MODELS)
 def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: str) -> None:
     design = replace(
         design_of(NAME), cylinders=cylinders, load_exponent=exponent, inertia_model=model
@@ -91,7 +93,7 @@ def test_curves_of_any_engine(factors: dict[str, Any], offset: float) -> None:
 def test_scalars_do_not_know_of_curves(cylinders: int) -> None:
     arguments = inputs(
         cylinders, exponent=np.array([0.0, 1.0, 1.6, 2.0])[:, None],
-        inertia_model=np.array(dispatch.INERTIA_MODELS)[:, None, None],
+        inertia_model=np.array(INERTIA_MODELS)[:, None, None],
         inertia=np.geomspace(0.02, 10.0, 50),
     )  # fmt: skip
     alone = dispatch.solve(wanted=SCALARS, **arguments)
@@ -110,7 +112,7 @@ def test_one_curve_is_the_same_with_the_other() -> None:
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
+@pytest.mark.parametrize("model", INERTIA_MODELS)
 @pytest.mark.parametrize("cylinders", [1, 4])
 def test_extremes_of_the_curve(cylinders: int, exponent: float, model: str) -> None:
     phi = np.linspace(0.0, 4.0 * np.pi, 14400, endpoint=False)
@@ -146,7 +148,7 @@ def test_any_order_of_angles(cylinders: int) -> None:
         np.testing.assert_allclose(one[name], found[name][:, 100:101], rtol=1e-9)
 
 
-@pytest.mark.parametrize("model", dispatch.INERTIA_MODELS)
+@pytest.mark.parametrize("model", INERTIA_MODELS)
 @pytest.mark.parametrize("exponent", [1.0, 2.0])
 @pytest.mark.parametrize("cylinders", [1, 4])
 @pytest.mark.parametrize("first", [3, 8])

@@ -21,7 +21,10 @@ from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.fields import FRICTION_NAMES
+from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.results import TORQUE_NAMES
+from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design
@@ -182,15 +185,13 @@ def test_energy_balance_and_torque(name: str) -> None:
     friction = solution.friction_torque(design, phi)
     mean = solved(design).torque_mean
     assert gas.mean() - design.friction_torque == pytest.approx(mean, rel=1e-8)
-    inputs = inputs_of(design, family) | {"stroke": double_radius, "offset_ratio": offset}
+    inputs = inputs_of(design, family) | {"double_radius": double_radius, "offset_ratio": offset}
     for key in ("inertia_model", "closure", "inertia", "exponent", "offset", "mean_torque"):
         inputs.pop(key)
     inputs |= levels_of(design)
-    found = dispatch.torque_extremes(
-        wanted=dispatch.TORQUE_RESULTS, cylinders_by_count=by_count, **inputs
-    )
+    found = torque_extremes(wanted=TORQUE_NAMES, cylinders_by_count=by_count, **inputs)
     if design.friction_shares is not None:
-        levels = [inputs[name] for name in dispatch.FRICTION_NAMES]
+        levels = [inputs[name] for name in FRICTION_NAMES]
         curve = forces.friction_over_stroke(
             phi, train, design.bore, pressure, design.friction_torque, StrokeFriction(*levels)
         )
@@ -227,7 +228,7 @@ def levels_of(design: Design) -> dict[str, float]:
     area = 0.25 * np.pi * design.bore**2
     level = design.friction_torque / (design.cylinders * area * design.radius)
     levels = [share * level for share in design.friction_shares]
-    return dict(zip(dispatch.FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
+    return dict(zip(FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
 
 
 def cylinders(design: Design) -> Cylinders:
@@ -347,7 +348,7 @@ def test_constructed_motored_diagram() -> None:
     exchange = np.radians(np.concatenate([np.arange(-359.0, -51.0), np.arange(241.0, 359.0)]))
     np.testing.assert_allclose(found(exchange), diagram(exchange), rtol=1e-12)
     # What remains of its mean torque is the gas exchange: small, and negative.
-    one = [float(dispatch.mean_gas_torque(0.3, 0.0, family_from_diagrams([0.0], [d])))
+    one = [float(mean_gas_torque(0.3, 0.0, family_from_diagrams([0.0], [d])))
            for d in (diagram, found, exact)]  # fmt: skip
     assert -0.12 * one[0] < one[1] < 0.0
     assert -0.12 * one[0] < one[2] < 0.0

@@ -12,7 +12,7 @@ from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from oracle.designs import HeldOut, held_out, table
 from oracle.solution import Design
 
@@ -72,7 +72,7 @@ def solved(design: Design, step_degree: float = 0.5, **changes: Any) -> Periodic
 
 def inputs_of(design: Design, family: Family) -> dict[str, Any]:
     """Keywords of `sweep.solve`, all scalar; arrays may replace any of them."""
-    mean_gas = float(dispatch.mean_gas_torque(design.crank_ratio, 0.0, family))
+    mean_gas = float(mean_gas_torque(design.crank_ratio, 0.0, family))
     lever = 0.25 * np.pi * design.bore**2 * 0.5 * design.stroke
     return {
         "family": family,
@@ -81,7 +81,7 @@ def inputs_of(design: Design, family: Family) -> dict[str, Any]:
         "scale": 1.0,
         "crankcase_pressure": design.crankcase_pressure,
         "bore": design.bore,
-        "stroke": design.stroke,
+        "double_radius": design.stroke,
         "mass": design.reciprocating_mass,
         "speed": design.omega_n,
         "inertia": design.inertia,

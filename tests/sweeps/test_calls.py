@@ -23,16 +23,16 @@ ROOT = Path(__file__).resolve().parents[2]
 
 NAMES = {
     # The work of one geometry; its argument `table` is (row, node).
-    "table": "speed/tables.py:build",
-    "speed": "speed/sweep.py:solve",
-    "torque": "speed/sweep.py:torque_extremes",
-    "mean gas": "speed/sweep.py:mean_gas_torque",
-    # Where tables of designs are made; `sweep` makes others, to judge how many nodes are needed.
-    "of designs": "speed/designs.py",
-    "traces": ("speed/designs.py:store_curves", "speed/traces.py:write_block"),
+    "table": ("speed/tables/work_tables.py:build",),
+    "speed": ("speed/dispatch.py:solve",),
+    "torque": ("speed/torque.py:torque_extremes",),
+    "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
+    # What makes the tables of designs; others are made to judge how many nodes are needed.
+    "of designs": ("speed/general/driver.py:solve_designs", "speed/batch/driver.py:hold_table"),
+    "traces": ("speed/general/storage.py:store_curves", "speed/batch/traces.py:write_block"),
     "iterations": (
-        "speed/segments.py:iterate", "speed/lanes.py:iterate", "speed/newton.py:newton",
-        "speed/picard.py:repeat_cycles",
+        "speed/general/segments.py:iterate", "speed/batch/lanes.py:iterate",
+        "speed/general/newton.py:newton", "speed/general/picard.py:repeat_cycles",
     ),
 }  # fmt: skip
 
@@ -61,7 +61,7 @@ def count(frame, event, _):
     if name:
         with lock:
             calls[name] = calls.get(name, 0) + 1
-            if name == table and named(frame.f_back.f_code).startswith(designs):
+            if name in table and named(frame.f_back.f_code) in designs:
                 tables.append(list(frame.f_locals["table"].shape))
 
 threading.setprofile(count)
@@ -81,10 +81,7 @@ class Called:
 
     def of(self, name: str) -> int:
         """Calls of what `NAMES` names."""
-        places = NAMES[name]
-        return sum(
-            self.calls.get(place, 0) for place in ([places] if isinstance(places, str) else places)
-        )
+        return sum(self.calls.get(place, 0) for place in NAMES[name])
 
     def within(self, file: str) -> dict[str, int]:
         """Calls of the functions of one file or folder."""
@@ -107,6 +104,12 @@ def called(*quantities: str, engine: str = "ntua", **tables: Any) -> Called:
     """Compute a scene and say what it called."""
     output = {"quantities": list(quantities), "angle_step": 10.0}
     return _run(json.dumps({"engine": engine, "output": output, **tables}))
+
+
+@pytest.mark.parametrize("place", [place for places in NAMES.values() for place in places])
+def test_what_is_counted_is_there(place: str) -> None:
+    file, _, name = place.partition(":")
+    assert f"def {name}(" in (ROOT / "engine_dyn" / file).read_text(encoding="utf-8")
 
 
 KINEMATICS = ("position", "velocity", "acceleration", "mean_piston_speed", "displacement")

@@ -68,7 +68,7 @@ def test_kernels_are_called_only_when_needed() -> None:
     scene = {"engine": "ntua", "output": {"quantities": ["position", "mean_piston_speed"]}}
     with (
         patch("engine_dyn.speed.dispatch.solve", side_effect=AssertionError),
-        patch("engine_dyn.speed.dispatch.mean_gas_torque", side_effect=AssertionError),
+        patch("engine_dyn.speed.mean_gas.mean_gas_torque", side_effect=AssertionError),
         patch("engine_dyn.forces.torque.pressure", side_effect=AssertionError),
     ):
         sweeps.run(scene)

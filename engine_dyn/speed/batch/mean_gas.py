@@ -23,7 +23,7 @@ def mean_gas_between(
     ratio: Floats, row: Floats, number: Integers, row_of: Integers, points: Floats, means: Floats,
     result: Floats,
 ) -> None:  # fmt: skip
-    """As `tables.mean_gas.mean_gas_of_pairs`, from `means` (panel, point, diagram) at the points of each panel."""
+    """As `mean_gas_of_pairs`, from `means` (panel, point, diagram) at the points of each panel."""
     for i in range(ratio.size):
         whole = int(math.floor(row[i]))
         weight = row[i] - whole

@@ -33,8 +33,8 @@ def blend_of(values: Floats, at: Integers, row_of: Integers) -> Blend:
     first = row_of[whole]
     second = row_of[whole + 1] if weight > 0.0 else first
     friction = StrokeFriction(
-        values[at[BOUNDARY_FRICTION]], values[at[MIXED_FRICTION]], values[at[HYDRODYNAMIC_FRICTION]], values[at[SKIRT_FRICTION]],
-        values[at[RING_PRESSURE]],
+        values[at[BOUNDARY_FRICTION]], values[at[MIXED_FRICTION]],
+        values[at[HYDRODYNAMIC_FRICTION]], values[at[SKIRT_FRICTION]], values[at[RING_PRESSURE]],
     )  # fmt: skip
     return Blend(first, second, weight, values[at[SCALE]], values[at[CRANKCASE_PRESSURE]], friction)
 

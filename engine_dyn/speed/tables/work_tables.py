@@ -243,7 +243,8 @@ what a cubic with its middle still misses.
 """
 
 QUINTIC = 4.0 / math.sqrt(3125.0)
-"""Largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1: factor on a TILT."""
+"""Half of the largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1:
+twice this is the factor on a TILT, docs/method.md (55)."""
 
 
 @inlined
