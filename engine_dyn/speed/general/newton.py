@@ -5,13 +5,13 @@ The unknown is e(phi), the kinetic energy over its nominal value (symbols of `se
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
 or any other law of `engine_dyn.loads.laws`, e periodic, tau = 1 (constant inertia) or
-Theta(phi)/Theta (variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is discretised with
-the two-point Obreshkov formula of fourth order (values and slopes at both ends; it is A-stable).
-What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is far more than
-the kinetic energy, and their sum would have no digits. Each Newton step is one sweep of a scalar
-recurrence. The sum of all interval equations says
-mean(F) = mu; it replaces the equation of the last interval, so that weak loads (kappa near 0),
-whose closure omega(end) = omega(start) is singular, are as well conditioned as any other.
+Theta(phi)/Theta (variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is
+discretised with the two-point Obreshkov formula of fourth order (values and slopes at both ends; it
+is A-stable). What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is
+far more than the kinetic energy, and their sum would have no digits. Each Newton step is one sweep
+of a scalar recurrence. The sum of all interval equations says mean(F) = mu; it replaces the
+equation of the last interval, so that weak loads (kappa near 0), whose closure omega(end) =
+omega(start) is singular, are as well conditioned as any other.
 """
 
 from __future__ import annotations
