@@ -52,16 +52,26 @@ def _make_flags() -> Any:
     flags: Any = compiler.Flags
     try:
         defaults = {name: option.default for name, option in flags.options.items()}
+        names_hash = hash(flags())  # Numba's hash is that of the names, whatever the values
 
-        class FasterFlags(flags):
+        # The name of the class becomes part of the compiled functions' names: it stays the same.
+        class Flags(flags):
             """Numba's flags, with a faster way to all their values."""
 
             def values(self) -> dict[str, Any]:
                 return {**defaults, **self._values}
 
+            def __eq__(self, other: object) -> bool:
+                set_alike = type(other) is type(self) and self._values == other._values
+                return set_alike or bool(super().__eq__(other))
+
+            def __hash__(self) -> int:
+                return names_hash
+
         example = flags()
         example.error_model = "numpy"
-        return FasterFlags if FasterFlags(example).values() == example.values() else None
+        as_expected = hash(example) == names_hash and Flags(example).values() == example.values()
+        return Flags if as_expected else None
     except (AttributeError, TypeError):
         return None
 
