@@ -10,15 +10,10 @@ from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.loads import friction
 from engine_dyn.quantities.arithmetic import product
 from engine_dyn.quantities.node import Node
+from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
 
-__all__ = ["NODES", "NO_STROKE_FRICTION", "gas_of", "stroke_friction", "train_of"]
-
-NO_STROKE_FRICTION = (
-    "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
-    "ring_pressure",
-)  # fmt: skip
-"""Nodes that are 0 where all of `parameters.STROKE_SHARES` are."""
+__all__ = ["NODES", "gas_of", "stroke_friction", "train_of"]
 
 _RUBBING = (
     "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
@@ -39,7 +34,7 @@ def _rubbing(
 
 def stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
     """Take the friction over the stroke out of the needs of a curve."""
-    return friction.StrokeFriction._make(needs.pop(name) for name in NO_STROKE_FRICTION)
+    return friction.StrokeFriction._make(needs.pop(name) for name in FRICTION_NAMES)
 
 
 def train_of(needs: Mapping[str, Any]) -> CrankTrain:
@@ -121,7 +116,7 @@ NODES: tuple[Node, ...] = (
         kind="curve", when="stroke_friction",
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "friction_torque",
-               "cylinder_set", "period", "offset_ratio", "cylinders_by_count", *NO_STROKE_FRICTION),
+               "cylinder_set", "period", "offset_ratio", "cylinders_by_count", *FRICTION_NAMES),
         make=_friction_over_stroke,
     ),
 )  # fmt: skip

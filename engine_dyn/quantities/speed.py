@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.loads.laws import LAWS
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
-from engine_dyn.speed.fields import NAMES_OF_QUANTITIES
+from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
 __all__ = ["NODES", "kernel_inputs"]
@@ -72,7 +71,7 @@ def _solution(law: str, angle: str) -> Node:
         gives=(*SCALAR_NAMES, *CURVE_NAMES, "status", "outcome"),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
+            *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
             constant, "torque_mean", "friction_torque", "cylinder_set", "cylinders_by_count",
             "passes", "start_speed", "start_angle", "family", "closure", "tolerance", "sharing",
             "method", "inertia_model", "crank_angle", *acting,

@@ -8,10 +8,11 @@ import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.quantities.arithmetic import balance_of, quotient
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION, gas_of, stroke_friction, train_of
+from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
 from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.speed import kernel_inputs
+from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 
 __all__ = ["NODES"]
@@ -31,7 +32,7 @@ def _solution(when: str, *more: str) -> Node:
         kind="stage", public=False, gives=TORQUE_NAMES, when=when,
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *NO_STROKE_FRICTION, "bore", "double_radius", "reciprocating_mass", "speed",
+            *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed",
             "friction_torque", "cylinder_set", "cylinders_by_count", "family", "tolerance",
             *more,
         ),
@@ -148,7 +149,7 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "reciprocating_mass", "speed",
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
-               "period", *NO_STROKE_FRICTION),
+               "period", *FRICTION_NAMES),
         make=_torque_after_throw,
     ),
 )  # fmt: skip

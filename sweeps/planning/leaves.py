@@ -19,7 +19,6 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import (
     CONSTANTS,
     DIMENSIONS,
@@ -31,6 +30,7 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
+from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.types import Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
@@ -203,7 +203,7 @@ def _neutral(words: Sequence[str]) -> dict[str, float]:
     if "equal_throws" in words:
         found["stroke_share"] = 1.0
     if "uniform_friction" in words:
-        found |= dict.fromkeys(NO_STROKE_FRICTION, 0.0)
+        found |= dict.fromkeys(FRICTION_NAMES, 0.0)
     return found
 
 

@@ -162,16 +162,16 @@ def run_euler(
     speed = values[at[SPEED]]
     radius = 0.5 * values[at[DOUBLE_RADIUS]]
     lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
-    throw = values[at[MASS]] * radius * radius
+    moving = values[at[MASS]] * radius * radius  # m r^2
     mean = 0.0
     for j in range(count):
         gas = lever * sampled[GAS_SHAPE, j] - values[at[FRICTION_TORQUE]]
-        inertia = throw * speed * speed * sampled[MASS_SHAPE, j]
+        inertia = moving * speed * speed * sampled[MASS_SHAPE, j]
         mean += gas + inertia
         if variable:
             sampled[TORQUES, j] = gas
-            sampled[THETA, j] = values[at[INERTIA]] + throw * sampled[SQUARES, j]
-            sampled[THETA_SLOPE, j] = throw * sampled[SQUARES_SLOPE, j]
+            sampled[THETA, j] = values[at[INERTIA]] + moving * sampled[SQUARES, j]
+            sampled[THETA_SLOPE, j] = moving * sampled[SQUARES_SLOPE, j]
         else:
             sampled[TORQUES, j] = gas + inertia
             sampled[THETA, j] = values[at[INERTIA]]

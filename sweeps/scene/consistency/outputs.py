@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from engine_dyn.engine import Engine
-from engine_dyn.quantities.friction import NO_STROKE_FRICTION
 from engine_dyn.quantities.graph import (
     ALONG_SHAFT,
     CONSTANTS,
@@ -16,6 +15,7 @@ from engine_dyn.quantities.graph import (
     select,
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_throws
 from sweeps.scene.model import Scene
@@ -120,5 +120,5 @@ def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
     given |= {"offset_ratio"} if "centred" in words else set()
     given |= {"pressure_share", "mass_share"} if "equal" in words else set()
     given |= {"stroke_share"} if "equal_throws" in words else set()
-    given |= set(NO_STROKE_FRICTION) if "uniform_friction" in words else set()
+    given |= set(FRICTION_NAMES) if "uniform_friction" in words else set()
     return given

@@ -1,0 +1,89 @@
+"""Facts that have one owner, and the compiled places that have to agree with it."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+
+from engine_dyn import periodic_speed
+from engine_dyn.loads import laws
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.variants import ALTERNATIVES
+from engine_dyn.speed import dispatch, fields, methods, results
+from engine_dyn.speed.batch import driver, lanes
+
+
+def test_every_method_has_a_solver() -> None:
+    assert set(dispatch.SOLVERS) == set(methods.METHOD_NAMES)
+
+
+def test_codes_of_methods_are_their_places() -> None:
+    codes = (
+        methods.AUTO, methods.THESIS, methods.PICARD, methods.NEWTON, methods.CLOSED,
+    )  # fmt: skip
+    assert codes == tuple(range(len(methods.METHODS)))
+    assert methods.STEPPING == ("thesis", "picard")
+
+
+def test_rows_of_lanes_are_the_inputs_of_kernels() -> None:
+    """The batch solver copies inputs BORE to MEAN_TORQUE into its first rows by their places."""
+    rows = (
+        lanes.BORE, lanes.STROKE, lanes.MASS, lanes.NOMINAL, lanes.INERTIA, lanes.EXPONENT,
+        lanes.OFFSET, lanes.MEAN_TORQUE,
+    )  # fmt: skip
+    inputs = (
+        fields.BORE, fields.DOUBLE_RADIUS, fields.MASS, fields.SPEED, fields.INERTIA,
+        fields.EXPONENT, fields.OFFSET, fields.MEAN_TORQUE,
+    )  # fmt: skip
+    assert [row // lanes.LANES for row in rows] == [place - fields.BORE for place in inputs]
+    assert len(rows) == fields.MEAN_TORQUE + 1 - fields.BORE
+
+
+def test_places_of_inputs_are_those_of_their_names() -> None:
+    for name in fields.INPUT_NAMES:
+        assert fields.INPUT_NAMES[getattr(fields, name.upper())] == name
+    assert fields.INPUT_NAMES[: fields.TABLE_INPUTS] == fields.TABLE_NAMES
+    assert set(fields.FRICTION_NAMES) <= set(fields.TABLE_NAMES)
+
+
+def test_places_of_results_are_those_of_their_names() -> None:
+    for name in results.SCALAR_NAMES:
+        assert results.SCALAR_NAMES[getattr(results, name.upper())] == name
+    assert driver.SCALAR_ROWS == results.SCALARS * lanes.LANES
+
+
+def test_results_are_quantities() -> None:
+    for result in (*results.RESULTS, *results.CURVES, *results.TORQUE_RESULTS):
+        if result.name in QUANTITIES:
+            node = QUANTITIES[result.name]
+            assert (node.unit, node.long_name) == (result.unit, result.long_name)
+
+
+def test_laws_are_words_of_scenes() -> None:
+    names = {law.name for law in laws.LAWS}
+    assert any(set(group) == names for group in ALTERNATIVES)
+    assert all(key in PARAMETERS for law in laws.LAWS for key in law.keys)
+
+
+TABLE = np.array([[50.0, 99.0], [1.0, 4.0], [0.1, 0.1]])  # speeds, torques, slopes
+FORMS = (laws.PowerForm(0), laws.CurveForm(1.0, False, TABLE))
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: type(form).__name__)
+def test_every_law_is_one_at_the_nominal_speed(form: laws.Form) -> None:
+    inputs = laws.LawInputs(80.0, 1.6, 1.0, 157.0, 0.2)
+    law, sign = laws.make_law(inputs, form)
+    value, slope, _ = laws.load_terms(1.0, law)
+    assert sign > 0.0
+    assert value == pytest.approx(1.0, abs=1e-15)
+    step = 1e-6
+    higher, lower = laws.load_terms(1.0 + step, law)[0], laws.load_terms(1.0 - step, law)[0]
+    assert slope == pytest.approx((higher - lower) / (2.0 * step), rel=1e-8)
+
+
+def test_keywords_of_periodic_speed_have_the_defaults_of_the_inputs() -> None:
+    keywords = inspect.signature(periodic_speed).parameters
+    for name in ("gear_ratio", "load_phase", "load_scale", "start_angle"):
+        assert keywords[name].default == fields.DEFAULTS[name]
