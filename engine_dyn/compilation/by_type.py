@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import functools
-import inspect
 from collections.abc import Callable
 from typing import Any
 
-from numba import extending
-
-from engine_dyn.compilation.decorators import OPTIONS, inlined
+from engine_dyn.compilation.decorators import inlined
 
 __all__ = ["by_type"]
 
@@ -20,21 +17,21 @@ def by_type(function: Callable[..., Any]) -> Any:
     The function itself is the general case. What is done instead for a class of named tuples is
     registered with ``@function.of(Class)``. The choice costs nothing at run time, because types are
     known when a kernel is compiled.
+
+    Examples
+    --------
+    ::
+
+        @by_type
+        def load_terms(q: float, law: Any) -> float:
+            return general(q, law)
+
+        @load_terms.of(Power)
+        def _terms_of_power(q: float, law: Power) -> float:
+            return q**law.half
     """
     general = inlined(function)
     special: dict[Any, Any] = {}
-    arguments = ", ".join(inspect.signature(function).parameters)
-
-    @functools.wraps(function)
-    def call(*given: Any) -> Any:  # without the compiler
-        return special.get(type(given[-1]), general)(*given)
-
-    def choose(*types: Any) -> Any:
-        chosen = special.get(getattr(types[-1], "instance_class", None), general)
-        names: dict[str, Any] = {"chosen": chosen}
-        # Numba wants the arguments by name.
-        exec(f"def forward({arguments}): return chosen({arguments})", names)
-        return names["forward"]
 
     def of(kind: type) -> Callable[[Callable[..., Any]], Any]:
         def register(implementation: Callable[..., Any]) -> Any:
@@ -43,7 +40,38 @@ def by_type(function: Callable[..., Any]) -> Any:
 
         return register
 
-    options: Any = {**OPTIONS, "forceinline": True}
-    extending.overload(call, jit_options=options, strict=False)(choose)
-    call.of = of  # type: ignore[attr-defined]  # functions may have attributes
-    return call
+    if not hasattr(general, "get_call_template"):  # the compiler is off
+
+        @functools.wraps(function)
+        def call(*given: Any) -> Any:
+            return special.get(type(given[-1]), function)(*given)
+
+        call.of = of  # type: ignore[attr-defined]  # functions may have attributes
+        return call
+
+    template, overload = general.get_call_template, general.get_overload
+    compile_for_python = general._compile_for_args
+
+    def chosen(kind: Any) -> Any:
+        return special.get(getattr(kind, "instance_class", None))
+
+    # An overload in Numba's sense would be optimised apart from its caller, and round otherwise; so
+    # the dispatcher of the general case hands calls over. Attributes of this one dispatcher; its
+    # class stays as it is.
+    def template_of(arguments: Any, named: dict[str, Any]) -> Any:
+        other = chosen(arguments[-1])
+        return (template if other is None else other.get_call_template)(arguments, named)
+
+    def overload_of(kinds: Any) -> Any:
+        other = chosen(kinds[-1])
+        return (overload if other is None else other.get_overload)(kinds)
+
+    def compile_for(*given: Any, **named: Any) -> Any:
+        other = special.get(type(given[-1]))
+        return (compile_for_python if other is None else other._compile_for_args)(*given, **named)
+
+    general.get_call_template = template_of
+    general.get_overload = overload_of
+    general._compile_for_args = compile_for
+    general.of = of
+    return general

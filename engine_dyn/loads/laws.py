@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from engine_dyn.compilation import by_type
+from engine_dyn.compilation import by_type, inlined
 from engine_dyn.loads.piecewise_cubic import piece_at
 from engine_dyn.types import Floats
 
@@ -160,6 +160,12 @@ def half_of(law: Law) -> float:
 @by_type
 def load_terms(q: float, law: Any) -> tuple[float, float, float]:
     """F and its first two derivatives, continued by the tangent below `FLOOR`."""
+    return _terms_of_torque(q, law)
+
+
+@inlined
+def _terms_of_torque(q: float, law: Any) -> tuple[float, float, float]:
+    """F and its first two derivatives of a law that gives its torque at a speed."""
     base = max(q, FLOOR)
     omega = law.nominal * math.sqrt(base)
     value, first, second = torque_at(omega, law)

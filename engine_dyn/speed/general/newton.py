@@ -286,13 +286,15 @@ def newton(
     """
     if closure == POWER_MEAN:
         return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
-    return _with_cycle_time(kappa, width, nodes, w, dw, tau, dtau, d, work, tolerance, most, law)
+    return _with_cycle_time(
+        closure, kappa, width, nodes, w, dw, tau, dtau, d, work, tolerance, most, law
+    )
 
 
 @by_type
 def _with_cycle_time(
-    kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats, dtau: Floats,
-    d: Floats, work: Floats, tolerance: float, most: int, law: Law,
+    closure: int, kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats,
+    dtau: Floats, d: Floats, work: Floats, tolerance: float, most: int, law: Law,
 ) -> tuple[int, float, float, float]:  # fmt: skip
     """Solve with the cycle's time as closure, from the solution with the power mean.
 
@@ -304,15 +306,15 @@ def _with_cycle_time(
     if taken < 0:
         return taken, 1.0, change, smallest
     more, mu, change, smallest = _steps(
-        kappa, law, CYCLE_TIME, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
+        kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, most
     )
     return (taken + more if more > 0 else more), mu, change, smallest
 
 
 @_with_cycle_time.of(Power)
 def _with_cycle_time_of_power(
-    kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats, dtau: Floats,
-    d: Floats, work: Floats, tolerance: float, most: int, law: Power,
+    closure: int, kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats,
+    dtau: Floats, d: Floats, work: Floats, tolerance: float, most: int, law: Power,
 ) -> tuple[int, float, float, float]:  # fmt: skip
     """As `_with_cycle_time` for a power of the speed, which comes out of its mean.
 
@@ -348,7 +350,7 @@ def _with_cycle_time_of_power(
         guess = rise * time * time
         if abs(time - 1.0) < NEAR:
             taken, mu, change, smallest = _steps(
-                kappa, law, CYCLE_TIME, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
+                kappa, law, closure, width, nodes, w, dw, tau, dtau, d, work, tolerance, TRIED
             )
             steps += abs(taken)
             if taken > 0 and smallest > FLOOR:
