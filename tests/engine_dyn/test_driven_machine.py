@@ -23,7 +23,7 @@ from engine_dyn.loads.driven_machine import (
     torque_over_speed,
     whole_ratio,
 )
-from engine_dyn.loads.laws import Power, Shape, load_terms
+from engine_dyn.loads.laws import Curve, Power, load_terms
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.tables.load_over_angle import work_at
 from engine_dyn.speed.torque import torque_extremes
@@ -407,7 +407,7 @@ def test_law_and_its_derivatives(of_motor: bool) -> None:
     table = np.stack([curve.speed, curve.torque, curve.slope])
     nominal = 110.0
     scale = 1.0 / float(motor_torque(nominal, 130.0, 0.2) if of_motor else curve(nominal))
-    law = Shape(nominal, scale, 130.0, 0.2, table[:, :0].copy() if of_motor else table)
+    law = Curve(nominal, scale, 130.0, 0.2, table[:, :0].copy() if of_motor else table)
     assert load_terms(1.0, law)[0] == pytest.approx(1.0, rel=1e-14)
     for q in (0.3, 0.8, 1.0, 1.3, 2.0, 4.0):
         value, first, second = load_terms(q, law)
