@@ -55,10 +55,10 @@ def gauss_points() -> list[Row]:
     node, weight = np.polynomial.legendre.leggauss(3)
     points, weights = of_code("work tables", "GAUSS_POINTS"), of_code("work tables", "_WEIGHTS")
     rows = [
-        ("(61)", f"Gauss point {i + 1}", 0.5 * (1.0 + node[i]), points[i], 1e-15) for i in range(3)
+        ("(49)", f"Gauss point {i + 1}", 0.5 * (1.0 + node[i]), points[i], 1e-15) for i in range(3)
     ]
     rows += [
-        ("(61)", f"Gauss weight {i + 1}", 0.5 * weight[i], weights[i], 1e-15) for i in range(3)
+        ("(49)", f"Gauss weight {i + 1}", 0.5 * weight[i], weights[i], 1e-15) for i in range(3)
     ]
     return rows
 
@@ -76,18 +76,18 @@ def obreshkov() -> list[Row]:
     source = inspect.getsource(missed)
     found = [int(n) for n in re.findall(r"1\.0 / (\d+)\.0", source)]
     rows: list[Row] = [
-        ("(82)", "error of the formula, 1/", float(math.factorial(4) / error), found[0], 0.0),
-        ("(114)", "error of a cubic, 1/", float(math.factorial(4) * 16), found[1], 0.0),
+        ("(63)", "error of the formula, 1/", float(math.factorial(4) / error), found[0], 0.0),
+        ("(95)", "error of a cubic, 1/", float(math.factorial(4) * 16), found[1], 0.0),
     ]
     for x in (1e-3, 0.3, 40.0):
         loss, before, behind, cross = of_code("segments", "two_point")(x, 1.0)
         below = 1.0 + x / 2.0 + x * x / 12.0
         rows += [
-            ("(86)", f"loss at x = {x:g}", 1.0 - (1.0 - x / 2.0 + x * x / 12.0) / below, loss,
+            ("(65)", f"loss at x = {x:g}", 1.0 - (1.0 - x / 2.0 + x * x / 12.0) / below, loss,
              1e-15),
-            ("(86)", f"weight before, x = {x:g}", (0.5 - x / 12.0) / below, before, 1e-15),
-            ("(86)", f"weight behind, x = {x:g}", (0.5 + x / 12.0) / below, behind, 1e-15),
-            ("(86)", f"weight of slopes, x = {x:g}", 1.0 / 12.0 / below, cross, 1e-15),
+            ("(65)", f"weight before, x = {x:g}", (0.5 - x / 12.0) / below, before, 1e-15),
+            ("(65)", f"weight behind, x = {x:g}", (0.5 + x / 12.0) / below, behind, 1e-15),
+            ("(65)", f"weight of slopes, x = {x:g}", 1.0 / 12.0 / below, cross, 1e-15),
         ]  # fmt: skip
     return rows
 
@@ -98,13 +98,13 @@ def between_nodes() -> list[Row]:
     largest = 16.0 * s * (0.25 - s * s) ** 2
     value, place, bump = of_code("extrema", "refine")(0.0, 0.0, 1.0, -1.0, 1.0)
     return [
-        ("(67)", "largest value of the quintic, 8/sqrt(3125)", 8.0 / math.sqrt(3125.0), largest,
+        ("(55)", "largest value of the quintic, 8/sqrt(3125)", 8.0 / math.sqrt(3125.0), largest,
          1e-15),
-        ("(67)", "twice QUINTIC, as error estimates take it", largest,
+        ("(55)", "twice QUINTIC, as error estimates take it", largest,
          2.0 * of_code("work tables", "QUINTIC"), 1e-15),
-        ("(65)", "quartic in the middle of an interval", 1.0, bump, 1e-15),
-        ("(65)", "place of that extreme", 0.5, place, 1e-15),
-        ("(65)", "cubic and quartic there", 1.25, value, 1e-15),
+        ("(91)", "quartic in the middle of an interval", 1.0, bump, 1e-15),
+        ("(91)", "place of that extreme", 0.5, place, 1e-15),
+        ("(91)", "cubic and quartic there", 1.25, value, 1e-15),
     ]  # fmt: skip
 
 
@@ -115,10 +115,10 @@ def moments() -> list[Row]:
         found = of_code("stiff", "_moments")(x)
         for k in range(4):
             wanted = quad(lambda t: math.exp(-x * (1.0 - t)) * t**k, 0.0, 1.0, epsabs=1e-15)[0]  # noqa: B023
-            rows.append(("(92)", f"moment {k} at x = {x:g}", wanted, found[k], 1e-13))
+            rows.append(("(80)", f"moment {k} at x = {x:g}", wanted, found[k], 1e-13))
     deep = of_code("stiff", "DEEP")
     lost = math.factorial(3) / math.factorial(deep)
-    rows.append(("(92)", f"what order {deep} leaves at x = 1", 0.0, lost / (deep + 1.0), 1e-17))
+    rows.append(("(80)", f"what order {deep} leaves at x = 1", 0.0, lost / (deep + 1.0), 1e-17))
     return rows
 
 
@@ -132,8 +132,8 @@ def euler_maclaurin() -> list[Row]:
     source = inspect.getsource(importlib.import_module(WHERE["batch"]))
     found = [Fraction(int(a), int(b)) for a, b in re.findall(r"\((\d+)\.0 / (1440)\.0\)", source)]
     return [
-        ("(128)", "weight of the neighbours, 82/1440", float(-near), float(found[0]), 0.0),
-        ("(128)", "weight of the next nodes, 11/1440", float(far), float(found[1]), 0.0),
+        ("(101)", "weight of the neighbours, 82/1440", float(-near), float(found[0]), 0.0),
+        ("(101)", "weight of the next nodes, 11/1440", float(far), float(found[1]), 0.0),
     ]
 
 
@@ -156,38 +156,38 @@ def series() -> list[Row]:
     # The code's -0.125 is the exact limit at 0; it has few digits and is added here.
     given = [-0.125, *reversed(numbers_in(root))]
     rows += [
-        ("(133)", f"root_series, coefficient {i}", wanted[i], given[i], 1e-10) for i in range(7)
+        ("(102)", f"root_series, coefficient {i}", wanted[i], given[i], 1e-10) for i in range(7)
     ]
     missed = np.abs(u * u * polynomial.polyval(u, given) - (np.sqrt(1 + u) - 1 - u / 2)).max()
-    rows.append(("(133)", "root_series, error (2e-10 stated)", 0.0, missed, 2e-10))
+    rows.append(("(102)", "root_series, error (2e-10 stated)", 0.0, missed, 2e-10))
     wanted = through_chebyshev(
         lambda u: -0.5 / (np.sqrt(1.0 + u) * (1.0 + np.sqrt(1.0 + u))), 4, reach
     )
     high, low = numbers_in(slope)[:2], numbers_in(slope)[2:]
     given = [low[1], low[0], high[0], high[1]]
     rows += [
-        ("(134)", f"root_slope, coefficient {i}", wanted[i], given[i], 1e-13) for i in range(4)
+        ("(103)", f"root_slope, coefficient {i}", wanted[i], given[i], 1e-13) for i in range(4)
     ]
     missed = np.abs(u * polynomial.polyval(u, given) - (0.5 / np.sqrt(1 + u) - 0.5)).max()
-    rows.append(("(134)", "root_slope, error (1e-5 stated)", 0.0, missed, 1e-5))
+    rows.append(("(103)", "root_slope, error (1e-5 stated)", 0.0, missed, 1e-5))
     terms, worst = of_code("batch", "SERIES_TERMS"), 0.0
     for a in np.linspace(1e-4, 8.0, 200):
         each = [binom(a, k) for k in range(2, 2 + terms)]
         exact = (1.0 + u) ** a - 1.0 - a * u
         worst = max(worst, np.abs(u * u * polynomial.polyval(u, each) - exact).max())
-    rows.append(("(135)", "binomial series, error (1e-11 stated)", 0.0, worst, 1e-11))
+    rows.append(("(104)", "binomial series, error (1e-11 stated)", 0.0, worst, 1e-11))
     u = np.linspace(-0.5, 1.0, 10001)
     missed = max(abs(of_code("batch", "log_of")(float(x)) - math.log1p(x)) for x in u)
-    rows.append(("(136)", "log_of, error (2e-13 stated)", 0.0, missed, 2e-13))
+    rows.append(("(105)", "log_of, error (2e-13 stated)", 0.0, missed, 2e-13))
     missed = max(
         abs(of_code("batch", "exp_of")(x) / math.exp(x) - 1.0) for x in np.linspace(-8, 8, 10001)
     )
-    rows.append(("(136)", "exp_of, relative error", 0.0, missed, 2e-11))
+    rows.append(("(105)", "exp_of, relative error", 0.0, missed, 2e-11))
     missed = max(
         abs(of_code("batch", "loss_of")(x) / -math.expm1(-x) - 1.0)
         for x in np.linspace(1e-3, 0.1, 10001)
     )
-    rows.append(("(136)", "loss_of, relative error", 0.0, missed, 1e-13))
+    rows.append(("(105)", "loss_of, relative error", 0.0, missed, 1e-13))
     return rows
 
 
@@ -205,15 +205,15 @@ def two_grids() -> list[Row]:
         worst = max(worst, np.abs(chebyshev.chebval(fine, through) - decay(fine)).max())
     decays = np.exp(-0.5 * largest * (1.0 + node))
     rows: list[Row] = [
-        ("(137)", "error of the series of work, by Bessel's function",
+        ("(106)", "error of the series of work, by Bessel's function",
          2.0 * math.exp(-rate) * iv(terms, rate), worst, 1e-13),
-        ("(137)", "decays at Chebyshev's points", 0.0,
+        ("(106)", "decays at Chebyshev's points", 0.0,
          float(np.abs(of_code("two grids", "SERIES_DECAYS") - decays).max()), 1e-15),
     ]  # fmt: skip
     shrink, points = of_code("panels", "SHRINK"), of_code("batch", "POINTS")
     place = (1.0 + shrink) / (1.0 - shrink)
     spread = place + math.sqrt(place * place - 1.0)
-    rows.append(("(138)", "panels, error (1e-10 stated)", 0.0, 2.0 * spread**-points, 3e-10))
+    rows.append(("(107)", "panels, error (1e-10 stated)", 0.0, 2.0 * spread**-points, 3e-10))
     return rows
 
 
