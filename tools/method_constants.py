@@ -30,7 +30,7 @@ WHERE = {
     "batch": "engine_dyn.speed.batch.lanes",
     "two grids": "engine_dyn.speed.batch.levels",
     "panels": "engine_dyn.speed.batch.panels",
-    "designs": "engine_dyn.speed.designs",
+    "speeds": "engine_dyn.speed.general.speeds",
     "diesel cycle": "engine_dyn.pressure.diesel_cycle",
 }
 """Modules of the constants; the one place to correct when files move."""
@@ -72,7 +72,7 @@ def obreshkov() -> list[Row]:
         slope = 1 if k == 1 else 0
         assert Fraction(1, k + 1) == a * ends + b * (slope - k), k
     error = Fraction(1, 5) - (a - 4 * b)
-    missed = of_code("designs", "load_missed")
+    missed = of_code("speeds", "load_missed")
     source = inspect.getsource(missed)
     found = [int(n) for n in re.findall(r"1\.0 / (\d+)\.0", source)]
     rows: list[Row] = [

@@ -1,1 +1,9 @@
-"""Forces and torques of the crank train, cylinder by cylinder and for the whole engine."""
+"""Forces and torques of the crank train, cylinder by cylinder and for the whole engine.
+
+torque           torque of gas and masses over the crank angle
+mechanism        forces on piston, wall, rod, crank pin and frame
+bearings         loads of pins and journals over the cycle
+harmonics        orders of the torque
+superposition    sums of curves over the cylinders
+balance          shaking forces and moments, counterweights, balance shafts
+"""

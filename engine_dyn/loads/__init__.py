@@ -1,1 +1,8 @@
-"""What acts on the crankshaft beside gas and masses: loads, drivers, friction."""
+"""What acts on the crankshaft beside gas and masses: loads, drivers, friction.
+
+laws               how a load or driver depends on the speed: the registry, compiled
+driven_machine     tables of torque, motors, and which law an engine has
+friction           mean friction, and its shape over the stroke
+characteristic     power and torque over speed, and the load whose diagram gives them
+piecewise_cubic    the piece of a table in which a place lies
+"""

@@ -1,1 +1,8 @@
-"""Pressure in the cylinder over the crank angle: given diagrams and modelled cycles."""
+"""Pressure in the cylinder over the crank angle: given diagrams and modelled cycles.
+
+diagram, point_checks    one curve through points, and whether points are an indicator diagram
+family, family_grid      curves over load, and over load and speed
+first_law, first_law_fields, first_law_kernel    modelled cycles of engines, by the first law
+diesel_cycle, compressor, pump    modelled cycles by simpler rules
+motored                  cylinders that do not burn, or burn less or more
+"""

@@ -51,7 +51,7 @@ _WHOLE = (
     "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress", "sharing",
     "tolerance", "driven", "general", "finer", "iterated", "wanted",
 )  # fmt: skip
-"""Arguments of `sweep.solve` that no design has alone."""
+"""Arguments of `dispatch.solve` that no design has alone."""
 
 
 class Required(NamedTuple):
@@ -91,7 +91,7 @@ def solve_for_inertia(
     tolerance : float
         Relative error of delta aimed at.
     **given
-        As `sweep.solve`, without `inertia` and `wanted`.
+        As `dispatch.solve`, without `inertia` and `wanted`.
 
     Returns
     -------

@@ -129,7 +129,7 @@ def new(
     """Create an archive under a temporary name, with all that is known without computing.
 
     xarray cannot write a part of a variable, so netCDF4 does; the library is not thread-safe, and
-    only one thread may use it at a time. The file is what `write` would make of `dataset.label`.
+    only one thread may use it at a time. The file is what `write` would make of `labels.label`.
 
     Parameters
     ----------

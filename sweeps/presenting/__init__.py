@@ -1,1 +1,6 @@
-"""Texts for people: what an archive, an engine or the package holds."""
+"""Texts for people: what an archive, an engine or the package holds.
+
+archives, interrupted    an archive; an interrupted run
+comparison, published    two archives; computed beside published values
+engines, lists           an engine; everything there is to choose from
+"""

@@ -1,1 +1,7 @@
-"""Computing a plan: in memory, into an archive, on a cluster."""
+"""Computing a plan: in memory, into an archive, on a cluster.
+
+in_memory                   the stages in order, as arrays; `run`
+into_archive, streaming     block by block into a file; `stream`
+cluster, worker             on other processes and machines
+options, limits             what a run is asked for; room in memory and on the disk
+"""

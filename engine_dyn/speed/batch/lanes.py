@@ -23,7 +23,7 @@ Lanes never exchange anything: a lane whose u no longer changes keeps it ("froze
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot
 depend on its neighbours. What leaves the range of this method (a load that is strong over one
 interval, a speed that falls or rises by much, a torque within rounding of idle) is not answered
-here but left to `designs.march`.
+here but deferred to the general solver.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ def make_kept(blocks: int, nodes: int, iterated: bool) -> Kept:
 
 
 def make_working(angles: Angles, kept: Kept) -> tuple[Floats, Floats, Floats]:
-    """Working memory of `designs.write_traces`: its points, ws and ds."""
+    """Working memory of `driver.write_traces`: its points, ws and ds."""
     rows = kept.us.shape[1]
     return np.empty((angles.node.size, POINT_FIELDS)), np.empty(rows), np.empty(rows)
 
