@@ -1,27 +1,30 @@
 # `make demo` and `make test` need Python 3.11 to 3.13, pip and make; they set up the rest in .venv.
 # Settings: PYTHON=python3.12 (the interpreter), VENV=folder, CONSTRAINTS= (empty: newest versions
-# instead of the tested ones).
+# instead of the tested ones), PROCESSES=4 (that run tests at once).
 
 PYTHON ?= python3 python3.13 python3.12 python3.11
 VENV ?= .venv
 CONSTRAINTS ?= constraints.txt
+PROCESSES ?= 2
 
 python := $(VENV)/bin/python
 # pip repeats a general warning of setuptools about editable installations; all else is shown.
 pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
 	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
+pytest := $(python) -m pytest -n $(PROCESSES) --dist worksteal
 checked := $(wildcard engine_dyn sweeps oracle tests tools benchmarks conftest.py)
 typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint imports types validation calibrate bench bench-kernels stress \
+.PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels stress \
 	reliability fuzz wheel clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
-	@echo "make test        every test"
-	@echo "make coverage    tests/engine_dyn with the compiler off, and which lines of the kernels ran"
+	@echo "make check       lint and the quick tests (2 min; 5 after a change of engine_dyn)"
+	@echo "make test        every test (10 min)"
+	@echo "make coverage    which lines of engine_dyn the tests reach, with the compiler off (3 min)"
 	@echo "make lint types  ruff and the rules of imports, mypy"
 	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
 	@echo "make validation  docs/validation.md: every published number beside ours"
@@ -38,12 +41,19 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/engine-dyn run thesis -o out/thesis.nc --overwrite
 	$(VENV)/bin/engine-dyn plot out/thesis.nc -o out/figures
 
-# The whole suite comes last, so that its closing line is the last line.
-test: coverage
-	$(python) -m pytest
+# Tests marked `quick` reach every kind of kernel; the others need no kernel, or simple ones.
+check: lint
+	$(pytest) -q -m 'quick or not (slow or compiled)'
 
+test: $(VENV)/.installed-test
+	$(pytest)
+
+# Which lines of the kernels ran: the compiler hides that. It proves no number that `make test` does not.
 coverage: $(VENV)/.installed-test
-	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -q -m 'not compiled and not slow' tests/engine_dyn
+	$(python) -m coverage erase
+	NUMBA_DISABLE_JIT=1 $(python) -m coverage run -m pytest -n $(PROCESSES) --dist worksteal -q \
+		-m 'not compiled and not slow' tests/engine_dyn
+	$(python) -m coverage combine --quiet
 	$(python) -m coverage report
 
 lint: $(VENV)/.installed-lint imports
@@ -89,7 +99,7 @@ wheel: $(VENV)/.installed
 	$(python) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 
 clean:
-	rm -rf out build dist *.egg-info .coverage .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf out build dist *.egg-info .coverage .numba_cache .pytest_cache .hypothesis .mypy_cache .ruff_cache
 	find $(checked) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean

@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 from hypothesis import settings
 
 # The same examples in every run: what fails on one machine fails on all.
 settings.register_profile("engine-dyn", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("engine-dyn")
+
+if worker := os.environ.get("PYTEST_XDIST_WORKER"):
+    # Several processes must not write to one cache of Numba (numba#4807, #10128). This runs before
+    # Numba is imported, and processes that tests start inherit it.
+    caches = os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / ".numba_cache"
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(caches) / worker)

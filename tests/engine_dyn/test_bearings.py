@@ -15,6 +15,8 @@ from engine_dyn.pressure.family import Family
 from oracle.rigid_bodies import Bodies
 from tests.support.held_out import design_of, family_of
 
+pytestmark = pytest.mark.quick
+
 PERIOD = 4.0 * np.pi
 AREA, SCALE, CRANKCASE = 0.008, 0.9, 1.05e5
 

@@ -15,7 +15,7 @@ from engine_dyn.compilation import cache, fast_compile
 
 ROOT = Path(__file__).resolve().parents[2]
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
 
 def run(program: str, **environment: str) -> list[str]:

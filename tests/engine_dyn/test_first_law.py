@@ -18,6 +18,8 @@ from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabul
 from engine_dyn.pressure.first_law_fields import FOUR_STROKE_UNITS, TWO_STROKE_UNITS
 from tests.support.cycles import CASES, PORTS, SPARK, WALL, built, case
 
+pytestmark = pytest.mark.quick
+
 DEGREE = np.pi / 180.0
 BAR = 1e5
 

@@ -19,6 +19,8 @@ from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from tests.support.cycles import case
 
+pytestmark = pytest.mark.quick
+
 BAR = 1e5
 RPM = np.pi / 30.0
 SHARES = {"boundary": 0.1, "mixed": 0.15, "hydrodynamic": 0.25, "skirt": 0.2}

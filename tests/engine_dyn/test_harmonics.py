@@ -16,6 +16,8 @@ from engine_dyn.pressure.family import Family, family_from_diagrams
 from oracle.designs import Design
 from tests.support.held_out import design_of, family_of
 
+pytestmark = pytest.mark.quick
+
 PERIOD = 4.0 * np.pi
 POINTS = 65536
 PHI = np.arange(POINTS) * (PERIOD / POINTS)

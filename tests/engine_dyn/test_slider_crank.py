@@ -16,6 +16,8 @@ from engine_dyn.geometry.slider_crank import acceleration_at, jerk_at, position_
 from oracle import solution
 from tests.support.differences import PHI, slope
 
+pytestmark = pytest.mark.quick
+
 RATIOS = (0.01, 0.2, 0.2571428571428571, 1.0 / 3.0, 0.6, 0.9)
 CURVES = (position, velocity, acceleration)
 

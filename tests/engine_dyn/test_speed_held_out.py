@@ -20,7 +20,7 @@ from engine_dyn.status import MEANINGS, has_numbers
 from oracle import golden
 from tests.support.held_out import design_of, family_of, inputs_of, items, solved
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
 GOLDEN = golden.read()
 CASES = [name for name, item in items().items() if not item.exact]

@@ -13,6 +13,8 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.batch import lanes, levels
 from oracle.designs import SmoothPressure, table
 
+pytestmark = pytest.mark.quick
+
 PRESSURE = SmoothPressure(
     charge=1.0, compression=1.0, ratio=14.0, polytropic=1.33,
     burn=40.0, burn_angle=math.radians(10.0), burn_order=120,

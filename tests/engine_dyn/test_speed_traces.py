@@ -18,7 +18,7 @@ from oracle import solution
 from oracle.solution import CYCLE
 from tests.support.held_out import design_of, family_of, inputs_of
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")

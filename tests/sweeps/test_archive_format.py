@@ -19,6 +19,8 @@ from sweeps.errors import SceneError
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT, check_format
 from tests.support.commands import invoke, ok, refused
 
+pytestmark = pytest.mark.quick
+
 OLD = Path(__file__).resolve().parents[1] / "data" / "version_0_1.nc"
 
 

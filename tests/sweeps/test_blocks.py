@@ -12,6 +12,8 @@ from sweeps.running.in_memory import compute
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import IN_BLOCKS
 
+pytestmark = pytest.mark.quick
+
 
 def plan_of(name: str) -> Plan:
     return make_plan(read_scene({"engine": "ntua", **IN_BLOCKS[name]}))
