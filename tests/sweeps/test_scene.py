@@ -13,18 +13,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
+from engine_dyn.loads.laws import MOTOR_KEYS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import (
     CYCLE_KEYS,
-    MOTOR_KEYS,
     SOLVER_COLUMNS,
     STROKE_SHARES,
 )
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.errors import SceneError
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
-from sweeps.scene.toml_tables import FAILURES, METHODS
+from sweeps.scene.toml_tables import FAILURES
 from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import NOT_OF_AN_ENGINE
 
@@ -208,8 +209,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
 
 
 def test_all_methods_and_outcomes_are_known() -> None:
-    read = read_scene(scene(solver={"method": list(METHODS)}))
-    assert read.axes["method"] == METHODS
+    read = read_scene(scene(solver={"method": list(METHOD_NAMES)}))
+    assert read.axes["method"] == METHOD_NAMES
     output = {"quantities": ["delta"], "fail_on": list(FAILURES)}
     assert read_scene(scene(output=output)).fail_on == FAILURES
 
@@ -349,7 +350,7 @@ def test_the_thesis_has_both_tables_with_every_printed_row() -> None:
 
 scene_words = [key for name in built_in_scenes() for key in read_scene(name).source]
 more_words = ["case", "file", "start", "stop", "num", "spacing", "log", "method", "tolerance"]
-words = st.sampled_from([*PARAMETERS, *QUANTITIES, *METHODS, *scene_words, *more_words, ""])
+words = st.sampled_from([*PARAMETERS, *QUANTITIES, *METHOD_NAMES, *scene_words, *more_words, ""])
 leaves = (
     st.none()
     | st.booleans()
