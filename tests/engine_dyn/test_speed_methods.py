@@ -29,8 +29,6 @@ from oracle import golden
 from oracle.thesis import euler
 from tests.support.held_out import design_of, family_of, inputs_of, items, solved
 
-pytestmark = pytest.mark.quick
-
 compiled = pytest.mark.compiled
 
 CYCLE = 4.0 * np.pi
