@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.loads.laws import CurveForm, Form, PowerForm
+from engine_dyn.loads.laws import LOAD_LAWS, CurveForm, Form
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
@@ -214,12 +214,16 @@ class DrivenMachine:
         Shape of the driver's torque.
     motor : bool
         Whether the driver is an induction motor, see `motor_torque`; its numbers belong to designs.
+    load_law : str
+        Law of the load over speed where there is neither table nor driver, one of
+        `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
     """
 
     over_angle: TorqueOverAngle | None = None
     load_over_speed: TorqueOverSpeed | None = None
     driver_over_speed: TorqueOverSpeed | None = None
     motor: bool = False
+    load_law: str = "power_law"
 
     @property
     def over_speed(self) -> TorqueOverSpeed | None:
@@ -244,7 +248,7 @@ class DrivenMachine:
         """Name of the law over speed, see `engine_dyn.loads.laws.LAWS`."""
         if self.motor:
             return "motor"
-        return "power_law" if self.over_speed is None else "table"
+        return self.load_law if self.over_speed is None else "table"
 
     @property
     def power_law(self) -> bool:
@@ -259,8 +263,9 @@ class DrivenMachine:
     @property
     def form(self) -> Form:
         """Form of the law over speed, as kernels take it."""
-        if self.power_law:
-            return PowerForm(0)
+        known = LOAD_LAWS.get(self.law)
+        if known is not None and known.form is not None:
+            return known.form
         curve, table = self.over_speed, np.zeros((3, 0))
         if curve is not None:
             table = np.stack([curve.speed, curve.torque, curve.slope])

@@ -15,21 +15,23 @@ and `torque_at` for them; the other functions have a general case.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from engine_dyn.compilation import by_type, inlined
 from engine_dyn.loads.piecewise_cubic import piece_at
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "FLOOR",
     "CurveForm",
+    "INPUTS",
     "LAWS",
+    "LOAD_LAWS",
     "MOTOR_KEYS",
     "Form",
     "Law",
     "LawFacts",
-    "LawInputs",
     "Power",
     "PowerForm",
     "covers",
@@ -49,56 +51,30 @@ SLACK = 1.0 + 1e-9
 """Factor on the ends of a table, which is rounding."""
 
 
-class LawFacts(NamedTuple):
-    """What one law over speed is called, and what it needs.
-
-    Attributes
-    ----------
-    name : str
-        Word of the law among the variants of quantities.
-    meaning : str
-        One line, about the scenes that have it.
-    needs : tuple of str
-        Nodes of the graph of quantities that it takes of each design.
-    keys : tuple of str
-        Keys of scenes and engine files that choose it: any of them is enough. Empty where the law
-        holds unless another is chosen, or where a table of its own chooses it.
-    """
+class LawInput(NamedTuple):
+    """An input of the kernels that belongs to laws over speed, see `engine_dyn.speed.fields`."""
 
     name: str
+    unit: str
     meaning: str
-    needs: tuple[str, ...] = ()
-    keys: tuple[str, ...] = ()
+    default: float
+    quantity: str
 
 
-MOTOR_KEYS = (
-    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
-    "motor_gear_ratio",
-)  # fmt: skip
-"""Any of them given, an induction motor drives."""
-
-LAWS = (
-    LawFacts("power_law", "load torque a + k omega^alpha", ("load_exponent",)),
-    LawFacts("table", "load or driver has a table over speed", ("load_gear",)),
-    LawFacts(
-        "motor", "an induction motor drives", ("synchronous_speed", "motor_breakdown_slip"),
-        MOTOR_KEYS,
+INPUTS = (
+    LawInput("gear_ratio", "1", "speed of the load's shaft over the crank's", 1.0, "load_gear"),
+    LawInput(
+        "synchronous_speed", "rad/s", "synchronous speed of the driving motor", 1.0,
+        "synchronous_speed",
+    ),
+    LawInput(
+        "breakdown_slip", "1", "slip of the driving motor at its largest torque", 1.0,
+        "motor_breakdown_slip",
     ),
 )  # fmt: skip
-"""All laws of load and driver over speed."""
+"""Inputs of laws, in the order of their places; the exponent is apart, beside them."""
 
-
-class LawInputs(NamedTuple):
-    """Inputs of one design that laws are made from; `speed` is the nominal one [rad/s].
-
-    Names and units are those of `engine_dyn.speed.fields`.
-    """
-
-    speed: float
-    exponent: float
-    gear_ratio: float
-    synchronous_speed: float
-    breakdown_slip: float
+GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP = range(len(INPUTS))
 
 
 class PowerForm(NamedTuple):
@@ -145,6 +121,58 @@ class Curve(NamedTuple):
 Law = Power | Curve
 
 
+class LawFacts(NamedTuple):
+    """What one law over speed is called, and what it needs.
+
+    Attributes
+    ----------
+    name : str
+        Word of the law among the variants of quantities.
+    meaning : str
+        One line, about the scenes that have it.
+    needs : tuple of str
+        Nodes of the graph of quantities that it takes of each design.
+    keys : tuple of str
+        Keys of scenes and engine files that choose it: any of them is enough. Empty where a table
+        of its own chooses it.
+    form : PowerForm or other, optional
+        Form of a load's law that numbers alone give; None where a table or a motor gives it.
+    torque : callable, optional
+        Torque [N m] of such a law, from the speed [rad/s] and its needs, before the balance's
+        factor k; None for a + k omega^alpha, whose k has a unit of its own.
+    """
+
+    name: str
+    meaning: str
+    needs: tuple[str, ...]
+    keys: tuple[str, ...] = ()
+    form: Form | None = None
+    torque: Callable[..., Any] | None = None
+
+
+MOTOR_KEYS = (
+    "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
+    "motor_gear_ratio",
+)  # fmt: skip
+"""Any of them given, an induction motor drives."""
+
+LAWS = (
+    LawFacts(
+        "power_law", "load torque a + k omega^alpha", ("load_exponent",), ("load_exponent",),
+        PowerForm(0),
+    ),
+    LawFacts("table", "load or driver has a table over speed", ("load_gear",)),
+    LawFacts(
+        "motor", "an induction motor drives", ("synchronous_speed", "motor_breakdown_slip"),
+        MOTOR_KEYS,
+    ),
+)  # fmt: skip
+"""All laws of load and driver over speed."""
+
+LOAD_LAWS = {law.name: law for law in LAWS if law.form is not None}
+"""Laws of a load that numbers alone give. A scene or an engine chooses one by its keys."""
+
+
 @by_type
 def is_power(law: Law) -> bool:
     """Whether a law is a power of the speed, which no stable point of operation is needed for."""
@@ -187,10 +215,13 @@ def torque_at(omega: float, law: Law) -> tuple[float, float, float]:
 
 
 @by_type
-def make_law(inputs: LawInputs, form: Form) -> tuple[Law, float]:
+def make_law(
+    speed: float, exponent: float, values: Floats, at: Integers, form: Form
+) -> tuple[Law, float]:
     """Law of a design, and the sign of the mean torque that it makes up for.
 
-    The sign is that of a number: 0 where there is no torque at the nominal speed, NaN where a table
+    `speed` is the nominal one [rad/s]; `at` are the places of `INPUTS` among the `values`. The
+    sign is that of a number: 0 where there is no torque at the nominal speed, NaN where a table
     does not cover it.
     """
     raise TypeError("this law is not registered")
@@ -222,8 +253,10 @@ def _half_of_power(law: Power) -> float:
 
 
 @make_law.of(PowerForm)
-def _make_power(inputs: LawInputs, form: PowerForm) -> tuple[Power, float]:
-    return Power(0.5 * inputs.exponent), 1.0
+def _make_power(
+    speed: float, exponent: float, values: Floats, at: Integers, form: PowerForm
+) -> tuple[Power, float]:
+    return Power(0.5 * exponent), 1.0
 
 
 @load_terms.of(Power)
@@ -276,13 +309,15 @@ def _torque_of_curve(omega: float, law: Curve) -> tuple[float, float, float]:
 
 
 @make_law.of(CurveForm)
-def _make_curve(inputs: LawInputs, form: CurveForm) -> tuple[Curve, float]:
-    speed, table = gear_of(inputs.gear_ratio, form) * inputs.speed, form.table
-    synchronous, slip = inputs.synchronous_speed, inputs.breakdown_slip
-    torque, _, _ = torque_at(speed, Curve(speed, 1.0, synchronous, slip, table))
+def _make_curve(
+    speed: float, exponent: float, values: Floats, at: Integers, form: CurveForm
+) -> tuple[Curve, float]:
+    there, table = gear_of(values[at[GEAR_RATIO]], form) * speed, form.table
+    synchronous, slip = values[at[SYNCHRONOUS_SPEED]], values[at[BREAKDOWN_SLIP]]
+    torque, _, _ = torque_at(there, Curve(there, 1.0, synchronous, slip, table))
     scale = 1.0 / torque if torque != 0.0 else 0.0
-    sign = form.sign * scale if covers(speed, speed, form) else math.nan
-    return Curve(speed, scale, synchronous, slip, table), sign
+    sign = form.sign * scale if covers(there, there, form) else math.nan
+    return Curve(there, scale, synchronous, slip, table), sign
 
 
 @gear_of.of(CurveForm)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from engine_dyn.loads import driven_machine
+from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
 from engine_dyn.quantities.arithmetic import power, quotient
 from engine_dyn.quantities.node import Node
 
@@ -12,6 +14,14 @@ __all__ = ["NODES", "OF_ANGLE", "load_coefficient_unit"]
 
 OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
 """What a load over angle needs."""
+
+_BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.torque is not None)
+"""Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""
+
+_SHAPED = {
+    "table no_driver": "table", **{law.name: "law" for law in _BY_NUMBERS}
+}  # fmt: skip
+"""When k is a factor on the torque of a table or of such a law."""
 
 _OF_MOTOR = ("synchronous_speed", "motor_breakdown_slip", "breakdown_torque")
 
@@ -23,6 +33,35 @@ def load_coefficient_unit(exponent: float) -> str | None:
     if exponent == math.floor(exponent):
         return "N m s" if exponent == 1.0 else f"N m s{int(exponent)}"
     return None
+
+
+def _at_nominal(law: LawFacts) -> Node:
+    """Return the node of a law's torque at nominal speed."""
+
+    def torque(speed: Any, **needs: Any) -> Any:
+        assert law.torque is not None
+        return law.torque(speed, *(needs[name] for name in law.needs))
+
+    return Node(
+        "shape_at_nominal", "", "N m", "torque of the load's law at nominal speed, over k",
+        public=False, when=law.name, needs=("speed", *law.needs), make=torque,
+    )  # fmt: skip
+
+
+def _load_torque(law: LawFacts) -> Node:
+    """Return the node of the load torque of a law at the solved speed."""
+
+    def torque(load_over_angle: Any, load_coefficient: Any, omega: Any, **needs: Any) -> Any:
+        assert law.torque is not None
+        return load_over_angle + load_coefficient * law.torque(
+            omega, *(needs[name] for name in law.needs)
+        )
+
+    return Node(
+        "load_torque", "M_L", "N m", "load torque at the solved speed", "Kakaitsas eq. 3.4",
+        kind="curve", when=law.name,
+        needs=("load_over_angle", "load_coefficient", "omega", *law.needs), make=torque,
+    )  # fmt: skip
 
 
 NODES: tuple[Node, ...] = (
@@ -123,11 +162,14 @@ NODES: tuple[Node, ...] = (
         make=lambda load_surplus, speed, load_exponent: load_surplus
         / power(speed, load_exponent),
     ),
-    Node(
-        "load_coefficient", "k", "1", "factor on the load's table over speed",
-        "Kakaitsas eq. 3.5 with a table", needs=("load_surplus", "shape_at_nominal"),
-        when="table no_driver",
-        make=lambda load_surplus, shape_at_nominal: quotient(load_surplus, shape_at_nominal),
+    *(
+        Node(
+            "load_coefficient", "k", "1", f"factor on the load's {what} over speed",
+            "Kakaitsas eq. 3.5 with a table", needs=("load_surplus", "shape_at_nominal"),
+            when=when,
+            make=lambda load_surplus, shape_at_nominal: quotient(load_surplus, shape_at_nominal),
+        )
+        for when, what in _SHAPED.items()
     ),
     Node(
         "load_coefficient", "k", "1", "coefficient of the load torque over speed, 0: driven",
@@ -168,12 +210,16 @@ NODES: tuple[Node, ...] = (
         make=lambda load_coefficient, speed, load_exponent: load_coefficient
         * power(speed, load_exponent),
     ),
-    Node(
-        "load_torque_nominal", "k T(\\omega_n)", "N m",
-        "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4 with a table",
-        needs=("load_coefficient", "shape_at_nominal"), when="table no_driver",
-        make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
+    *(
+        Node(
+            "load_torque_nominal", "k T(\\omega_n)", "N m",
+            "load torque at nominal speed without its offset", "Kakaitsas eq. 3.4 with a table",
+            needs=("load_coefficient", "shape_at_nominal"), when=when,
+            make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
+        )
+        for when in _SHAPED
     ),
+    *(node for law in _BY_NUMBERS for node in (_at_nominal(law), _load_torque(law))),
     Node(
         "load_torque_nominal", "k\\omega_n^\\alpha", "N m",
         "load torque at nominal speed without its offset, 0: driven", "this project",

@@ -9,16 +9,18 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from engine_dyn.loads import laws
+
 __all__ = [
     "BORE",
     "BOUNDARY_FRICTION",
-    "BREAKDOWN_SLIP",
     "CRANKCASE_PRESSURE",
     "CRANK_RATIO",
     "DEFAULTS",
     "DOUBLE_RADIUS",
     "EXPONENT",
     "FIELDS",
+    "FIRST_OF_LAWS",
     "FRICTION_NAMES",
     "FRICTION_TORQUE",
     "GEAR_RATIO",
@@ -44,7 +46,6 @@ __all__ = [
     "SPEED",
     "START_ANGLE",
     "START_SPEED",
-    "SYNCHRONOUS_SPEED",
     "TABLE_INPUTS",
     "TABLE_NAMES",
     "TABLE_QUANTITIES",
@@ -151,20 +152,17 @@ PASSES = _field(
 START_ANGLE = _field(
     "start_angle", "rad", "angle at which repeated cycles start", -math.pi, of_speed_alone=True
 )
-GEAR_RATIO = _field(
-    "gear_ratio", "1", "speed of the load's shaft over the crank's", 1.0, quantity="load_gear"
-)
 LOAD_PHASE = _field("load_phase", "rad", "angle of the load at firing dead centre", 0.0)
 LOAD_SCALE = _field(
     "load_scale", "1", "factor on a load over angle", 1.0, quantity="load_table_factor"
 )
-SYNCHRONOUS_SPEED = _field(
-    "synchronous_speed", "rad/s", "synchronous speed of the driving motor", 1.0
-)
-BREAKDOWN_SLIP = _field(
-    "breakdown_slip", "1", "slip of the driving motor at its largest torque", 1.0,
-    quantity="motor_breakdown_slip",
-)  # fmt: skip
+FIRST_OF_LAWS = len(_FIELDS)
+"""From here to the last input they are those of laws over speed, `engine_dyn.loads.laws.INPUTS`."""
+
+for _input in laws.INPUTS:
+    _field(_input.name, _input.unit, _input.meaning, _input.default, quantity=_input.quantity)
+
+GEAR_RATIO = FIRST_OF_LAWS + laws.GEAR_RATIO
 
 FIELDS = tuple(_FIELDS)
 """All inputs, in the order of their places."""

@@ -19,6 +19,7 @@ from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinder
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, motor_torque, repeats_of
 from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import FRICTION_NAMES
@@ -263,6 +264,9 @@ class Load:
                     speed, self.synchronous_speed, self.breakdown_slip, self.breakdown_torque
                 )
             )
+        law = LOAD_LAWS[driven.law]
+        if law.torque is not None:
+            return float(law.torque(speed, *(getattr(self, name) for name in law.needs)))
         with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
             return float(np.power(speed, self.load_exponent))
 

@@ -5,8 +5,10 @@ The table holds for [values] of engine files and for [set], [axes] and [designs]
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Container
 
+from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 
 __all__ = ["exclusive_pair"]
@@ -29,6 +31,11 @@ _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
         "both give the motor's synchronous speed; give one of them",
     ),
     ("inertia", INERTIA_PARTS, "give the inertia whole or in parts"),
+    *(
+        (key, other.keys, "each is a law of the load over speed; give one law")
+        for law, other in itertools.combinations(LOAD_LAWS.values(), 2)
+        for key in law.keys
+    ),
 )
 """A key, those that it excludes, and the reason."""
 

@@ -6,7 +6,7 @@ Tables and motors of the scene replace those of the engine.
 from __future__ import annotations
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.loads.laws import MOTOR_KEYS
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -27,7 +27,17 @@ def driven_machine(scene: Scene) -> DrivenMachine:
             None if motor else scene.torque_tables.driver or scene.engine.driver_table
         ),
         motor=motor,
+        load_law=_load_law(scene),
     )
+
+
+def _load_law(values: GivenValues) -> str:
+    """Name of the load's law over speed: the scene's keys choose it, or else the engine's."""
+    for gives in (values.gives, values.engine_gives):
+        for law in LOAD_LAWS.values():
+            if gives(*law.keys):
+                return law.name
+    return next(iter(LOAD_LAWS))
 
 
 def motor_of_slip(values: GivenValues) -> bool:

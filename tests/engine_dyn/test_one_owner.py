@@ -42,8 +42,11 @@ def test_rows_of_lanes_are_the_inputs_of_kernels() -> None:
 
 
 def test_places_of_inputs_are_those_of_their_names() -> None:
-    for name in fields.INPUT_NAMES:
+    for name in fields.INPUT_NAMES[: fields.FIRST_OF_LAWS]:
         assert fields.INPUT_NAMES[getattr(fields, name.upper())] == name
+    own = tuple(law_input.name for law_input in laws.INPUTS)
+    assert fields.INPUT_NAMES[fields.FIRST_OF_LAWS :] == own
+    assert fields.INPUT_NAMES[fields.GEAR_RATIO] == "gear_ratio"
     assert fields.INPUT_NAMES[: fields.TABLE_INPUTS] == fields.TABLE_NAMES
     assert set(fields.FRICTION_NAMES) <= set(fields.TABLE_NAMES)
 
@@ -73,8 +76,8 @@ FORMS = (laws.PowerForm(0), laws.CurveForm(1.0, False, TABLE))
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: type(form).__name__)
 def test_every_law_is_one_at_the_nominal_speed(form: laws.Form) -> None:
-    inputs = laws.LawInputs(80.0, 1.6, 1.0, 157.0, 0.2)
-    law, sign = laws.make_law(inputs, form)
+    values = np.array([law_input.default for law_input in laws.INPUTS])
+    law, sign = laws.make_law(80.0, 1.6, values, np.arange(values.size), form)
     value, slope, _ = laws.load_terms(1.0, law)
     assert sign > 0.0
     assert value == pytest.approx(1.0, abs=1e-15)

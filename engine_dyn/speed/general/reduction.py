@@ -6,20 +6,18 @@ import math
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.loads.laws import Form, Law, LawInputs, is_power, make_law
+from engine_dyn.loads.laws import Form, Law, is_power, make_law
 from engine_dyn.speed.arguments import Choice
 from engine_dyn.speed.fields import (
     BORE,
-    BREAKDOWN_SLIP,
     DOUBLE_RADIUS,
     EXPONENT,
-    GEAR_RATIO,
+    FIRST_OF_LAWS,
     INERTIA,
     MASS,
     MEAN_TORQUE,
     OFFSET,
     SPEED,
-    SYNCHRONOUS_SPEED,
 )
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
@@ -28,7 +26,7 @@ from engine_dyn.speed.tables.work_tables import SHAPE, TORQUE
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Design", "law_inputs", "reduce"]
+__all__ = ["Design", "reduce"]
 
 
 class Design(NamedTuple):
@@ -39,18 +37,6 @@ class Design(NamedTuple):
     kappa: float
     law: Law
     nominal: float
-
-
-@inlined
-def law_inputs(values: Floats, at: Integers, choice: Choice) -> LawInputs:
-    """Inputs of the law of load or driver of the design whose inputs lie at `at`."""
-    return LawInputs(
-        speed=values[at[SPEED]],
-        exponent=values[at[EXPONENT]] if choice.kind != 0 else 0.0,
-        gear_ratio=values[at[GEAR_RATIO]],
-        synchronous_speed=values[at[SYNCHRONOUS_SPEED]],
-        breakdown_slip=values[at[BREAKDOWN_SLIP]],
-    )
 
 
 @inlined
@@ -66,7 +52,8 @@ def reduce(
     energy = 0.5 * inertia * speed * speed
     surplus = values[at[MEAN_TORQUE]] - values[at[OFFSET]]
     code = CONVERGED
-    law, sign = make_law(law_inputs(values, at, choice), form)
+    solved_as = values[at[EXPONENT]] if choice.kind != 0 else 0.0
+    law, sign = make_law(speed, solved_as, values, at[FIRST_OF_LAWS:], form)
     # Idle or loaded: the ranges of both parts bound the torque's, and decide nearly always.
     moment = moving * speed * speed
     swing = lever * ranges.gas + moment * ranges.shape
