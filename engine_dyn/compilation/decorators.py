@@ -54,7 +54,7 @@ def inlined(function: Callable[..., Any]) -> Any:
 
     No argument is a literal inside: what Numba itself must know is told by length or dimensions.
     """
-    return _part_of_kernels(function, pipeline.PartCompiler)
+    return _part_of_kernels(function)
 
 
 def formula(function: Callable[..., Any]) -> Any:
@@ -63,10 +63,10 @@ def formula(function: Callable[..., Any]) -> Any:
     The compiler by itself leaves a formula that is called often to a call. No argument is a literal
     inside, but constants are known to LLVM.
     """
-    return _part_of_kernels(function, pipeline.FormulaCompiler, forceinline=True)
+    return _part_of_kernels(function, forceinline=True)
 
 
-def _part_of_kernels(function: Callable[..., Any], compiler: Any, **options: Any) -> Any:
+def _part_of_kernels(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a function for kernels to call, without what Python needs to call it.
 
     Where Python calls it nevertheless, as tests do, it is compiled once more for that.
@@ -75,7 +75,7 @@ def _part_of_kernels(function: Callable[..., Any], compiler: Any, **options: Any
     if not pipeline.POSSIBLE or not hasattr(alone, "add_overload"):
         return alone
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher = _compiled(function, compiler, **options)
+    dispatcher = _compiled(function, pipeline.PartCompiler, **options)
 
     def add_for_kernels(compiled: Any) -> None:
         dispatcher.overloads[tuple(compiled.signature.args)] = compiled

@@ -22,7 +22,7 @@ from numba.core import codegen, compiler
 
 from engine_dyn.compilation.fast_compile import FAST, collector_at_rest, faster_flags
 
-__all__ = ["POSSIBLE", "FormulaCompiler", "KernelCompiler", "PartCompiler"]
+__all__ = ["POSSIBLE", "KernelCompiler", "PartCompiler"]
 
 _codegen: Any = codegen
 _compiler: Any = compiler
@@ -84,6 +84,17 @@ class _PartLibrary(_Library):
     Numba makes machine code of it nevertheless, which nobody runs: leaving that out saves 10 %.
     """
 
+    def _optimize_final_module(self) -> None:
+        # What is always inlined is optimised where it ends up: formulas, and functions that inherit
+        # the flag from a formula that calls them. A function for which LLVM has found further
+        # attributes lists them in one string with this one, so it does not match and is optimised
+        # here. To match it as well would change the last digits of results.
+        linkage = _codegen.ll.Linkage
+        defined = [f for f in self._final_module.functions if not f.is_declaration]
+        public = [f for f in defined if f.linkage == linkage.external]
+        if not all(b"alwaysinline" in f.attributes for f in public):
+            super()._optimize_final_module()
+
     if FAST:
 
         def _finalize_final_module(self) -> None:
@@ -95,38 +106,27 @@ class _PartLibrary(_Library):
             return _WithoutEnvironment()
 
 
-class _FormulaLibrary(_PartLibrary):
-    """Code of a formula, which is optimised only where it is inlined."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-
 class KernelCompiler(_Compiler):
     """Numba's compiler for a function that Python calls."""
-
-    _library: Any = _KernelLibrary
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
         *first, flags, locals_ = others
         super().__init__(typing, target, library, *first, faster_flags(flags), locals_)
 
     def compile_extra(self, function: Callable[..., Any]) -> Any:
-        """Compile a Python function into a library of the class of this compiler."""
-        library = self._library(self.state.targetctx.codegen(), function.__qualname__)
+        """Compile a Python function into a library of one of the classes above."""
+        library = self._library()(self.state.targetctx.codegen(), function.__qualname__)
         library.enable_object_caching()
         self.state.library = library
         with collector_at_rest():
             return super().compile_extra(function)
 
+    def _library(self) -> Any:
+        return _KernelLibrary
+
 
 class PartCompiler(KernelCompiler):
     """Numba's compiler for a function that only kernels call."""
 
-    _library = _PartLibrary
-
-
-class FormulaCompiler(KernelCompiler):
-    """Numba's compiler for a function that is inlined wherever it is called."""
-
-    _library = _FormulaLibrary
+    def _library(self) -> Any:
+        return _PartLibrary
