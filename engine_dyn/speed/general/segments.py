@@ -186,40 +186,37 @@ def solve_linear(
             record[POWERS + k] = q
 
 
-@by_type
+@inlined
 def powers_of(
-    kind: int, segments: int, record: Floats, sums: bool, running: Floats, law: Law
+    kind: int, law: Law, segments: int, record: Floats, sums: bool, running: Floats
 ) -> None:
     """F and dF/dq of one record, and its contribution to the sums of F - 1 and of dF/de.
 
-    The record holds q, at least FLOOR, in SAFE and 1/tau in INVERSE; `kind` as in `Choice`.
+    The record holds q, at least FLOOR, in SAFE and 1/tau in INVERSE.
     """
     if kind == 0:
         for k in range(segments):
             record[POWERS + k] = 1.0
         return
-    for k in range(segments):
-        value, first, _ = load_terms(record[SAFE + k], law)
-        record[POWERS + k] = value
-        record[DERIVATIVE + k] = first
+    fill_law(kind, segments, record, law)
     if sums:
         for k in range(segments):
             running[FIRST + k] += record[POWERS + k] - 1.0
             running[SLOPE + k] += record[DERIVATIVE + k] * record[INVERSE + k]
 
 
-@powers_of.of(Power)
-def _powers_of_power(
-    kind: int, segments: int, record: Floats, sums: bool, running: Floats, law: Power
-) -> None:
-    """As `powers_of`, in loops without branches, which are vectors.
+@by_type
+def fill_law(kind: int, segments: int, record: Floats, law: Law) -> None:
+    """F and dF/dq of one record, at the q in SAFE; `kind` as in `Choice`."""
+    for k in range(segments):
+        value, first, _ = load_terms(record[SAFE + k], law)
+        record[POWERS + k] = value
+        record[DERIVATIVE + k] = first
 
-    It repeats the sums: as a function of their own, the compiler rounds some of them otherwise.
-    """
-    if kind == 0:
-        for k in range(segments):
-            record[POWERS + k] = 1.0
-        return
+
+@fill_law.of(Power)
+def _fill_power(kind: int, segments: int, record: Floats, law: Power) -> None:
+    """As `fill_law` for a power: loops without branches, which are vectors."""
     if kind == 1:
         for k in range(segments):
             root = math.sqrt(record[SAFE + k])
@@ -235,10 +232,6 @@ def _powers_of_power(
             record[POWERS + k] = record[SAFE + k] ** half
         for k in range(segments):
             record[DERIVATIVE + k] = half * record[POWERS + k] / record[SAFE + k]
-    if sums:
-        for k in range(segments):
-            running[FIRST + k] += record[POWERS + k] - 1.0
-            running[SLOPE + k] += record[DERIVATIVE + k] * record[INVERSE + k]
 
 
 @inlined
@@ -348,7 +341,7 @@ def iterate(
                 running[HIGH + k] = new if new > high else high
                 running[LOW + k] = new if new < low else low
                 record[SAFE + k] = new if new > FLOOR else FLOOR
-            powers_of(kind, segments, record, row < rows, running, law)
+            powers_of(kind, law, segments, record, row < rows, running)
             if row < rows:
                 closure_of(kind, closure, segments, record, running)
                 if kind == 0 and closure != CYCLE_TIME and (row % 8 == 7 or row == rows - 1):
