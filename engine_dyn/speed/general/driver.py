@@ -114,8 +114,8 @@ def solve_designs(
     `over_angle` is the table of a load over angle (`TorqueOverAngle.table`), empty where there is
     none.
 
-    This function is longer than others. Cut into steps, the compiler reassociated sums in another
-    way, and the last bits of the results of the methods `thesis` and `newton` changed.
+    This function is longer than others. Cut into steps, the compiler reassociates sums in another
+    way, and the last bits of the angular acceleration and of the method `thesis` change.
     """
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
     nodes = table.shape[1]
