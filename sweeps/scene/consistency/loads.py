@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
-from engine_dyn.loads.laws import MOTOR_KEYS
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.speed.methods import METHODS
@@ -43,6 +43,7 @@ def check_driven(scene: Scene, name: str) -> None:
     """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
     driven = driven_machine(scene)
     _check_drivers(driven, scene, name)
+    _check_load_law(driven, scene, name)
     _check_methods(driven, scene, name)
     if driven.over_speed is not None:
         what = "load_table" if driven.load_over_speed is not None else "driver_table"
@@ -68,6 +69,34 @@ def _check_drivers(driven: DrivenMachine, scene: Scene, name: str) -> None:
         raise SceneError(
             f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
             "the balance finds; must be over an angle"
+        )
+
+
+def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
+    """Check that a law that numbers give stands alone, and that it gives a torque."""
+    law = LOAD_LAWS[driven.load_law]
+    if law.torque is None:
+        return
+    given = next((key for key in law.keys if scene.gives(key)), None)
+    if given is not None and driven.law != law.name:
+        what = "a driver" if driven.has_driver else "a load_table over speed"
+        raise SceneError(
+            f"{name}: [{scene.table_of(given)}] {given}: not allowed together with {what}: give "
+            "one law over speed"
+        )
+    columns: list[Any] = []
+    zero = True
+    for key in law.keys:
+        table, values = scene.given_or_own(key, 0.0)
+        if table == "designs":
+            columns.append(values)
+        else:
+            zero = zero and bool((values == 0.0).any())
+    if columns:
+        zero = zero and not np.any(columns, axis=0).all()
+    if driven.law == law.name and zero:
+        raise SceneError(
+            f"{name}: {' and '.join(law.keys)} = 0 in one design: one of them must be more than 0"
         )
 
 
