@@ -71,10 +71,12 @@ INPUTS = (
         "breakdown_slip", "1", "slip of the driving motor at its largest torque", 1.0,
         "motor_breakdown_slip",
     ),
+    LawInput("load_linear", "N m s", "b of the load k (b omega + c omega^2)", 0.0, "load_linear"),
+    LawInput("load_square", "N m s2", "c of the load k (b omega + c omega^2)", 0.0, "load_square"),
 )  # fmt: skip
 """Inputs of laws, in the order of their places; the exponent is apart, beside them."""
 
-GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP = range(len(INPUTS))
+GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP, LOAD_LINEAR, LOAD_SQUARE = range(len(INPUTS))
 
 
 class PowerForm(NamedTuple):
@@ -95,7 +97,13 @@ class CurveForm(NamedTuple):
     table: Floats
 
 
-Form = PowerForm | CurveForm
+class LinearSquareForm(NamedTuple):
+    """The load over speed is a + k (b omega + c omega^2); the number has no meaning."""
+
+    none: int
+
+
+Form = PowerForm | CurveForm | LinearSquareForm
 
 
 class Power(NamedTuple):
@@ -118,7 +126,18 @@ class Curve(NamedTuple):
     table: Floats
 
 
-Law = Power | Curve
+class LinearSquare(NamedTuple):
+    """F = w q^(1/2) + (1 - w) q, w = b/(b + c omega_n): a brake or a fan with bearing losses."""
+
+    weight: float
+
+
+Law = Power | Curve | LinearSquare
+
+
+def linear_square_torque(speed: Any, load_linear: Any, load_square: Any) -> Any:
+    """B omega + c omega^2 [N m] at a speed [rad/s]."""
+    return speed * (load_linear + load_square * speed)
 
 
 class LawFacts(NamedTuple):
@@ -160,6 +179,10 @@ LAWS = (
     LawFacts(
         "power_law", "load torque a + k omega^alpha", ("load_exponent",), ("load_exponent",),
         PowerForm(0),
+    ),
+    LawFacts(
+        "linear_square", "load torque a + k (b omega + c omega^2)", ("load_linear", "load_square"),
+        ("load_linear", "load_square"), LinearSquareForm(0), linear_square_torque,
     ),
     LawFacts("table", "load or driver has a table over speed", ("load_gear",)),
     LawFacts(
@@ -275,6 +298,29 @@ def _terms_of_power(q: float, law: Power) -> tuple[float, float, float]:
     if q < FLOOR:
         return value + first * (q - FLOOR), first, 0.0
     return value, first, (half - 1.0) * first / base
+
+
+# --- a + k (b omega + c omega^2) ------------------------------------------------------------------
+
+
+@make_law.of(LinearSquareForm)
+def _make_linear_square(
+    speed: float, exponent: float, values: Floats, at: Integers, form: LinearSquareForm
+) -> tuple[LinearSquare, float]:
+    linear, square = values[at[LOAD_LINEAR]], values[at[LOAD_SQUARE]]
+    whole = linear + square * speed
+    return LinearSquare(linear / whole if whole > 0.0 else 0.0), whole
+
+
+@load_terms.of(LinearSquare)
+def _terms_of_linear_square(q: float, law: LinearSquare) -> tuple[float, float, float]:
+    base = max(q, FLOOR)
+    root = math.sqrt(base)
+    value = law.weight * root + (1.0 - law.weight) * base
+    first = 0.5 * law.weight / root + (1.0 - law.weight)
+    if q < FLOOR:
+        return value + first * (q - FLOOR), first, 0.0
+    return value, first, -0.25 * law.weight / (root * base)
 
 
 # --- a table over speed, or a motor --------------------------------------------------------------

@@ -152,6 +152,16 @@ PARAMETERS: tuple[Node, ...] = (
         low_included=True, source="Kakaitsas eq. 3.4",
     ),
     parameter(
+        "load_linear", "b", "N m s",
+        "linear part of the load torque a + k (b omega + c omega^2)", low=0.0, low_included=True,
+        unless_given=0.0, source="this project: a brake or a fan with bearing losses",
+    ),
+    parameter(
+        "load_square", "c", "N m s2",
+        "square part of the load torque a + k (b omega + c omega^2)", low=0.0, low_included=True,
+        unless_given=0.0, source="this project: a brake or a fan with bearing losses",
+    ),
+    parameter(
         "load_offset", "a", "N m", "load torque that does not depend on speed",
         source="Kakaitsas eq. 3.4",
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -78,7 +78,9 @@ def periodic_speed(
     mass_factor: Sequence[float] | None = None,
     radius_factor: Sequence[float] | None = None,
     friction_shape: FrictionShape | None = None,
-    load_exponent: float = 2.0,
+    load_exponent: float | None = None,
+    load_linear: float = 0.0,
+    load_square: float = 0.0,
     load_offset: float = 0.0,
     friction_torque: float = 0.0,
     driven: DrivenMachine = NOTHING_DRIVEN,
@@ -129,7 +131,10 @@ def periodic_speed(
     friction_shape : FrictionShape, optional
         How the friction torque is spread over the stroke; constant over the cycle unless given.
     load_exponent, load_offset : float
-        alpha and a [N m] of the load torque a + k omega^alpha.
+        alpha (2 unless given) and a [N m] of the load torque a + k omega^alpha.
+    load_linear, load_square : float
+        b [N m s] and c [N m s2] of the load torque a + k (b omega + c omega^2), in place of
+        `load_exponent`: 0 or more; where one of them is more than 0, this law holds.
     friction_torque : float
         Mean, positive, whole engine [N m].
     driven : DrivenMachine
@@ -171,9 +176,16 @@ def periodic_speed(
     solver.check_names()
     if not 0.0 < inertia < np.inf:
         raise ValueError(f"inertia = {inertia:g}: must be a positive number")
+    if load_linear or load_square:
+        if load_exponent is not None:
+            raise ValueError(
+                "load_exponent: not allowed together with load_linear or load_square: give one law"
+            )
+        driven = replace(driven, load_law="linear_square")
     load = Load(
-        driven, load_exponent, load_offset, gear_ratio, load_phase, load_scale, synchronous_speed,
-        breakdown_slip, breakdown_torque,
+        driven, 2.0 if load_exponent is None else load_exponent, load_offset, gear_ratio,
+        load_phase, load_scale, synchronous_speed, breakdown_slip, breakdown_torque, load_linear,
+        load_square,
     )  # fmt: skip
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,

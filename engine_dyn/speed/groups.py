@@ -213,6 +213,8 @@ class Load:
     synchronous_speed: float | None = None
     breakdown_slip: float | None = None
     breakdown_torque: float = 1.0
+    load_linear: float = 0.0
+    load_square: float = 0.0
 
     def check(self) -> None:
         """Refuse values outside their physical range.
@@ -222,7 +224,16 @@ class Load:
         ValueError
             Naming the value.
         """
-        _check_not_negative(load_exponent=self.load_exponent)
+        _check_not_negative(
+            load_exponent=self.load_exponent,
+            load_linear=self.load_linear,
+            load_square=self.load_square,
+        )
+        law = LOAD_LAWS.get(self.driven.load_law)
+        if law is not None and law.torque is not None and self.driven.law != law.name:
+            raise ValueError(
+                f"{', '.join(law.keys)}: not allowed together with a driver or a table over speed"
+            )
         if not math.isfinite(self.load_offset):
             raise ValueError("load_offset, friction_torque and offset must be finite numbers")
         if self.driven.motor:
@@ -282,6 +293,8 @@ class Load:
             "exponent": self.load_exponent,
             "synchronous_speed": self.synchronous_speed or 1.0,
             "breakdown_slip": self.breakdown_slip or 1.0,
+            "load_linear": self.load_linear,
+            "load_square": self.load_square,
         }
 
 

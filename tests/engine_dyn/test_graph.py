@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import sweeps
+from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS
@@ -72,13 +73,14 @@ def test_a_word_that_does_not_exist_is_refused() -> None:
 
 
 NO_SCENES = (
-    {"power_law", "with_driver"}, {"motor", "no_driver"}, {"equal", "unequal_throws"},
+    *({law, "with_driver"} for law in LOAD_LAWS), {"motor", "no_driver"},
+    {"equal", "unequal_throws"},
 )  # fmt: skip
 """Words that no scene has together."""
 
 ONLY_THEN = {
     "diagram_scale": {"characteristic"}, "inertia_beyond_gear": set(),
-    "shape_at_nominal": {"table", "motor"},
+    "shape_at_nominal": {law.name for law in LAWS} - {"power_law"},
 }  # fmt: skip
 """Names that nothing needs unless a scene has one of these words."""
 
