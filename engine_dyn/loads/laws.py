@@ -127,7 +127,10 @@ class Curve(NamedTuple):
 
 
 class LinearSquare(NamedTuple):
-    """F = w q^(1/2) + (1 - w) q, w = b/(b + c omega_n): a brake or a fan with bearing losses."""
+    """F = w q^(1/2) + (1 - w) q, w = b/(b + c omega_n): a brake or a fan with bearing losses.
+
+    docs/method.md (108).
+    """
 
     weight: float
 
