@@ -43,7 +43,7 @@ demo: $(VENV)/.installed
 
 # Tests marked `quick` reach every kind of kernel; the others need no kernel, or simple ones.
 check: lint
-	$(pytest) -q -m 'quick or not (slow or compiled)'
+	$(pytest) -q -m 'not slow and (quick or not compiled)'
 
 test: $(VENV)/.installed-test
 	$(pytest)

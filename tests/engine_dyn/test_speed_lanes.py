@@ -11,6 +11,7 @@ import pytest
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.batch import lanes, levels
+from engine_dyn.speed.mean_gas import mean_gas_torque
 from oracle.designs import SmoothPressure, table
 
 pytestmark = pytest.mark.quick
@@ -36,10 +37,10 @@ def product(
     """Keywords of `dispatch.solve`: inertia x speed x mass of one engine."""
     degrees, bar = table(PRESSURE)
     family = family_from_diagrams([0.0], [diagram_from_points(np.radians(degrees), bar * 1e5)])
-    gas = dispatch.mean_gas_torque(0.2571, 0.0, family)
+    gas = mean_gas_torque(0.2571, 0.0, family)
     return {
         "family": family, "row": 0.0, "scale": 1.0, "crankcase_pressure": 1e5, "bore": 0.14,
-        "stroke": 0.18, "offset": 0.0, "crank_ratio": 0.2571, "exponent": exponent,
+        "double_radius": 0.18, "offset": 0.0, "crank_ratio": 0.2571, "exponent": exponent,
         "mass": mass[None, None, :], "speed": speed[None, :, None],
         "inertia": inertia[:, None, None], "friction_torque": friction, "cylinders": cylinders,
         "inertia_model": "variable" if variable else "constant",
