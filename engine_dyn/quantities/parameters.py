@@ -154,13 +154,15 @@ PARAMETERS: tuple[Node, ...] = (
     # Made, not `unless_given`: archives list what is given of the laws that hold.
     parameter(
         "load_linear", "b", "N m s",
-        "linear part of the load torque a + k (b omega + c omega^2)", low=0.0, low_included=True,
-        make=lambda: 0.0, source="this project: a brake or a fan with bearing losses",
+        "linear part of the load torque over speed", low=0.0, low_included=True,
+        source="M_L = a + k (b omega + c omega^2): a brake or a fan with bearing losses",
+        make=lambda: 0.0,
     ),
     parameter(
         "load_square", "c", "N m s2",
-        "square part of the load torque a + k (b omega + c omega^2)", low=0.0, low_included=True,
-        make=lambda: 0.0, source="this project: a brake or a fan with bearing losses",
+        "square part of the load torque over speed", low=0.0, low_included=True,
+        source="M_L = a + k (b omega + c omega^2): a brake or a fan with bearing losses",
+        make=lambda: 0.0,
     ),
     parameter(
         "load_offset", "a", "N m", "load torque that does not depend on speed",
