@@ -123,6 +123,7 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"set": {"wanted_delta": 0.01}, "solver": {"closure": "cycle_time"}},
     {"engine": "compressor_79x83"},
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
+    {"set": {"load_square": 0.01}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""
