@@ -1,4 +1,7 @@
-"""Outcomes of a design: codes and meanings, used by kernels and by files."""
+"""Outcomes of a design: the codes that kernels return, and their names in archives.
+
+docs/method.md section 13.3 says when each of them is given.
+"""
 
 from __future__ import annotations
 
@@ -34,5 +37,5 @@ MEANINGS = (
 
 
 def has_numbers(code: int) -> bool:
-    """Whether a design with this outcome keeps its numbers (the others hold NaN)."""
+    """Whether a design with this outcome keeps its numbers; those of all others are NaN."""
     return code in (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)

@@ -24,11 +24,11 @@ def superpose(
     period: float,
     by_count: CylindersByCount | None = None,
 ) -> Any:
-    """Sum of a cylinder's curve over all cylinders. Kakaitsas (2015), eqs. 5.1-5.3.
+    """Sum of a cylinder's curve over all cylinders.
 
-    The curve is evaluated at the shifted angles themselves, for a cylinder whose factors it may
-    use; `cylinders` broadcasts with `phi`. They are keys of `by_count`, or numbers of evenly firing
-    equal cylinders.
+    docs/method.md (33); Kakaitsas (2015), eqs. 5.1-5.3. The curve is evaluated at the shifted
+    angles themselves, for a cylinder whose factors it may use; `cylinders` broadcasts with `phi`.
+    They are keys of `by_count`, or numbers of evenly firing equal cylinders.
     """
     counts = np.asarray(cylinders)
     others = {z: c for z, c in (by_count or {}).items() if not c.plain and (counts == z).any()}

@@ -100,9 +100,10 @@ class GasPressure(NamedTuple):
 
 
 def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
-    """Torque of the gas, (p - p_c) A r c/(r omega) [N m]. Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6.
+    """Torque of the gas, (p - p_c) A r c/(r omega) [N m].
 
-    Here and below, `phi` is the crank angle [rad], `bore` in [m].
+    docs/method.md (28); Kakaitsas (2015), eqs. 2.1, 2.4b, 2.6. Here and below, `phi` is the crank
+    angle [rad], `bore` in [m].
     """
 
     def one(angle: Any, member: Member) -> Any:
@@ -114,8 +115,8 @@ def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
 def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
     """Torque of the reciprocating masses at constant speed, -m r^2 omega^2 b v [N m].
 
-    Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and velocity v; `mass` of
-    one cylinder [kg], `speed` of the crank [rad/s].
+    docs/method.md (24); Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and
+    velocity v; `mass` of one cylinder [kg], `speed` of the crank [rad/s].
     """
 
     def one(angle: Any, member: Member) -> Any:
@@ -130,8 +131,8 @@ def inertia_torque_actual(
 ) -> Any:
     """Torque of the reciprocating masses at the solved speed and angular acceleration [N m].
 
-    -m r^2 v (omega^2 b + epsilon v): minus the rate, over angle, of the kinetic energy
-    m r^2 v^2 omega^2/2 (Eksergian's equation for one degree of freedom). `mass` of one cylinder
+    -m r^2 v (omega^2 b + epsilon v), docs/method.md (12) and (26): minus the rate, over angle, of
+    the kinetic energy m r^2 v^2 omega^2/2 (Eksergian's equation). `mass` of one cylinder
     [kg]; omega [rad/s] and epsilon [rad/s2] over the crank angle.
     """
 
@@ -149,7 +150,8 @@ def friction_over_stroke(
 ) -> Any:  # fmt: skip
     """Friction torque over crank angle [N m], positive, to be subtracted.
 
-    `friction_torque` is its mean [N m]; see `friction.FrictionShape` for the parts of `friction`.
+    docs/method.md (32). `friction_torque` is its mean [N m]; see `friction.FrictionShape` for the
+    parts of `friction`.
     """
     varying = train.superpose(_friction_of_one(train, gas, friction), phi)
     return friction_torque + piston_area(bore) * 0.5 * train.double_radius * varying

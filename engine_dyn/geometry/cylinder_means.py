@@ -102,7 +102,7 @@ def engine_inertia_of_cylinders(
 
     Z r^2 (m mean(f_m f_r^2 v^2) + m_r mean(f_r^2)), with the reduced velocity v of each cylinder
     and its factors f_m on the mass and f_r on the crank radius: `masses.engine_inertia` with means
-    over the cylinders. Kakaitsas (2015), eq. 3.2, without the auxiliaries.
+    over the cylinders. docs/method.md (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries.
     """
 
     def of_one(member: Member) -> Any:

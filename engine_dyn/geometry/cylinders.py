@@ -106,7 +106,7 @@ class Cylinders:
 
     @cached_property
     def symmetry(self) -> int:
-        """How often torque repeats within the cycle."""
+        """How often torque repeats within the cycle: n_s of docs/method.md (34)."""
         phases = [member.phase for member in self.members]
         return symmetry(phases, self.period, [member[1:] for member in self.members])
 
@@ -116,7 +116,10 @@ class Cylinders:
         return self.representatives_of(self.symmetry)
 
     def representatives_of(self, times: int) -> tuple[Member, ...]:
-        """Representatives where less repeats: `times` is a divisor of the symmetry."""
+        """Representatives where less repeats: `times` is a divisor of the symmetry.
+
+        docs/method.md (34) sums over them.
+        """
         free, found = list(self.members), []
         while free:
             first = free.pop(0)

@@ -12,7 +12,8 @@ gamma_nu = -nu a_nu and beta_nu = nu gamma_nu; a_1 = -1; there are no other odd 
 
 Derivation
 ----------
-With k' = sqrt(1 - lambda^2), q = (1 - k')/(1 + k') and z = exp(2 i phi),
+docs/method.md (15) to (18). With k' = sqrt(1 - lambda^2), q = (1 - k')/(1 + k') and z = exp(2 i
+phi),
 
     1 - lambda^2 sin^2(phi) = ((1 + k')/2)^2 (1 + q z)(1 + q/z),
 
@@ -92,7 +93,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
 
     Notes
     -----
-    Mosakowski, eqs. 4, 7; Rakopoulos notes, a_2, a_4, a_6. See the module for the derivation.
+    docs/method.md (15) and (16); Mosakowski, eqs. 4, 7; Rakopoulos notes, a_2, a_4, a_6.
     """
     nu, ratio = _checked(orders, crank_ratio)
     even = (nu % 2.0 == 0.0) & (nu > 0.0)
@@ -111,7 +112,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
 def velocity_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
     """Coefficients gamma_nu of sin(nu phi) in c/(r omega). Parameters as `position_coefficients`.
 
-    Mosakowski, eq. 5; Rakopoulos notes, gamma_1 to gamma_6.
+    docs/method.md (16); Mosakowski, eq. 5; Rakopoulos notes, gamma_1 to gamma_6.
     """
     return 0.0 - np.asarray(orders, dtype=float) * position_coefficients(orders, crank_ratio)
 
@@ -119,7 +120,7 @@ def velocity_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
 def acceleration_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
     """Coefficients beta_nu of cos(nu phi) in b/(r omega^2). Parameters as `position_coefficients`.
 
-    Mosakowski, eq. 6; Rakopoulos notes, beta_1 to beta_6, there also Q_nu.
+    docs/method.md (16); Mosakowski, eq. 6; Rakopoulos notes, beta_1 to beta_6, there also Q_nu.
     """
     nu = np.asarray(orders, dtype=float)
     return 0.0 - nu**2 * position_coefficients(orders, crank_ratio)
@@ -138,7 +139,8 @@ def mean_position(crank_ratio: npt.ArrayLike) -> Floats:
 def inertia_torque_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
     """Coefficients t_n of sin(n phi) in the inertia torque over m r^2 omega^2, at constant speed.
 
-    In closed form for any order, see the module; parameters as `position_coefficients`.
+    docs/method.md (17) and (18), a closed form for any order; parameters as
+    `position_coefficients`.
     Rakopoulos notes, Delta T_l of orders 1 to 6 (the second is misprinted there).
     """
     nu, ratio = _checked(orders, crank_ratio)

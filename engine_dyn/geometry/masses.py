@@ -24,23 +24,27 @@ def rod_mass_at_piston(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: An
     """Part of the rod's mass that reciprocates with the piston pin [kg].
 
     `rod_centre_of_gravity` is the distance from the big end [m]. Two conditions: same mass, same
-    centre of gravity. Kakaitsas (2015), eq. 2.9.
+    centre of gravity. docs/method.md (19); Kakaitsas (2015), eq. 2.9.
     """
     return rod_mass * rod_centre_of_gravity / rod_length
 
 
 def rod_mass_at_crank(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any) -> Any:
-    """Part of the rod's mass that turns with the crank pin [kg]. Kakaitsas (2015), eq. 2.9."""
+    """Part of the rod's mass that turns with the crank pin [kg].
+
+    docs/method.md (19); Kakaitsas (2015), eq. 2.9.
+    """
     return rod_mass * (1.0 - rod_centre_of_gravity / rod_length)
 
 
 def reciprocating_mass(
     piston_mass: Any, rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any
 ) -> Any:
-    """Piston with pin and rings plus the rod's reciprocating part [kg]. Kakaitsas, eq. 2.10.
+    """Piston with pin and rings plus the rod's reciprocating part [kg].
 
-    With the rod's mass and the distance of its centre of gravity from the big end kept, the split
-    follows the rod's length (Kakaitsas, section 5.2.3).
+    docs/method.md (19); Kakaitsas (2015), eq. 2.10. With the rod's mass and the distance of its
+    centre of gravity from the big end kept, the split follows the rod's length (Kakaitsas, section
+    5.2.3).
     """
     return piston_mass + rod_mass_at_piston(rod_mass, rod_centre_of_gravity, rod_length)
 
@@ -48,14 +52,17 @@ def reciprocating_mass(
 def rotating_mass(
     crank_mass: Any, rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any
 ) -> Any:
-    """Throw (reduced to the crank radius) plus the rod's turning part [kg]. Kakaitsas, eq. 2.11."""
+    """Throw (reduced to the crank radius) plus the rod's turning part [kg].
+
+    docs/method.md (19); Kakaitsas (2015), eq. 2.11.
+    """
     return crank_mass + rod_mass_at_crank(rod_mass, rod_centre_of_gravity, rod_length)
 
 
 def crank_mass_at_pin(throw_mass: Any, throw_radius: Any, crank_radius: Any) -> Any:
     """Throw of given mass and centre of gravity, reduced to the crank radius [kg].
 
-    Equal centrifugal force; Kakaitsas (2015), eq. 2.15.
+    The centrifugal force is the same: docs/method.md section 3.1; Kakaitsas (2015), eq. 2.15.
     """
     return throw_mass * throw_radius / crank_radius
 
@@ -65,8 +72,8 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
 
     `offset` is that of the piston pin's line over the crank radius, and broadcasts.
 
-    The trapezoidal rule on a smooth periodic function converges geometrically: 720 points hold
-    rounding up to a crank ratio of 0.98.
+    The term of docs/method.md (23). The trapezoidal rule on a smooth periodic function converges
+    geometrically: 720 points are exact to rounding up to a crank ratio of 0.98.
     """
     ratio, offset_ratio = np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
     phi = np.arange(720) * (2.0 * np.pi / 720)
@@ -80,8 +87,8 @@ def inertia_of_parts(
 ) -> Any:  # fmt: skip
     """Inertia of engine and load at the crank [kg m2]: engine + auxiliaries + flywheel + i^2 load.
 
-    Kakaitsas (2015), eqs. 3.1 and 3.2; the gear ratio i is the load's speed over the crank's, and
-    the load's inertia is that at its own shaft: equal kinetic energy.
+    docs/method.md (23); Kakaitsas (2015), eqs. 3.1 and 3.2. The gear ratio i is the load's speed
+    over the crank's, and the load's inertia is that at its own shaft: the kinetic energy is equal.
     """
     return engine_inertia + auxiliary_inertia + flywheel_inertia + gear_ratio**2 * load_inertia
 
@@ -96,8 +103,8 @@ def engine_inertia(
 ) -> Any:
     """Cycle mean of the running gear's inertia [kg m2]: Z (m r^2 mean (c/(r omega))^2 + m_r r^2).
 
-    Kakaitsas (2015), eq. 3.2, without the auxiliaries; the reciprocating part is its mean, also
-    over cylinders of unequal mass. `offset` is over the crank radius.
+    docs/method.md (23); Kakaitsas (2015), eq. 3.2, without the auxiliaries. The reciprocating part
+    is its mean, also over cylinders of unequal mass. `offset` is over the crank radius.
     """
     reciprocating = reciprocating_mass * mean_square_velocity(crank_ratio, offset)
     return cylinders * crank_radius**2 * (reciprocating + rotating_mass)

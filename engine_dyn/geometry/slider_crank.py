@@ -23,10 +23,10 @@ thrust depend on e only.
 
 Derivation
 ----------
-With the crank at theta from the direction of the cylinder, all over the crank radius and e/r = E,
-the crank pin stands at (sin(theta), cos(theta)) and the piston pin at (E, y). The rod's length
-closes the triangle: with u = sin(theta) - E, sin(beta) = lambda u and
-W = cos(beta) = sqrt(1 - lambda^2 u^2),
+docs/method.md (2) to (11). With the crank at theta from the direction of the cylinder, all over the
+crank radius and e/r = E, the crank pin stands at (sin(theta), cos(theta)) and the piston pin at (E,
+y). The rod's length closes the triangle: with u = sin(theta) - E, sin(beta) = lambda u and W =
+cos(beta) = sqrt(1 - lambda^2 u^2),
 
     y = cos(theta) + W/lambda.
 
@@ -100,6 +100,7 @@ def _checked(
 
 
 def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> _Crank:
+    """Angles of crank and rod, docs/method.md (2), (4) and (5)."""
     angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
     theta = angle + np.arcsin(ratio * offset_ratio / (1.0 + ratio)) if offset_ratio.any() else angle
     sine = np.sin(theta)
@@ -133,10 +134,9 @@ def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLi
 
     Notes
     -----
-    Kakaitsas (2015), eq. 1.4; Mosakowski, eq. 1 (there measured from the crank's axis). Written
-    without the difference of near numbers, so that small lambda and small angles lose no digits:
-    with an offset, x solves x^2 - 2 x h + k = 0, the distance of crank pin and piston pin, where
-    the rod's share of the height h - x = W/lambda is known and positive.
+    docs/method.md (7) with an offset and (8) without; Kakaitsas (2015), eq. 1.4; Mosakowski, eq. 1
+    (there measured from the crank's axis). Neither form has a difference of nearly equal numbers,
+    so small lambda and small angles lose no digits.
     """
     crank = _crank(phi, crank_ratio, offset)
     ratio, sine, root = crank.ratio, crank.sine, crank.root
@@ -152,8 +152,8 @@ def position(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLi
 def velocity(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Any:
     """Piston velocity over the crank pin's, c/(r omega); positive towards bottom dead centre.
 
-    Parameters and errors as `position`. Kakaitsas (2015), eq. 1.6; Mosakowski, eq. 2 (opposite
-    sign there).
+    Parameters and errors as `position`. docs/method.md (9); Kakaitsas (2015), eq. 1.6; Mosakowski,
+    eq. 2 (opposite sign there).
     """
     ratio, offset, sine, cosine, root = _crank(phi, crank_ratio, offset)
     return sine * (1.0 + ratio * cosine / root) - offset * (ratio * cosine / root)
@@ -164,8 +164,8 @@ def acceleration(
 ) -> Any:
     """Piston acceleration at constant speed over the crank pin's, b/(r omega^2).
 
-    Positive towards bottom dead centre. Parameters and errors as `position`. Kakaitsas (2015),
-    eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
+    Positive towards bottom dead centre. Parameters and errors as `position`. docs/method.md (10);
+    Kakaitsas (2015), eq. 1.8; Mosakowski, eq. 3 (opposite sign there).
     """
     ratio, offset_ratio, sine, cosine, root = _crank(phi, crank_ratio, offset)
     s2 = sine * sine  # products: a power of 4 takes ten times as long
@@ -182,8 +182,8 @@ def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayL
     """Angle beta of the connecting rod to the cylinder axis [rad].
 
     Positive while the big end stands on the side on which the crank pin goes down:
-    sin(beta) = lambda (sin(theta) - e/r). Parameters and errors as `position`. Kakaitsas (2015),
-    eq. 1.3.
+    sin(beta) = lambda (sin(theta) - e/r), docs/method.md (2). Parameters and errors as `position`.
+    Kakaitsas (2015), eq. 1.3.
     """
     ratio, offset, sine, _, _ = _crank(phi, crank_ratio, offset)
     return np.arcsin(ratio * (sine - offset))
@@ -212,6 +212,8 @@ class DeadCentres(NamedTuple):
 def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> DeadCentres:
     """Dead centres and stroke of a slider-crank with offset. Parameters and errors as `position`.
 
+    docs/method.md (4) and (6).
+
     Examples
     --------
     >>> centres = dead_centres(0.25, 0.4)
@@ -222,7 +224,7 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
     reduced = ratio * offset_ratio
     top = np.arcsin(reduced / (1.0 + ratio))
     folded = np.arcsin(reduced / (1.0 - ratio))
-    # the difference of the two roots over 2 lambda, times their sum over their sum
+    # docs/method.md (6): the difference of two roots, multiplied and divided by their sum
     far, near = (1.0 + ratio) ** 2 - reduced**2, (1.0 - ratio) ** 2 - reduced**2
     stroke = 2.0 / (np.sqrt(far) + np.sqrt(near))
     return DeadCentres(top, np.pi + (folded - top), stroke)
@@ -231,7 +233,8 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
 def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.ArrayLike) -> Any:
     """Crank radius [m] that gives a stroke [m] with a rod of `rod_length` and an offset e, all [m].
 
-    Squaring the stroke of `dead_centres` twice leaves r^2 = (s/2)^2 (1 - e^2/(l^2 - (s/2)^2)).
+    docs/method.md (13): the stroke of `dead_centres`, squared twice, gives
+    r^2 = (s/2)^2 (1 - e^2/(l^2 - (s/2)^2)).
 
     Raises
     ------
@@ -261,9 +264,8 @@ def crank_radius_of_ratio(
 ) -> Any:
     """Crank radius [m] that gives a stroke [m] with a crank ratio lambda and an offset e [m].
 
-    The equation of `crank_radius` with l = r/lambda is quadratic in r^2:
-    r^4 - (s/2)^2 (1 + lambda^2) r^2 + lambda^2 (s/2)^2 ((s/2)^2 + e^2) = 0. Half the stroke, bit
-    for bit, without offset.
+    docs/method.md (14): the equation of `crank_radius` with l = r/lambda is quadratic in r^2.
+    Without offset the radius is half the stroke, bit for bit.
 
     Raises
     ------
@@ -291,21 +293,21 @@ def crank_radius_of_ratio(
 
 @inlined
 def position_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """Return x/r, Kakaitsas eq. 1.4; for cos(phi) near 1 the caller accepts rounding of 1e-16."""
+    """Return x/r, docs/method.md (8); for cos(phi) near 1 the caller accepts rounding of 1e-16."""
     root = math.sqrt(1.0 - crank_ratio * crank_ratio * sine * sine)
     return (1.0 - cosine) + crank_ratio * sine * sine / (1.0 + root)
 
 
 @inlined
 def velocity_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """c/(r omega), Kakaitsas eq. 1.6."""
+    """Return c/(r omega), docs/method.md (9)."""
     root = math.sqrt(1.0 - crank_ratio * crank_ratio * sine * sine)
     return sine * (1.0 + crank_ratio * cosine / root)
 
 
 @inlined
 def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """b/(r omega^2), Kakaitsas eq. 1.8."""
+    """Return b/(r omega^2), docs/method.md (10)."""
     s2 = sine * sine
     square = 1.0 - crank_ratio * crank_ratio * s2
     bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
@@ -314,7 +316,7 @@ def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
 
 @inlined
 def jerk_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """Return db/dphi over r omega^2: the derivative of Kakaitsas eq. 1.8 (derived here)."""
+    """Return db/dphi over r omega^2, docs/method.md (11)."""
     s2 = sine * sine
     square = 1.0 - crank_ratio * crank_ratio * s2
     bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
@@ -337,13 +339,13 @@ def jerk_at(sine: float, cosine: float, crank_ratio: float) -> float:
 
 @inlined
 def sine_of_top(crank_ratio: float, offset: float) -> float:
-    """Sine of the crank's angle to the cylinder axis at top dead centre, e/(l + r)."""
+    """Sine of the crank's angle to the cylinder axis at top dead centre, docs/method.md (4)."""
     return crank_ratio * offset / (1.0 + crank_ratio)
 
 
 @inlined
 def turned(sine: float, cosine: float, top_sine: float, top_cosine: float) -> tuple[float, float]:
-    """Sine and cosine of theta = phi + theta_T from those of phi and of theta_T."""
+    """Sine and cosine of theta from those of phi and of theta_T, docs/method.md (5)."""
     return (
         sine * top_cosine + cosine * top_sine,
         cosine * top_cosine - sine * top_sine,
@@ -354,7 +356,10 @@ def turned(sine: float, cosine: float, top_sine: float, top_cosine: float) -> tu
 def offset_position_at(
     sine: float, cosine: float, crank_ratio: float, offset: float, versine: float, top_cosine: float
 ) -> float:
-    """Return x/r with an offset, from sine and cosine of theta; `versine` is 1 - cos(phi)."""
+    """Return x/r with an offset, from sine and cosine of theta, docs/method.md (7).
+
+    `versine` is 1 - cos(phi).
+    """
     lean = crank_ratio * (sine - offset)
     height = (1.0 + crank_ratio) * top_cosine - crank_ratio * cosine + math.sqrt(1.0 - lean * lean)
     return 2.0 * (1.0 + crank_ratio) * versine / height
@@ -362,14 +367,14 @@ def offset_position_at(
 
 @inlined
 def offset_velocity_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
-    """c/(r omega) with an offset, from sine and cosine of theta."""
+    """Return c/(r omega) with an offset, from sine and cosine of theta, docs/method.md (9)."""
     lean = crank_ratio * (sine - offset)
     return sine + lean * cosine / math.sqrt(1.0 - lean * lean)
 
 
 @inlined
 def offset_acceleration_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
-    """b/(r omega^2) with an offset, from sine and cosine of theta."""
+    """Return b/(r omega^2) with an offset, from sine and cosine of theta, docs/method.md (10)."""
     lean = crank_ratio * (sine - offset)
     square = 1.0 - lean * lean
     bracket = crank_ratio * cosine * cosine - lean * sine * square
@@ -380,7 +385,7 @@ def offset_acceleration_at(sine: float, cosine: float, crank_ratio: float, offse
 def offset_jerk_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
     """Return db/dphi over r omega^2 with an offset, from sine and cosine of theta.
 
-    The derivative of the quotient in `offset_acceleration_at`, with lean' = lambda cos(theta).
+    docs/method.md (11), with lean' = lambda cos(theta).
     """
     lean = crank_ratio * (sine - offset)
     square = 1.0 - lean * lean

@@ -1,8 +1,8 @@
 """Speed characteristics: power and torque over speed, and the load whose diagram gives them.
 
 Power units, lecture 18: N_e = N_max x [A + C x - x^2] with x = n/n_max, and M = N_e/omega. The
-lecture's 9550 N_e/n, with kW and rpm, is that with 30000/pi = 9549.3 rounded. A + C = 2 in all four
-sets, so that N_e(n_max) = N_max.
+lecture writes 9550 N_e/n, with kW and rpm; its 9550 is 30000/pi = 9549.3, rounded. In all four sets
+A + C = 2, so that N_e(n_max) = N_max.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Characteristic:
     Attributes
     ----------
     constant, linear, square : float
-        Of N_e/(N_max x) = constant + linear x + square x^2.
+        Coefficients of N_e/(N_max x) = constant + linear x + square x^2.
     source : str
         Author and equation.
     """
@@ -48,7 +48,7 @@ class Characteristic:
         return self.torque(speed, rated_power, rated_speed) * np.asarray(speed, dtype=float)
 
     def torque(self, speed: Any, rated_power: Any, rated_speed: Any) -> Any:
-        """Torque [N m] at crank speeds [rad/s], also at standstill; as `power`."""
+        """Torque [N m] at crank speeds [rad/s], also at standstill; errors as `power`."""
         for name, value in (("rated_power", rated_power), ("rated_speed", rated_speed)):
             number = np.asarray(value, dtype=float)
             if not (number > 0.0).all():
@@ -81,12 +81,12 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
         "propeller": PROPELLER,
     }
 )
-"""Curves by name; diesel: with undivided combustion chamber."""
+"""Curves by name; "diesel" has an undivided combustion chamber."""
 
 MOST_STEPS = 60
 
 SAME = 1e-9
-"""Relative difference up to which a torque beyond the diagrams is that of the last one."""
+"""Relative difference by which a torque may lie beyond those of the diagrams, which is rounding."""
 
 
 def load_for_torque(
@@ -106,8 +106,8 @@ def load_for_torque(
     Returns
     -------
     ndarray
-        Shape of `wanted`; NaN where the diagrams do not reach. Root of the torque to rounding, by
-        regula falsi (the Illinois form) in the first bracket that holds it.
+        Shape of `wanted`; NaN where the diagrams do not reach it. The root is found to rounding, by
+        regula falsi (the Illinois form) in the first bracket that contains it.
     """
     goal = np.asarray(wanted, dtype=np.float64)
     knots = np.asarray(loads, dtype=np.float64)
@@ -134,7 +134,7 @@ def load_for_torque(
         done = todo & ((np.abs(here) <= 1e-13 * np.abs(goal)) | (high - low <= 1e-13 * high))
         found = np.where(done, load, found)
         todo = todo & ~done
-        # The end that stays twice counts half, so that it moves too.
+        # The value at an end that stays twice is halved, so that the other end moves too.
         down, up = todo & (here > 0.0), todo & (here <= 0.0)
         below = np.where(down & (side < 0.0), 0.5 * below, below)
         above = np.where(up & (side > 0.0), 0.5 * above, above)

@@ -1,10 +1,10 @@
 """What an engine drives, and what drives a machine: torque over an angle and torque over speed.
 
-A load may depend on the crank angle or on its own, theta = i phi + theta_0, where the gear ratio i
-is its speed over the crank's; at the crank its torque is i times that at its own shaft, because the
-power is the same. So it is with a load over the speed of its own shaft. A load or a driver over
-speed has a shape, and the balance of the cycle finds the
-factor on it (`load_coefficient`, `driver_factor`), as it finds k of a + k omega^alpha: a machine
+A load may depend on the crank angle or on the angle of its own shaft, theta = i phi + theta_0,
+where the gear ratio i is the speed of that shaft over the crank's. At the crank its torque is i
+times that at its own shaft, because the power is the same. The same holds for a load over the speed
+of its own shaft. A load or a driver over speed has a shape, and the balance of the cycle finds the
+factor on it (`load_coefficient`, `driver_factor`), as it finds k of a + k omega^alpha. A machine
 whose mean torque is negative has a steady state where a driver's torque makes up for it.
 
 Sources
@@ -52,14 +52,14 @@ ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
 
 SLACK = 1e-6
-"""Share of an interval by which speeds may lie beside a table, which is rounding."""
+"""Fraction of an interval by which rounding may place a speed beyond the ends of a table."""
 
 ALIKE = 1e-9
-"""Share of its range within which a torque repeats."""
+"""Fraction of its range within which a torque repeats."""
 
 WHOLE = 1e-5
-"""Relative difference up to which a number of repetitions is whole: ratios are written in decimals.
-"""
+"""Relative difference up to which a number of repetitions counts as whole, because gear ratios are
+written in decimals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class TorqueOverAngle:
         )
 
     def __call__(self, theta: npt.ArrayLike) -> Floats:
-        """Torque [N m] at any angles [rad]."""
+        """Torque [N m] at any angles [rad], docs/method.md (37)."""
         t, step, before, after = self._pieces(theta)
         y0, y1 = self.torque[before], self.torque[after]
         m0, m1 = step * self.slope[before], step * self.slope[after]
@@ -101,7 +101,7 @@ class TorqueOverAngle:
         )
 
     def work(self, theta: npt.ArrayLike) -> Floats:
-        """Integral of the torque less its mean [J], at angles within one period."""
+        """Integral of the torque less its mean [J], docs/method.md (37), within one period."""
         t, step, before, _ = self._pieces(theta)
         _, torque, slope, work = self.table
         y0, y1 = torque[before], torque[before + 1]
@@ -202,7 +202,7 @@ class TorqueOverSpeed:
 
 @dataclass(frozen=True, eq=False)
 class DrivenMachine:
-    """What beside a + k omega^alpha acts on the crankshaft; nothing unless given.
+    """What acts on the crankshaft besides a + k omega^alpha; nothing unless given.
 
     Attributes
     ----------
@@ -213,7 +213,8 @@ class DrivenMachine:
     driver_over_speed : TorqueOverSpeed, optional
         Shape of the driver's torque.
     motor : bool
-        Whether the driver is an induction motor, see `motor_torque`; its numbers belong to designs.
+        Whether the driver is an induction motor, see `motor_torque`. The motor's numbers are inputs
+        of each design.
     load_law : str
         Law of the load over speed where there is neither table nor driver, one of
         `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
@@ -227,7 +228,7 @@ class DrivenMachine:
 
     @property
     def over_speed(self) -> TorqueOverSpeed | None:
-        """The table over speed, whosever it is."""
+        """The table over speed, of the load or of the driver."""
         return self.load_over_speed or self.driver_over_speed
 
     @property
@@ -389,7 +390,10 @@ def _check_points(
 
 
 def _monotone_slopes(x: Floats, y: Floats) -> Floats:
-    """Slopes of the piecewise cubic that rises and falls only where the points do."""
+    """Slopes of the piecewise cubic that rises and falls only where the points do.
+
+    docs/method.md (38).
+    """
     step = np.diff(x)
     rise = np.diff(y) / step
     if len(x) == 2:
@@ -405,7 +409,8 @@ def _monotone_slopes(x: Floats, y: Floats) -> Floats:
         (0, (step[0], step[1], rise[0], rise[1])),
         (-1, (step[-1], step[-2], rise[-1], rise[-2])),
     ):
-        # Three points, one-sided, kept from turning the curve (Moler, Numerical Computing, ch. 3).
+        # One-sided, through three points, limited so that the curve does not turn (Moler, Numerical
+        # Computing, chapter 3).
         value = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
         if value * d0 <= 0.0:
             value = 0.0
@@ -418,9 +423,9 @@ def _monotone_slopes(x: Floats, y: Floats) -> Floats:
 def constant_load(
     load_offset: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_scale: Any
 ) -> Any:
-    """Load torque at the crank that the speed does not change, its mean over the cycle [N m].
+    """Mean over the cycle of the load torque at the crank that does not depend on the speed [N m].
 
-    `gear_ratio` is 1 for a load over the crank angle.
+    docs/method.md (36). `gear_ratio` is 1 for a load over the crank angle.
     """
     return load_offset + load_scale * gear_ratio * over_angle.mean
 
@@ -429,7 +434,7 @@ def load_over_angle(
     crank_angle: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_phase: Any,
     load_scale: Any,
 ) -> Any:  # fmt: skip
-    """Load torque at the crank at crank angles [N m]; see `constant_load`."""
+    """Load torque at the crank at crank angles [N m], docs/method.md (36); see `constant_load`."""
     return load_scale * gear_ratio * over_angle(gear_ratio * crank_angle + load_phase)
 
 
@@ -438,7 +443,8 @@ def motor_torque(
 ) -> Any:
     """Torque of an induction motor [N m], Kloss: M/M_b = 2/(s/s_b + s_b/s), s = 1 - omega/omega_s.
 
-    Speeds are of the crank [rad/s]; above the synchronous speed the machine brakes.
+    docs/method.md (40). Speeds are those of the crank [rad/s]; above the synchronous speed the
+    machine brakes.
     """
     slip = 1.0 - omega / synchronous_speed
     return 2.0 * breakdown_torque * slip * breakdown_slip / (slip**2 + breakdown_slip**2)
@@ -447,13 +453,14 @@ def motor_torque(
 def synchronous_speed(speed: Any, motor_slip: Any, motor_gear_ratio: Any = 1.0) -> Any:
     """Synchronous speed of a motor [rad/s], at its own shaft, whose slip at nominal speed is given.
 
-    `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is the crank's.
+    docs/method.md (40). `motor_gear_ratio` is the speed of that shaft over the crank's; `speed` is
+    the crank's.
     """
     return motor_gear_ratio * (speed / (1.0 - motor_slip))
 
 
 def whole_ratio(over_angle: TorqueOverAngle, gear_ratio: npt.ArrayLike, cycle: float) -> Any:
-    """Gear ratios with which the load repeats exactly with the cycle: 0.333333 means a third."""
+    """Gear ratios with which the load repeats exactly with the cycle: 0.333333 becomes a third."""
     if not over_angle.own_angle:
         return np.asarray(gear_ratio, dtype=float)
     repeats = repeats_of(over_angle, gear_ratio, cycle)

@@ -56,7 +56,7 @@ DEAD_CENTRE = 1e-9
 
 
 def mean_piston_speed(stroke: Any, speed: Any) -> Any:
-    """Mean piston speed [m/s] from stroke [m] and crank speed [rad/s]: s n/30."""
+    """Mean piston speed [m/s], c_m of docs/method.md (30), from stroke [m] and crank speed."""
     return stroke * speed / 3.141592653589793
 
 
@@ -70,9 +70,9 @@ def friction_mean_effective_pressure(
 ) -> Any:
     """Friction mean effective pressure [Pa]: a + b p_max + c c_m + d c_m^2.
 
-    Chen and Flynn (SAE 650733); Kakaitsas (2015), eq. 3.9, without the square. `constant` [Pa],
-    `peak_pressure_share` [1], `piston_speed_share` [Pa s/m], `peak_pressure` absolute [Pa], of the
-    motored diagram for a motored engine, `speed` the mean piston speed [m/s],
+    docs/method.md (30); Chen and Flynn (SAE 650733); Kakaitsas (2015), eq. 3.9, without the square.
+    `constant` [Pa], `peak_pressure_share` [1], `piston_speed_share` [Pa s/m], `peak_pressure`
+    absolute [Pa], of the motored diagram for a motored engine, `speed` the mean piston speed [m/s],
     `piston_speed_square_share` [Pa s2/m2].
     """
     linear = constant + peak_pressure_share * peak_pressure + piston_speed_share * speed
@@ -80,9 +80,10 @@ def friction_mean_effective_pressure(
 
 
 def friction_torque(friction_pressure: Any, displacement: Any, period: Any) -> Any:
-    """Mean friction torque [N m], positive, to be subtracted: fmep V_h/Phi. Kakaitsas, eq. 3.8.
+    """Mean friction torque [N m], positive, to be subtracted: fmep V_h/Phi.
 
-    `displacement` is the whole engine's [m3]; `period` the cycle's angle Phi (4 pi four-stroke).
+    docs/method.md (30); Kakaitsas (2015), eq. 3.8. `displacement` is the whole engine's [m3];
+    `period` the cycle's angle Phi (4 pi four-stroke).
     """
     return friction_pressure * displacement / period
 
@@ -101,8 +102,8 @@ def auxiliary_torque(
 class StrokeFriction(NamedTuple):
     """Friction that varies over the stroke: levels of its four parts, all [Pa].
 
-    A level is the mean torque of its part, for one cylinder, over piston area and crank radius.
-    Kernels take numbers, curves take arrays that broadcast.
+    docs/method.md (32). A level is the mean torque of its part, for one cylinder, over piston area
+    and crank radius. Kernels take numbers, curves take arrays that broadcast.
 
     Attributes
     ----------
@@ -134,12 +135,12 @@ Parts = tuple[Any, Any, Any, Any]
 def stroke_friction_parts(load: Any, speed: Any, sine: Any) -> Parts:
     """Torques of the four parts of `FrictionShape`, not scaled; numbers or arrays alike.
 
-    N u, N u (1 - |sin(phi)|), sqrt(N u) u and u^2, with u = |c/(r omega)| (see `FrictionShape`).
+    docs/method.md (31): N u, N u (1 - |sin(phi)|), sqrt(N u) u and u^2, with u = |c/(r omega)|.
 
     Parameters
     ----------
     load : float or ndarray
-        N, the pressure on the rings [Pa]: none where it would lift them.
+        N, the pressure on the rings [Pa]; a negative one lifts them and counts as 0.
     speed : float or ndarray
         c/(r omega) of the piston [1].
     sine : float or ndarray
@@ -158,9 +159,10 @@ stroke_friction_parts_at = inlined(stroke_friction_parts)
 def stroke_friction_slopes_at(
     load: float, rise: float, speed: float, rate: float, sine: float, cosine: float
 ) -> Parts:
-    """Slopes of `stroke_friction_parts` over the angle; `rise` and `rate` are of load and speed.
+    """Slopes over the angle of what `stroke_friction_parts` returns, docs/method.md (31).
 
-    In a dead centre, where they jump, the value half way.
+    `rise` and `rate` are the slopes of load and speed. At a dead centre, where the slopes jump,
+    their mean on both sides is returned.
     """
     if load <= 0.0:
         load, rise = 0.0, 0.0
@@ -215,8 +217,9 @@ def stacked_parts(load: ArrayLike, speed: ArrayLike, sine: ArrayLike) -> Floats:
 def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
     """Cycle means of `stacked_parts`, a function of the cylinder's angle [rad], shape (4, ...).
 
-    Means are taken stroke by stroke at Gauss's points. The angle is stretched, so that the square
-    roots of the piston's speed at the dead centres do not lower the order of the quadrature.
+    The means of docs/method.md (32). They are taken stroke by stroke at Gauss's points. The angle
+    is stretched, so that the square roots of the piston's speed at the dead centres do not lower
+    the order of the quadrature.
     """
     node, weight = np.polynomial.legendre.leggauss(5)
     t = ((np.arange(PANELS)[:, None] + 0.5 * (node + 1.0)) / PANELS).reshape(-1)
@@ -244,9 +247,9 @@ class FrictionShape:
         hydrodynamic    sqrt(N u)            it grows like sqrt(u/N),
         skirt           u                    shear of a film of given thickness;
 
-    after Rezeka and Henein (1984), as usually quoted. The remainder of the friction is constant:
-    bearings, valve gear, auxiliaries. The shape times the mean friction torque is the torque
-    M_fr(phi); its mean does not depend on the fractions.
+    docs/method.md (31) and (32), after Rezeka and Henein (1984), as usually quoted. The remainder
+    of the friction is constant: bearings, valve gear, auxiliaries. The shape times the mean
+    friction torque is the torque M_fr(phi); its mean does not depend on the fractions.
 
     Attributes
     ----------
@@ -303,7 +306,7 @@ class FrictionShape:
         return np.asarray(self.rest + np.tensordot(weights, parts, axes=1))
 
     def weights(self, crank_ratio: float, diagram: Diagram, crankcase_pressure: float) -> Floats:
-        """Fraction over cycle mean of each of the four parts, shape (4,)."""
+        """Fraction over cycle mean of each of the four parts, docs/method.md (32), shape (4,)."""
         means = mean_parts(
             lambda phi: self._parts(phi, crank_ratio, diagram, crankcase_pressure), diagram.period
         )

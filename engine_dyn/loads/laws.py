@@ -1,15 +1,15 @@
 """How load or driver depend on the speed within the cycle: the registry of laws.
 
-Every law gives F(q), q = (omega/omega_n)^2: the torque over its value at the nominal speed. Of
-a + k omega^alpha it is q^(alpha/2); of a table or a motor it is T(omega_n sqrt q)/T(omega_n), with
-kappa of `engine_dyn.speed.general.newton` positive for a load and negative for a driver: the
-equation is the same.
+Every law gives F(q), q = (omega/omega_n)^2: the torque over its value at the nominal speed,
+docs/method.md (35) and (39). For a + k omega^alpha it is q^(alpha/2); for a table or a motor it is
+T(omega_n sqrt q)/T(omega_n). The number kappa of `engine_dyn.speed.general.newton` is positive for
+a load and negative for a driver, and the equation is the same.
 
-A law has two named tuples. Its *form* is what all designs of a sweep share (a table, or nothing);
-the law itself is of one design. The compiler knows their types, and takes the functions that are
-registered here for them: it leaves out what a law is not, and designs without a table or a motor
-pay nothing for these. To add a law is to add its facts to `LAWS`, its two tuples, and `make_law`
-and `torque_at` for them; the other functions have a general case.
+A law has two named tuples. Its *form* is what all designs of a sweep have in common (a table, or
+nothing); the law itself belongs to one design. The compiler knows their types and takes the
+functions that are registered here for them. Code of other laws is not compiled in, so designs
+without a table or a motor pay nothing for these. To add a law is to add its facts to `LAWS`, its
+two tuples, and `make_law` and `torque_at` for them; the other functions have a general case.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ __all__ = [
 ]
 
 FLOOR = 1e-6
-"""Below this (omega/omega_n)^2, powers are continued by their tangents, so that an iterate may pass
-through where the solution can not be; a solution below it is a stall."""
+"""Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (41), so that
+an iterate may pass through values that a solution cannot have; a solution below it is a stall."""
 
 SLACK = 1.0 + 1e-9
-"""Factor on the ends of a table, which is rounding."""
+"""Factor by which rounding may place a speed beyond the ends of a table."""
 
 
 class LawInput(NamedTuple):
@@ -80,7 +80,7 @@ GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP, LOAD_LINEAR, LOAD_SQUARE = range(
 
 
 class PowerForm(NamedTuple):
-    """The load over speed is a + k omega^alpha; the number has no meaning."""
+    """The load over speed is a + k omega^alpha; the field has no meaning."""
 
     none: int
 
@@ -88,8 +88,8 @@ class PowerForm(NamedTuple):
 class CurveForm(NamedTuple):
     """A load (`sign` 1) or a driver (-1) over speed: speeds, torques and slopes of its table.
 
-    The table is empty for an induction motor. `own` says that a table is over the speed of the
-    load's shaft, the gear ratio times the crank's: F(q) is that at this speed.
+    The table is empty for an induction motor. `own` says that the table is over the speed of the
+    load's own shaft, which is the gear ratio times the crank's.
     """
 
     sign: float
@@ -107,7 +107,7 @@ Form = PowerForm | CurveForm | LinearSquareForm
 
 
 class Power(NamedTuple):
-    """F = q^half, half = alpha/2."""
+    """F = q^half with half = alpha/2, docs/method.md (35)."""
 
     half: float
 
@@ -115,8 +115,8 @@ class Power(NamedTuple):
 class Curve(NamedTuple):
     """F = T(omega_n sqrt q)/T(omega_n) of a table, or of a motor where the table is empty.
 
-    `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n); `synchronous` [rad/s] and `slip` are
-    those of `motor_torque`, `table` has speed, torque and slope.
+    docs/method.md (39). `nominal` is omega_n [rad/s] and `scale` is 1/T(omega_n); `synchronous`
+    [rad/s] and `slip` are those of `motor_torque`, `table` has speed, torque and slope.
     """
 
     nominal: float
@@ -201,25 +201,28 @@ LOAD_LAWS = {law.name: law for law in LAWS if law.form is not None}
 
 @by_type
 def is_power(law: Law) -> bool:
-    """Whether a law is a power of the speed, which no stable point of operation is needed for."""
+    """Whether a law is a power of the speed: then every periodic solution is stable."""
     return False
 
 
 @by_type
 def half_of(law: Law) -> float:
-    """alpha/2; 1 for what is no power: that of q, which rises with the speed."""
+    """Return alpha/2; for a law that is no power 1, for which F = q rises with the speed."""
     return 1.0
 
 
 @by_type
 def load_terms(q: float, law: Any) -> tuple[float, float, float]:
-    """F and its first two derivatives, continued by the tangent below `FLOOR`."""
+    """F and its first two derivatives, continued by the tangent below `FLOOR`.
+
+    docs/method.md (35) and (41).
+    """
     return _terms_of_torque(q, law)
 
 
 @inlined
 def _terms_of_torque(q: float, law: Any) -> tuple[float, float, float]:
-    """F and its first two derivatives of a law that gives its torque at a speed."""
+    """F and its derivatives, docs/method.md (39) and (41), of a law that gives a torque."""
     base = max(q, FLOOR)
     omega = law.nominal * math.sqrt(base)
     value, first, second = torque_at(omega, law)
@@ -244,18 +247,18 @@ def torque_at(omega: float, law: Law) -> tuple[float, float, float]:
 def make_law(
     speed: float, exponent: float, values: Floats, at: Integers, form: Form
 ) -> tuple[Law, float]:
-    """Law of a design, and the sign of the mean torque that it makes up for.
+    """Law of a design, docs/method.md (39), and a number with the sign of the mean torque it needs.
 
     `speed` is the nominal one [rad/s]; `at` are the places of `INPUTS` among the `values`. The
-    sign is that of a number: 0 where there is no torque at the nominal speed, NaN where a table
-    does not cover it.
+    number is positive for a load, negative for a driver, 0 where there is no torque at the nominal
+    speed, and NaN where a table does not cover that speed.
     """
     raise TypeError("this law is not registered")
 
 
 @by_type
 def gear_of(gear_ratio: float, form: Form) -> float:
-    """Speed that a law is over, over the crank's."""
+    """Ratio of the speed that a law depends on to the crank's."""
     return 1.0
 
 
@@ -331,15 +334,15 @@ def _terms_of_linear_square(q: float, law: LinearSquare) -> tuple[float, float, 
 
 @torque_at.of(Curve)
 def _torque_of_curve(omega: float, law: Curve) -> tuple[float, float, float]:
-    """Torque of a table, or of a motor over its breakdown torque (Kloss's formula).
+    """Torque of a table, docs/method.md (37), or of a motor over its breakdown torque, (40).
 
-    A table goes on straight beyond its ends, for iterates; a solution there is refused.
+    Iterates may leave a table, so it is continued by straight lines; a solution there is refused.
     """
     if law.table.shape[1] == 0:
         s, b = 1.0 - omega / law.synchronous, law.slip
         below = 1.0 / (s * s + b * b)
         value = 2.0 * s * b * below
-        # d/ds of 2 s b/(s^2 + b^2), once and twice; ds/domega = -1/omega_s
+        # The first and the second derivative over s of 2 s b/(s^2 + b^2); ds/domega = -1/omega_s.
         first = 2.0 * b * (b * b - s * s) * below * below
         second = 4.0 * b * s * (s * s - 3.0 * b * b) * below * below * below
         return value, -first / law.synchronous, second / law.synchronous**2

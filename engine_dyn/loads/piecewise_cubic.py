@@ -1,6 +1,6 @@
-"""The piece of a tabulated curve in which a place lies: values and slopes at points, cubic between.
+"""Cubic pieces of curves that are tabulated by values and slopes at points.
 
-Tables of loads over angle and of loads and drivers over speed are such curves.
+Tables of loads over angle, and of loads and drivers over speed, are such curves.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def piece_at(
 ) -> tuple[int, float, float, float, float, float, float]:
     """Number and width of the piece, t in [0, 1] within it, and its cubic's coefficients.
 
-    The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
+    docs/method.md (37). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
     """
     low, high = 0, points.size - 1
     while high - low > 1:

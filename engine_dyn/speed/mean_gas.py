@@ -18,8 +18,8 @@ from engine_dyn.types import Floats
 __all__ = ["mean_gas_torque"]
 
 MANY_MEANS, POINTS_OF_MEANS = 512, 10
-"""From that many on, mean torques are interpolated between that many crank ratios of a panel; what
-they miss is rounding."""
+"""From MANY_MEANS on, mean torques are interpolated between POINTS_OF_MEANS crank ratios in each
+panel; the error is rounding."""
 
 
 def mean_gas_torque(
@@ -32,9 +32,10 @@ def mean_gas_torque(
 ) -> Floats:
     """Mean over angle of p c/(r omega) [Pa] for one cylinder, broadcasting.
 
-    Times A r this is the mean torque of the absolute pressure, and of the gauge pressure too: the
-    crankcase pressure does no work over a cycle. Three-point Gauss-Legendre on half degrees. Many
-    are interpolated: of `tables` pairs of crank ratio and row where these are a block of them.
+    docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the
+    gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
+    three-point Gauss-Legendre on half degrees. Means of many are interpolated; `tables` is the
+    number of pairs of crank ratio and row of the whole sweep, where these are a block of it.
     """
     offset = may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
@@ -51,7 +52,7 @@ def mean_gas_torque(
     if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
         mean_gas_of_pairs(ratios, offsets, places, row_of, grid, rates, result)
         return result.reshape(row.shape)
-    # It is smooth in the crank ratio: of many, few are needed, in panels as `panels` has them.
+    # The mean is smooth in the crank ratio, so few points in each panel (see `panels`) suffice.
     number = np.empty(ratios.size, dtype=np.int64)
     panels_of(ratios, number)
     used = np.flatnonzero(np.bincount(number))

@@ -1,9 +1,9 @@
 """Mean of the gas pressure times the reduced piston velocity, over the cylinders of an engine.
 
-The mean torque of the gas is this times displacement: its product with the piston area, the crank
-radius and the number of cylinders. It is linear in the factor f on a cylinder's pressure above
-motored, p = p_motored + f (p - p_motored), so equal throws need two tables at most: that of the
-diagram and that of the motored one.
+The mean gas torque is this mean times piston area, crank radius and number of cylinders,
+docs/method.md (29). The mean is linear in the factor f on a cylinder's pressure above motored,
+p = p_motored + f (p - p_motored), so equal throws need two tables at most: that of the diagram and
+that of the motored diagram.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The two methods that repeat cycles from a start, for one design of a block.
+"""What the two methods that repeat cycles need, for one design.
 
-They are here to reproduce printed numbers and to compare with: each gives back the extremes and the
-mean of its last cycle, and an outcome.
+These methods reproduce printed numbers and serve for comparison. Here are the samples that method
+`thesis` steps through, its run for one design, and the outcome of both methods.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from engine_dyn.speed.fields import (
     START_ANGLE,
     START_SPEED,
 )
-from engine_dyn.speed.general.euler import march_cycles
+from engine_dyn.speed.general.euler import step_cycles
 from engine_dyn.speed.general.picard import MOST_CYCLES
 from engine_dyn.speed.tables.work_tables import Blend
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, PASSES_DONE, STALLED, TOLERANCE_NOT_MET
@@ -48,7 +48,7 @@ __all__ = ["SAMPLE_ROWS", "Samples", "outcome", "run_euler", "sample_shapes"]
 class Samples(NamedTuple):
     """Pressure and angle of every cylinder at the samples of the thesis's method.
 
-    `pressure` is (diagram, cylinder, sample), sine and cosine (cylinder, sample); `masses` and
+    `pressure` is (diagram, cylinder, sample), sine and cosine are (cylinder, sample); `masses` and
     `radii` have the factors on the mass and the crank radius of each cylinder.
     """
 
@@ -69,9 +69,10 @@ GAS_SHAPE, MASS_SHAPE, SQUARES, SQUARES_SLOPE, TORQUES, THETA, THETA_SLOPE, SPEE
 def sample_shapes(
     ratio: float, offset: float, blend: Blend, samples: Samples, sampled: Floats
 ) -> None:
-    """Sums over cylinders at each sample: (p - p_c) v, -b v, v^2 less its mean, 2 v b.
+    """Sums over cylinders at each sample, docs/method.md (33).
 
-    The first is less the friction over the stroke, without its mean over the samples.
+    These are (p - p_c) v, -b v, v^2 less its mean, and 2 v b. From the first, the friction over the
+    stroke is subtracted, less its mean over the samples.
     """
     cylinders, count = samples.sine.shape
     plain = offset == 0.0
@@ -126,7 +127,7 @@ def sample_of(blend: Blend, samples: Samples, cylinder: int, place: int) -> floa
 def subtract_stroke_friction(
     ratio: float, offset: float, blend: Blend, samples: Samples, cylinder: int, sampled: Floats
 ) -> None:
-    """Take the friction of one cylinder, less its mean, from the gas's part."""
+    """Subtract the friction of one cylinder, less its mean, from the gas: docs/method.md (32)."""
     friction, count = blend.friction, samples.sine.shape[1]
     radius = samples.radii[cylinder]
     own, beside = ratio * radius, offset / radius
@@ -154,9 +155,10 @@ def subtract_stroke_friction(
 def run_euler(
     values: Floats, at: Integers, idle: bool, variable: bool, period: float, sampled: Floats
 ) -> tuple[int, bool, bool, float, float, float]:
-    """Method `thesis` for the design whose inputs lie at `at`; SPEEDS, RATES get the last cycle.
+    """Method `thesis` for the design whose inputs lie at `at`: docs/method.md (27) and (83).
 
-    k comes from the mean of the samples, as in the thesis. Returns as `euler.march_cycles`.
+    The rows SPEEDS and RATES get the last cycle. The coefficient k follows from the mean of the
+    samples, as in the thesis. Returns what `euler.step_cycles` returns.
     """
     count = sampled.shape[1]
     speed = values[at[SPEED]]
@@ -178,7 +180,7 @@ def run_euler(
             sampled[THETA_SLOPE, j] = 0.0
     surplus = 0.0 if idle else mean / count - values[at[OFFSET]]
     first = int(round(values[at[START_ANGLE]] / period * count)) + count // 2
-    return march_cycles(
+    return step_cycles(
         sampled[TORQUES],
         sampled[THETA],
         sampled[THETA_SLOPE],
@@ -198,7 +200,7 @@ def run_euler(
 
 @inlined
 def start_speed(values: Floats, at: Integers) -> float:
-    """Speed to march from: the nominal one unless given [rad/s]."""
+    """Speed at which the cycles start: the nominal one unless given [rad/s]."""
     given = values[at[START_SPEED]]
     return given if given > 0.0 else values[at[SPEED]]
 

@@ -1,4 +1,8 @@
-"""The general solver's driver: it solves any designs, one after the other."""
+"""The general solver's driver: a kernel that solves any designs, one after the other.
+
+For each design it takes the work table, reduces the inputs, finds the periodic solution and its
+extremes, and writes the results.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +65,7 @@ from engine_dyn.types import Floats, Integers
 __all__ = ["run_picard", "solve_designs"]
 
 ROUNDED = 1.0 + 1e-9
-"""The mean lies between the extremes up to rounding."""
+"""Factor by which rounding may place the mean speed outside the extremes."""
 
 
 @inlined
@@ -69,9 +73,9 @@ def run_picard(
     design: Design, width: float, periods: int, choice: Choice, values: Floats, at: Integers,
     scratch: Scratch,
 ) -> tuple[int, bool, bool]:  # fmt: skip
-    """Repeat cycles in the energy form; how many, whether closed, whether stalled.
+    """Repeat cycles in the energy form; return how many, whether closed and whether stalled.
 
-    The records hold the periodic solution before, and the last cycle afterwards.
+    Before the call, the records contain the periodic solution; afterwards, the last cycle.
     """
     curve, records = scratch.curve, scratch.records
     nodes = curve.shape[1]
@@ -83,8 +87,8 @@ def run_picard(
         int(round(values[at[START_ANGLE]] / width)) % nodes, periods, passes,
         1e-3 * choice.tolerance,
     )  # fmt: skip
-    # No load torque that depends on speed: every cycle closes, whatever its speed; the closure
-    # fixes the constant, as the periodic solution has it.
+    # Without a load torque that depends on the speed, every cycle closes, whatever its speed. The
+    # closure then fixes the constant, and the records keep the periodic solution.
     free = passes == 0 and closed and (design.kappa == 0.0 or choice.kind == 0)
     if not stalled and not free:
         take_curve(design, curve, records)
@@ -112,7 +116,7 @@ def solve_designs(
     `row_of` maps rows of the family to rows of the grid, `width` is the angle between nodes,
     `segments` is SEGMENTS (see `segments.solve_linear`), `form` that of the law over speed.
     `over_angle` is the table of a load over angle (`TorqueOverAngle.table`), empty where there is
-    none.
+    none. The outcomes are those of docs/method.md section 13.3.
 
     This function is longer than others. Cut into steps, the compiler reassociates sums in another
     way, and the last bits of the angular acceleration and of the method `thesis` change.
@@ -178,7 +182,7 @@ def solve_designs(
                 elif not holds(design, choice.variable, table, scratch.records):
                     code = NO_STEADY_STATE
                 elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
-                    # A load so strong that the nodes do not see the curve at all.
+                    # The load is so strong that the nodes do not resolve the curve at all.
                     code = NOT_CONVERGED
                 elif error > choice.tolerance:
                     code = TOLERANCE_NOT_MET
@@ -202,7 +206,7 @@ def solve_designs(
                         curve_of, mu, width, choice, segments, shown, scratch
                     )
                     stalled = not (low > 0.0)
-            # What the method misses, measured against the periodic solution.
+            # The error of the method, measured against the periodic solution.
             if delta > 0.0:
                 error += abs((high - low) / mean - delta) / delta
             code = outcome(stalled, int(values[at[PASSES]]), closed, error, choice.tolerance)

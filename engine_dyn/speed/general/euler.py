@@ -1,8 +1,9 @@
-"""The thesis's own method: explicit Euler in omega, one degree a step, cycles repeated.
+"""The thesis's own method: cycles of explicit Euler steps in omega, one degree each.
 
-Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. First order; it adds energy at every step (the
-square of the increment), so that with a constant load torque the mean speed climbs for ever.
-Kept to reproduce printed numbers as they were made, not to be used for new ones.
+docs/method.md (83); Kakaitsas (2015), section 4.2, eqs. 4.1 and 4.2. The method is of first order.
+Every step adds energy, docs/method.md (84), so that with a constant load torque the mean speed
+climbs without end. The method exists to reproduce printed numbers and should not be used for new
+ones.
 """
 
 from __future__ import annotations
@@ -12,15 +13,16 @@ import math
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats
 
-__all__ = ["CLOSED", "march_cycles"]
+__all__ = ["CLOSED", "step_cycles"]
 
 
 CLOSED = 1e-6
-"""Cycles end when the speed at the end of one is within this of its start [rad/s] (section 4.2)."""
+"""Cycles end when the speeds at both ends of one differ by no more than this [rad/s]: Kakaitsas
+(2015), section 4.2."""
 
 
 @inlined
-def march_cycles(
+def step_cycles(
     torque: Floats,
     theta: Floats,
     dtheta: Floats,
@@ -36,12 +38,12 @@ def march_cycles(
     trace: Floats,
     rates: Floats,
 ) -> tuple[int, bool, bool, float, float, float]:
-    """March omega [rad/s] with explicit Euler.
+    """Step through cycles of omega [rad/s] by explicit Euler, docs/method.md (83).
 
-    `trace` gets the last cycle's samples, `rates` the angular acceleration [rad/s2] there.
     theta domega/dt = torque - offset - coefficient omega^alpha - dtheta omega^2/2 at `samples`
-    angles a cycle, from sample `first`. Returns cycles done, whether closed, whether stalled, and
-    the largest, smallest and mean sample of the last cycle.
+    angles a cycle, from sample `first`. `trace` gets the samples of the last cycle, `rates` the
+    angular acceleration [rad/s2] there. Returns the number of cycles done, whether the cycle
+    closed, whether the engine stalled, and the largest, smallest and mean sample of the last cycle.
     """
     omega = start
     limit = passes if passes > 0 else most
@@ -66,8 +68,8 @@ def march_cycles(
                 load = 1.0
             else:
                 load = omega**alpha
-            rest = torque[j] - offset - coefficient * load - 0.5 * dtheta[j] * omega * omega
-            rates[j] = rest / theta[j]
+            surplus = torque[j] - offset - coefficient * load - 0.5 * dtheta[j] * omega * omega
+            rates[j] = surplus / theta[j]
             omega += rates[j] / omega * width
         mean = total / samples
         if passes == 0 and abs(omega - begin) <= CLOSED:

@@ -29,7 +29,7 @@ NO_CURVES = Curves(np.zeros(0, dtype=np.int64), NOWHERE, NOWHERE)
 NO_SAMPLES = Samples(
     np.zeros((1, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.ones(1), np.ones(1)
 )
-"""What kernels take where no curves, and no samples of the thesis's method, are wanted."""
+"""Arguments of the driver where no curves, or no samples of the thesis's method, are wanted."""
 
 
 @dataclass(frozen=True)

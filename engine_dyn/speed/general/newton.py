@@ -1,17 +1,18 @@
-"""Newton's method on the whole periodic curve, for one design.
+"""Newton's method on the whole periodic curve, for one design: docs/method.md section 10.5.
 
-The unknown is e(phi), the kinetic energy over its nominal value (symbols of `segments`):
+The unknown is e(phi), the kinetic energy over its nominal value, docs/method.md (46) to (48), where
+it is called chi:
 
     e' = w'(phi) - kappa (F/mu - 1),      q = (omega/omega_n)^2 = e/tau,      F = q^(alpha/2)
 
-or any other law of `engine_dyn.loads.laws`, e periodic, tau = 1 (constant inertia) or
-Theta(phi)/Theta (variable). The load's share s = e - 1 - w obeys s' = -kappa (F/mu - 1), which is
-discretised with the two-point Obreshkov formula of fourth order (values and slopes at both ends; it
-is A-stable). What is kept at the nodes is d = e - 1 and not s: a strong load follows a work that is
-far more than the kinetic energy, and their sum would have no digits. Each Newton step is one sweep
-of a scalar recurrence. The sum of all interval equations says mean(F) = mu; it replaces the
-equation of the last interval, so that weak loads (kappa near 0), whose closure omega(end) =
-omega(start) is singular, are as well conditioned as any other.
+or any other law F of `engine_dyn.loads.laws`. The curve e is periodic, and tau is 1 (constant
+inertia) or Theta(phi)/Theta (variable). The work of the load s = e - 1 - w obeys
+s' = -kappa (F/mu - 1), docs/method.md (72), which is discretised with Obreshkov's two-point formula
+of fourth order, docs/method.md (63). The nodes store d = e - 1 and not s, because a strong load
+follows a work that is far more than the kinetic energy, and their sum would have no digits. Each
+Newton step is one pass of a scalar recurrence. The sum of all interval equations says
+mean(F) = mu. It replaces the equation of the last interval, so that weak loads (kappa near 0), for
+which the condition omega(end) = omega(start) is singular, are as well conditioned as any other.
 """
 
 from __future__ import annotations
@@ -27,19 +28,21 @@ __all__ = ["closure_terms", "newton"]
 
 
 NEAR = 0.1
-"""Relative error of the cycle's time from where Newton's steps are tried in both unknowns."""
+"""Relative error of the cycle's time below which Newton's steps are tried in both unknowns."""
 
 MOST_RISES = 60
+"""Largest number of values of `rise` that the search for the cycle's time tries."""
+
 TRIED = 15
-"""Steps that the search for `rise` spends on one value, at most; it only has to bracket."""
+"""Largest number of Newton's steps for one value of `rise`, which only has to be bracketed."""
 
 
 @inlined
 def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
-    """Return the closure's residual density and its derivative: its mean must vanish.
+    """Return the density of the closure's residual, whose mean must vanish, and its derivative.
 
-    Cycle time: q^(-1/2) - 1. Power mean of order alpha: q^(alpha/2) - 1, with the geometric mean
-    log q as its limit alpha -> 0.
+    Cycle time: q^(-1/2) - 1, docs/method.md (59). Power mean of order alpha: q^(alpha/2) - 1,
+    docs/method.md (57), with log q as its limit alpha -> 0, docs/method.md (58).
     """
     base = max(q, FLOOR)
     if closure == CYCLE_TIME:
@@ -58,9 +61,9 @@ def closure_terms(q: float, law: Law, closure: int) -> tuple[float, float]:
 
 @inlined
 def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
-    """Return the constant s at which the power mean is one: the solution in the limit of no load.
+    """Return the constant s at which the power mean is 1: the solution in the limit of no load.
 
-    The mean rises with s, and is past one where q >= 1 everywhere.
+    docs/method.md (57) and (58). The mean rises with s, and is above 1 where q >= 1 everywhere.
     """
     low, high = -math.inf, -math.inf
     for j in range(nodes):
@@ -90,10 +93,11 @@ def _closed_level(half: float, nodes: int, w: Floats, tau: Floats) -> float:
 def _settle(
     kappa: float, law: Law, width: float, nodes: int, w: Floats, tau: Floats, d: Floats
 ) -> None:
-    """Repeat cycles by implicit Euler from d[0], each step solved closely, until they nearly close.
+    """Repeat cycles of implicit Euler steps from d[0] until they nearly close.
 
-    The load opposes every deviation, so this converges from anywhere, and the faster the stronger
-    the load is; it ends after a few cycles, with a weak load, which needs no better start.
+    The load opposes every deviation, so the cycles converge from any start, and faster the stronger
+    the load is. After a few cycles the function ends in any case, because a weak load needs no
+    better start.
     """
     value = d[0]
     push = kappa * width
@@ -139,7 +143,10 @@ def _steps(
     tolerance: float,
     most: int,
 ) -> tuple[int, float, float, float]:
-    """Newton's steps from the start that `d` holds; arguments and results as `newton`."""
+    """Newton's steps from the start in `d`, docs/method.md (73) to (76).
+
+    Arguments and results are those of `newton`.
+    """
     count = float(nodes)
     mu = 1.0
     held = closure == POWER_MEAN
@@ -154,7 +161,8 @@ def _steps(
                 total += value
             if step == 1:
                 mu = total / count
-        # f = s', its derivative g along the curve, b = -df/ds and b'; m = df/dmu.
+        # docs/method.md (72) and (74): f = s', its derivative along the curve, B = -df/ds, B' and
+        # df/dmu.
         for j in range(nodes):
             q = (1.0 + d[j]) / tau[j]
             value, first, second = load_terms(q, law)
@@ -166,7 +174,8 @@ def _steps(
             work[3, j] = kappa / mu * (second * dq - first * dtau[j] / tau[j]) / tau[j]
             work[4, j] = kappa * value / (mu * mu)
             work[5, j] = 0.0
-        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu, and the means that close it.
+        # delta_j = grow_j delta_0 + shift_j + push_j delta_mu by docs/method.md (75), and the two
+        # means that close the system, docs/method.md (76) and (59).
         grow, shift, push = 1.0, 0.0, 0.0
         a11 = a12 = r1 = a21 = a22 = r2 = 0.0
         for j in range(nodes):
@@ -209,7 +218,7 @@ def _steps(
             determinant = a11 * a22 - a12 * a21
             start = (r1 * a22 - a12 * r2) / determinant
             change_mu = (a11 * r2 - a21 * r1) / determinant
-        # A step that would more than halve a small q or double a large one is shortened.
+        # The step is shortened so that no q changes by more than 2 max(q, 1/4).
         share = 1.0
         for j in range(nodes):
             delta = (work[5, j] * start + work[0, j] + work[4, j] * change_mu) / tau[j]
@@ -228,7 +237,7 @@ def _steps(
             mu = max(mu, FLOOR)
         if not (change < 1e300):
             return -step, mu, change, smallest
-        # Newton squares the error: a step this small leaves nothing behind.
+        # Newton's method squares the error, so after a step this small nothing of it remains.
         if share == 1.0 and change <= tolerance:
             return step, mu, change, smallest
     return -most, mu, change, smallest
@@ -251,7 +260,8 @@ def _from_no_load(
 ) -> tuple[int, float, float, float]:
     """Solve with the power mean as closure; results as `newton`.
 
-    Newton's steps start from the solution without load, from where some cycles are repeated.
+    Newton's steps start from the solution without load, docs/method.md (57), after some cycles of
+    implicit Euler.
     """
     level = _closed_level(half_of(law), nodes, w, tau)
     for j in range(nodes):
@@ -280,9 +290,8 @@ def newton(
     """Solve for d at the nodes, in place.
 
     `work` is scratch (8, nodes). Returns the number of steps (negative: not converged), mu, the
-    last change and the smallest q.
-
-    With the cycle's time given, mu is unknown too.
+    last change and the smallest q. With the closure `cycle_time`, mu is unknown too,
+    docs/method.md (77).
     """
     if closure == POWER_MEAN:
         return _from_no_load(kappa, law, width, nodes, w, dw, tau, dtau, d, work, tolerance, most)
@@ -316,11 +325,11 @@ def _with_cycle_time_of_power(
     closure: int, kappa: float, width: float, nodes: int, w: Floats, dw: Floats, tau: Floats,
     dtau: Floats, d: Floats, work: Floats, tolerance: float, most: int, law: Power,
 ) -> tuple[int, float, float, float]:  # fmt: skip
-    """As `_with_cycle_time` for a power of the speed, which comes out of its mean.
+    """As `_with_cycle_time` for a power of the speed, by similarity: docs/method.md (77).
 
-    A problem whose mu is rise^half is, in units of the speed at which mu is one, the problem of the
+    A problem whose mu is rise^half is, in units of the speed at which mu is 1, the problem of the
     power mean with kappa, w and 1 + d divided by `rise`. The cycle's time falls steadily with
-    `rise`; near the right one, steps in both unknowns at once do the rest.
+    `rise`. Near the right value, Newton's steps in both unknowns finish the search.
     """
     low, high = 0.0, math.inf
     rise = 1.0
@@ -361,5 +370,5 @@ def _with_cycle_time_of_power(
             rise = guess
         else:
             rise = 2.0 * rise if high == math.inf else math.sqrt(low * high)
-    # Where the time falls below the asked one only by stalling, the asked one does not run.
+    # If the time reaches the asked one only by stalling, the engine stalls at the asked one.
     return -steps, 1.0, change, 0.0 if stalls else smallest

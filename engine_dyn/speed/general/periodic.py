@@ -1,4 +1,8 @@
-"""The periodic solution of one design, and whether there is one."""
+"""The periodic solution of one design, and whether there is one.
+
+`solve_one` chooses between the closed form, the iteration and Newton's method. The other functions
+decide whether a solution exists and whether it is stable (docs/method.md chapter 11).
+"""
 
 from __future__ import annotations
 
@@ -40,18 +44,21 @@ __all__ = [
 ]
 
 NEWTON_STEPS = 60
+"""Largest number of Newton's steps."""
 
 STRONG_LOAD = 1e-3
-"""Below this kappa times the width of an interval, what the two-point formula misses is negligible;
-above it, it counts in the error, and what is linear is solved without it (`stiff`)."""
+"""Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
+negligible. Above it, that error is estimated, docs/method.md (95), and linear equations are solved
+without the formula, docs/method.md (78)."""
 
 CERTAIN = 0.01
-"""Margin by which a mean over nodes must exceed 1 to prove something about the integral."""
+"""Margin by which the mean of docs/method.md (88) over nodes must exceed 1, because it stands for
+an integral."""
 
 
 @inlined
 def fill_curve(design: Design, variable: bool, table: Floats, curve: Floats) -> None:
-    """Fill in w, w', tau and tau' at the nodes (see `newton`)."""
+    """Fill in w, w', tau and tau' at the nodes: docs/method.md (20) to (22), (27) and (47)."""
     for j in range(table.shape[1]):
         curve[W, j] = design.gas * table[GAS_WORK, j]
         curve[DW, j] = design.gas * table[GAS_TORQUE, j]
@@ -67,7 +74,7 @@ def fill_curve(design: Design, variable: bool, table: Floats, curve: Floats) -> 
 
 @inlined
 def take_curve(design: Design, curve: Floats, records: Floats) -> None:
-    """Solution of a curve back into the records."""
+    """Copy the solution of a curve into the records."""
     nodes = curve.shape[1]
     for j in range(nodes):
         here = place_of(j, nodes // SEGMENTS)
@@ -78,12 +85,12 @@ def take_curve(design: Design, curve: Floats, records: Floats) -> None:
 
 @inlined
 def must_stall(design: Design, variable: bool, period: float, table: Floats) -> bool:
-    """Whether no speed above zero can be periodic; power mean.
+    """Whether no periodic speed above zero exists, with the power mean as closure.
 
-    From the least work X on, the load takes at most what it takes in a period, kappa Phi, because
-    its mean F is 1. So q >= (X - min X - kappa Phi)/tau wherever that is positive, and F over a
-    period cannot be less than what this gives: more than 1 is a contradiction. Newton's method
-    would need all its steps to give up.
+    docs/method.md (88). From the angle of the least work X on, the load takes at most the work of a
+    whole period, kappa Phi, because the mean of F is 1. So q >= (X - min X - kappa Phi)/tau
+    wherever that is positive. If the mean of F of this bound exceeds 1, there is no solution. The
+    test saves all the steps that Newton's method would need before it gives up.
     """
     gas, eta = design.gas, design.eta
     inertia, masses = (eta, 0.0) if variable else (0.0, eta)
@@ -94,7 +101,7 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
         least = min(least, work)
         most = max(most, work)
     least += design.kappa * period
-    if most - least < 1.0:  # seldom more, and no contradiction then but with thin inertia
+    if most - least < 1.0:  # it is seldom more; below, only the least inertias stall
         return False
     total = 0.0
     half = half_of(design.law)
@@ -110,14 +117,17 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
 
 @inlined
 def is_linear(choice: Choice) -> bool:
-    """Whether the equation of the speed is linear, with a constant coefficient."""
+    """Whether the equation is linear with a constant coefficient, docs/method.md (61)."""
     linear = choice.kind == 2 and not choice.variable and choice.closure == POWER_MEAN
     return linear and choice.method != NEWTON
 
 
 @inlined
 def is_stiff(design: Design, width: float, choice: Choice) -> bool:
-    """Whether a design is solved by `stiff`: its curve is then a table in `Scratch.curve`."""
+    """Whether a design is solved by `stiff`, docs/method.md (78).
+
+    The solution is then a table in `Scratch.curve`.
+    """
     return is_linear(choice) and design.kappa * width > STRONG_LOAD
 
 
@@ -125,7 +135,7 @@ def is_stiff(design: Design, width: float, choice: Choice) -> bool:
 def solve_one(
     design: Design, width: float, choice: Choice, segments: int, scratch: Scratch
 ) -> tuple[int, int, float]:
-    """Periodic solution of one design in the records; its outcome, iterations and mu."""
+    """Write the periodic solution of one design to the records; return outcome, iterations, mu."""
     nodes = scratch.table.shape[1]
     alone = choice.method == NEWTON or (
         choice.method == CLOSED and choice.kind != 0 and choice.variable
@@ -169,10 +179,10 @@ def solve_one(
 
 @inlined
 def holds(design: Design, variable: bool, table: Floats, records: Floats) -> bool:
-    """Whether load or driver bring a speed that is a little off back within some cycles.
+    """Whether the solution is stable: whether small deviations decay, docs/method.md (87).
 
-    A deviation of the energy changes in a period by the factor exp(-int kappa F'/tau). Power laws
-    always do; a driver does where its torque falls with the speed.
+    A deviation of the energy changes in a period by the factor of docs/method.md (86). It always
+    decays with a power law, and with a driver whose torque falls with the speed.
     """
     if is_power(design.law) or design.kappa == 0.0:
         return True
@@ -186,7 +196,7 @@ def holds(design: Design, variable: bool, table: Floats, records: Floats) -> boo
 
 @inlined
 def pulls_back(design: Design) -> bool:
-    """Whether load or driver oppose a deviation from the nominal speed."""
+    """Whether load or driver oppose a deviation from the nominal speed: docs/method.md (86)."""
     if is_power(design.law) or design.kappa == 0.0:
         return True
     _, first, _ = load_terms(1.0, design.law)

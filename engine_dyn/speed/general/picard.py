@@ -1,8 +1,9 @@
-"""Cycle repetition in the energy form: march from a start speed until the cycle closes.
+"""Repetition of cycles in the energy form, from a start speed until the cycle closes.
 
-What a test bed does, and what Kakaitsas (2015), section 4.2 does in omega; here in the energy
-e = tau q of `newton`, with the exact work of gas and masses between nodes, so that only the load's
-work is integrated (two-point Obreshkov formula, predicted by Taylor, then solved by Newton).
+A test bed does the same, and Kakaitsas (2015), section 4.2, does it in omega. Here the unknown is
+the energy e = tau q of `newton`, and the work of gas and masses between nodes is exact, so that
+only the load's work is integrated: by the two-point formula of docs/method.md (63), predicted by
+Taylor's formula and solved by Newton's method (docs/method.md section 10.8).
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ __all__ = ["MOST_CYCLES", "repeat_cycles"]
 
 
 MOST_CYCLES = 30000
+"""Largest number of cycles where none is given."""
+
 MOST_CORRECTIONS = 20
+"""Largest number of Newton's steps from one node to the next."""
 
 
 @inlined
@@ -37,11 +41,12 @@ def repeat_cycles(
     passes: int,
     tolerance: float,
 ) -> tuple[int, bool, bool]:
-    """March s from q = `start` at node `first`; the last period's d = s + w is left at the nodes.
+    """Integrate s from q = `start` at node `first`, docs/method.md (63) and (72), with mu = 1.
 
-    Stops after `passes` cycles, or with passes = 0 when the change over a cycle, divided by what
-    the observed contraction leaves, is below `tolerance`; a small change alone is no small error.
-    Returns cycles done, whether closed, and whether the engine stalled.
+    Afterwards `d` has s + w of the last period. Stops after `passes` cycles, or with passes = 0
+    when the change over a cycle, extrapolated with the observed contraction, is at most
+    `tolerance`, because a small change alone does not mean a small error. Returns the number of
+    cycles done, whether the cycle closed, and whether the engine stalled.
     """
     value = start * tau[first] - 1.0 - w[first]
     factor = width * width / 12.0
@@ -69,7 +74,8 @@ def repeat_cycles(
                     dq1 = (dw[k] + f1 - q1 * dtau[k]) / tau[k]
                     g1 = -kappa * d1 * dq1
                     miss = value + 0.5 * width * (f0 + f1) + factor * (g0 - g1) - new
-                    # Newton's step: a load strong against the inertia makes the formula stiff.
+                    # Newton's step, because a load that is strong against the inertia makes the
+                    # formula stiff.
                     b1 = kappa * d1 / tau[k]
                     turn = kappa * (dd1 * dq1 - d1 * dtau[k] / tau[k]) / tau[k]
                     move = miss / (1.0 + 0.5 * width * b1 + factor * (b1 * b1 - turn))

@@ -1,4 +1,8 @@
-"""From the inputs of a design to the few numbers that its equation has."""
+"""From the inputs of a design to the few numbers of its equation: docs/method.md chapter 7.
+
+The numbers are those of docs/method.md (22), (42) and (44); the outcomes that they decide at once
+are found here too.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +34,10 @@ __all__ = ["Design", "reduce"]
 
 
 class Design(NamedTuple):
-    """Reduced parameters of one design, see `segments`; `nominal` is its speed [rad/s]."""
+    """Reduced parameters of one design: g, eta, kappa and the law; `nominal` is a speed [rad/s].
+
+    docs/method.md (22), (42) and (44).
+    """
 
     gas: float
     eta: float
@@ -43,7 +50,10 @@ class Design(NamedTuple):
 def reduce(
     values: Floats, at: Integers, choice: Choice, form: Form, table: Floats, ranges: Ranges,
 ) -> tuple[Design, int]:  # fmt: skip
-    """Reduced parameters of the design whose inputs lie at `at`, and its outcome so far."""
+    """Reduced parameters of the design whose inputs lie at `at`, and its outcome so far.
+
+    docs/method.md (22), (42), (44), and (60) for idle.
+    """
     radius = 0.5 * values[at[DOUBLE_RADIUS]]
     lever = 0.25 * math.pi * values[at[BORE]] ** 2 * radius
     moving = values[at[MASS]] * radius * radius  # m r^2
@@ -54,7 +64,8 @@ def reduce(
     code = CONVERGED
     solved_as = values[at[EXPONENT]] if choice.kind != 0 else 0.0
     law, sign = make_law(speed, solved_as, values, at[FIRST_OF_LAWS:], form)
-    # Idle or loaded: the ranges of both parts bound the torque's, and decide nearly always.
+    # Idle, docs/method.md (60): the sum of the ranges of gas and masses is an upper bound of the
+    # torque's range and nearly always decides.
     moment = moving * speed * speed
     swing = lever * ranges.gas + moment * ranges.shape
     if abs(surplus) <= IDLE * swing:

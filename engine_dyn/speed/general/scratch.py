@@ -1,4 +1,4 @@
-"""Working memory of the general solver."""
+"""Working memory of the general solver, one set for each thread."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Scratch(NamedTuple):
     table : ndarray, shape (TABLE_ROWS, nodes)
         Table of work of the present design.
     plain : ndarray, shape (PLAIN_ROWS, nodes)
-        Rows of the table that a load over angle joins, as they are without it.
+        Rows of the table that a load over angle changes, as they are without the load.
     middles, rates : ndarray
         Memory for building a table.
     records, running : ndarray
-        Solution at the nodes, segment by segment (see `segments`).
+        Solution at the nodes, by segments (see `segments`).
     curve : ndarray, shape (TABLE_ROWS, nodes)
         The rows W to D and those of Newton's method, or the table of a stiff load.
     sampled : ndarray, shape (SAMPLE_ROWS, samples)
@@ -67,4 +67,5 @@ def make_scratch(nodes: int, steps: int, samples: int) -> Scratch:
 
 
 W, DW, TAU, DTAU, D = range(5)
-"""Rows of `Scratch.curve`: w, w', tau, tau' and e - 1 (see `newton`); the rest is Newton's."""
+"""Rows of `Scratch.curve`: w, w', tau, tau' and e - 1 (see `newton`); the other rows are scratch of
+Newton's method."""

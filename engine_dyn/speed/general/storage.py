@@ -33,7 +33,10 @@ def store(
     target: int, code: int, good: bool, high: float, low: float, mean: float, mu: float,
     error: float, cycles: int, results: Results,
 ) -> None:  # fmt: skip
-    """Write one design's numbers, NaN where it has none."""
+    """Write one design's numbers, docs/method.md (1), and NaN where it has none.
+
+    The load factor 1/mu is that of docs/method.md (45).
+    """
     results.status[target] = code
     for result in range(SCALARS):
         row = results.wanted[result]
@@ -65,15 +68,18 @@ def store_curves(
     target: int, good: bool, design: Design, mu: float, choice: Choice, width: float,
     period: float, curves: Curves, table: Floats, scratch: Scratch, results: Results,
 ) -> None:  # fmt: skip
-    """Write one design's speed and angular acceleration at the wanted angles."""
+    """Write one design's speed and angular acceleration at the wanted angles.
+
+    The interpolation is that of docs/method.md (37) in q, with the slopes of docs/method.md (89).
+    """
     nodes = table.shape[1]
     nominal = design.nominal
     for i in range(curves.node.size):
         if not good:
             speed = rate = math.nan
         elif choice.method == THESIS:
-            # Along the method's own step, also from the last sample on, where the next one is the
-            # start of the cycle and not its end.
+            # The speed follows the method's own step from the sample before, also after the last
+            # sample, because the first sample is the start of the cycle and not its end.
             j = int(math.floor(curves.sample[i] + 1e-9))
             share = max(curves.sample[i] - j, 0.0)
             speed, rate = scratch.sampled[SPEEDS, j], scratch.sampled[RATES, j]

@@ -1,8 +1,9 @@
-"""Extremes of a periodic curve known by value and slope at nodes.
+"""Extremes of a periodic curve that is known by its value and slope at nodes.
 
-The largest sample is off by O(h^2). A cubic Hermite interpolant through value and slope leaves
-O(h^4), and the known value in the middle of the interval one order more; what the middle adds is at
-the same time a measure of the interpolation error.
+The error of the largest sample is O(h^2). A cubic Hermite interpolant through values and slopes has
+the error O(h^4), and the known value in the middle of the interval improves it by one order. The
+correction by the middle is at the same time a measure of the interpolation error.
+docs/method.md chapter 12.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ __all__ = ["interpolate", "refine", "slope_between"]
 
 @formula
 def interpolate(t: float, left: float, right: float, d_left: float, d_right: float) -> float:
-    """Cubic Hermite value at t in [0, 1]; slopes are times the interval's width."""
+    """Value at t in [0, 1] of the cubic of docs/method.md (37); slopes are times the width."""
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right
     a = d_left + d_right - 2.0 * rise
@@ -25,7 +26,7 @@ def interpolate(t: float, left: float, right: float, d_left: float, d_right: flo
 
 @formula
 def slope_between(t: float, left: float, right: float, d_left: float, d_right: float) -> float:
-    """Slope of the cubic Hermite interpolant at t, times the interval's width."""
+    """Slope of the cubic of docs/method.md (37) at t, times the interval's width."""
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right
     a = d_left + d_right - 2.0 * rise
@@ -37,6 +38,8 @@ def refine(
     left: float, right: float, d_left: float, d_right: float, middle: float
 ) -> tuple[float, float, float]:
     """Extreme of a curve within one interval at whose ends its slope changes sign.
+
+    docs/method.md (90) is its place, (91) its value.
 
     Parameters
     ----------
@@ -50,7 +53,7 @@ def refine(
     Returns
     -------
     tuple of float
-        The extreme, its place t in [0, 1], and what the middle added to it.
+        The extreme, its place t in [0, 1], and the correction by the middle in it.
     """
     rise = right - left
     b = 3.0 * rise - 2.0 * d_left - d_right

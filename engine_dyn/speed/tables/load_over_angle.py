@@ -1,8 +1,8 @@
-"""A load over angle among the work of a design: it joins the work of the gas.
+"""The work of a load over angle is subtracted from the work of the gas.
 
-Both are torques over the crank angle; gas work comes from a table that designs share, times a
-lever, and the load's is subtracted over that lever. Its spline has an exact integral, so work at
-the nodes and in the middles is exact.
+The table of the gas is common to many designs, which multiply it by their lever, so the load is
+divided by that lever first. The integral of the load's spline is known, so its work at the nodes
+and in the middles is exact.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ __all__ = ["PLAIN_ROWS", "join_load", "keep_gas", "work_at"]
 
 
 PLAIN_ROWS = 6
-"""Rows of scratch: the gas alone (work, torque, middle, torque with its mean), the load, and the
-tilt of the gas."""
+"""Rows of scratch: of the gas alone the work, the torque, the middle and the torque with its mean;
+the work of the load; the tilt of the gas alone."""
 
 
 @inlined
 def work_at(theta: float, load: Floats) -> tuple[float, float]:
-    """Work and torque of a load without its mean; `load` as `TorqueOverAngle.table`."""
+    """Work and torque of a load without its mean, docs/method.md (37).
+
+    `load` is `TorqueOverAngle.table`.
+    """
     angle, torque, slope, work = load[0], load[1], load[2], load[3]
     last = angle.size - 1
     period = angle[last] - angle[0]
@@ -44,7 +47,7 @@ def work_at(theta: float, load: Floats) -> tuple[float, float]:
 
 @inlined
 def keep_gas(table: Floats, plain: Floats) -> None:
-    """Keep the rows of a table that loads join."""
+    """Copy the rows of a table that a load changes."""
     for j in range(table.shape[1]):
         plain[0, j] = table[GAS_WORK, j]
         plain[1, j] = table[GAS_TORQUE, j]
@@ -58,10 +61,11 @@ def join_load(
     factor: float, ratio: float, phase: float, lever: float, width: float, load: Floats,
     plain: Floats, table: Floats,
 ) -> None:  # fmt: skip
-    """Gas less load in the table: the load's angle is ratio times the crank's, plus phase.
+    """Subtract the load from the gas in the table, docs/method.md (35), (36) and (43).
 
-    Work is the same at both shafts, the torque at the crank is `ratio` times the load's. `lever`
-    is that of the gas: piston area times crank radius.
+    The load's angle is `ratio` times the crank's, plus `phase`. Work is the same at both shafts;
+    the torque at the crank is `ratio` times the load's. `lever` is that of the gas: piston area
+    times crank radius. Middle and tilt are those of docs/method.md (52).
     """
     nodes = table.shape[1]
     weight = factor / lever

@@ -1,4 +1,4 @@
-"""Which diagram a design's table is made from, and what solvers need to know of a table."""
+"""The diagram of a design's table, and the ranges of a table that solvers need."""
 
 from __future__ import annotations
 

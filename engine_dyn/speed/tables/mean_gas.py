@@ -1,4 +1,4 @@
-"""Mean gas torque of a cylinder, from the diagram."""
+"""Mean gas torque of a cylinder, by quadrature of its diagram."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def mean_gas_of_pairs(
 ) -> None:  # fmt: skip
     """Mean over angle of p c/(r omega) [Pa], one cylinder, for paired ratios, offsets and rows.
 
-    `rates` is scratch.
+    The mean of docs/method.md (29). `rates` is scratch.
     """
     for i in range(ratio.size):
         whole = int(math.floor(row[i]))

@@ -38,7 +38,11 @@ __all__ = [
 
 
 def may_be(value: Any) -> bool:
-    """Whether it may be anything but 0 in the sweep: a block of it must not decide by its own."""
+    """Whether an input may be other than 0 in the sweep.
+
+    An array counts even if all its values are 0, because a block of a sweep must not decide by its
+    own values.
+    """
     return np.ndim(value) > 0 or float(value) != 0.0
 
 
@@ -61,10 +65,10 @@ def row_map(family: Family, rows: Integers) -> Integers:
 
 
 def fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
-    """Nodes of a cycle for each (fractional) row: what its own two diagrams ask for.
+    """Nodes of a cycle for each (fractional) row: as many as its own two diagrams need.
 
     Over load and speed, or where cycles differ, rows vary along several axes, of which `split`
-    allows one: what the roughest of all given diagrams asks for.
+    allows one. All rows then have as many nodes as the roughest of all given diagrams needs.
     """
     over_speed = isinstance(family, FamilyAtSpeeds | FamilyStack)
     needed = rows_needed(row)
@@ -81,7 +85,8 @@ def fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
 def repeats_of_load(load: TorqueOverAngle | None, gear: Floats, period: float) -> Integers:
     """How often a load over angle repeats within the cycle.
 
-    0 where there is none: the engine's symmetry divides it.
+    0 where there is none, because the greatest common divisor of 0 and the engine's symmetry is the
+    symmetry.
     """
     if load is None:
         return np.zeros((1,) * gear.ndim, dtype=np.int64)
@@ -91,7 +96,7 @@ def repeats_of_load(load: TorqueOverAngle | None, gear: Floats, period: float) -
 def fewest_nodes_of_load(
     load: TorqueOverAngle | None, gear: Floats, period: float, tolerance: float
 ) -> Integers:
-    """Nodes of a cycle that a load over angle asks for, judged as `_nodes_of_diagram`."""
+    """Nodes of a cycle that a load over angle needs, for each gear ratio."""
     if load is None:
         return np.zeros((1,) * gear.ndim, dtype=np.int64)
     found = np.empty(gear.shape, dtype=np.int64)
@@ -101,6 +106,7 @@ def fewest_nodes_of_load(
 
 
 def nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance: float) -> int:
+    """Nodes of a cycle that a load over angle needs: the first condition of docs/method.md (56)."""
     steps = FEWEST_NODES
     while steps < MOST_NODES:
         count = max(int(np.ceil(steps * load.period / (ratio * period))), 4)
@@ -119,10 +125,10 @@ def nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance:
 def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     """Nodes of a cycle for one diagram: doubled until a cubic through them misses little.
 
-    Judged on the work of one cylinder at a crank ratio of 0.3, at the middle of the worst interval.
-    The extremes use the middles too and seldom lie in the worst interval, so the threshold is above
-    the tolerance. What is missed beyond the middles, much only of rough diagrams, is no more than
-    the tolerance. Each design's own error decides about its status.
+    docs/method.md (56), for the work of one cylinder at a crank ratio of 0.3, at the middle of the
+    worst interval. The extremes use the middles too and seldom lie in the worst interval, so the
+    threshold is above the tolerance. What is missed beyond the middles, which is much only for
+    rough diagrams, is at most the tolerance. Each design's own error decides about its status.
     """
     family = family_from_diagrams([0.0], [diagram])
     steps = FEWEST_NODES

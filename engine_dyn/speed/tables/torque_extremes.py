@@ -49,7 +49,10 @@ def range_of_sum(
     width: float, a: float, b: float, table: Floats, first: tuple[int, int, int],
     second: tuple[int, int, int],
 ) -> tuple[float, float]:  # fmt: skip
-    """Largest and smallest value of a X + b Y; X, Y are named by rows of value, slope, middle."""
+    """Largest and smallest value of a X + b Y, docs/method.md (90) and (91).
+
+    X and Y are given by their rows of value, slope and middle.
+    """
     nodes = table.shape[1]
     high, low = -math.inf, math.inf
     top = bottom = 0
@@ -99,9 +102,9 @@ def extremes_of_torque(
 ) -> None:
     """Extremes of the torque at nominal speed and the energy swing of the designs begin .. end - 1.
 
-    Rows of `wanted`: largest torque, smallest torque, energy swing, which is of the torque less a
-    load over angle (`over_angle` as in `march`). `table`, `middles`, `rates` and `plain` are
-    scratch.
+    Rows of `wanted` are the largest torque, the smallest torque and the energy swing. The energy
+    swing is that of the torque less a load over angle (`over_angle` as in `driver.solve_designs`).
+    `table`, `middles`, `rates` and `plain` are scratch.
     """
     values = product.values
     designs = count_of(product.other_axes, product)

@@ -1,17 +1,17 @@
-"""Cumulative work of one engine period: everything that designs of one geometry share.
+"""Work tables: the cumulative work of one period of the torque, common to designs of one geometry.
 
-A table holds, at the nodes of one firing period, the work of the gas and of the reciprocating
-masses in reduced form. Work is one integration smoother than torque, so a table of it needs few
-nodes, and a design is only two factors on two tables:
+A table has, at the nodes of one period, the work of the gas and of the reciprocating masses in
+reduced form, docs/method.md (22) and (43). Work is one integration smoother than torque, so a table
+of it needs few nodes, and a design has only two factors on two tables:
 
     gas:      P(phi) = int sum_i [(p_i - p_c) v_i - mean] dphi          [Pa]
     inertia:  V(phi) = sum_i v_i^2 - mean                               [1]
 
-because the inertia torque -m r^2 omega^2 b v has the exact integral -m r^2 omega^2 v^2/2. Friction
-over the stroke, less its mean, is a part of P: over piston area and crank radius it depends on what
-P depends on and on its level [Pa] alone. Where the cylinders repeat n times a cycle, the curves of
-Z/n of them (`cylinders.Cylinders.representatives`), folded at Phi/n, are the whole engine's: of
-evenly firing equal cylinders, the curve of one.
+because the inertia torque has an exact integral, docs/method.md (24) and (25). Friction over the
+stroke, less its mean, is a part of P: divided by piston area and crank radius, it depends only on
+the inputs of P and on its level [Pa]. Where the cylinders repeat n times a cycle, the curves of Z/n
+of them (`cylinders.Cylinders.representatives`), folded at Phi/n, are those of the whole engine,
+docs/method.md (34). Evenly firing equal cylinders need the curve of one.
 """
 
 from __future__ import annotations
@@ -62,22 +62,23 @@ __all__ = [
 ]
 
 FEWEST_NODES = 720
-"""Nodes of a cycle at least: one a degree, the step of most measured diagrams."""
+"""Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
 
 MOST_NODES = 23040
+"""Largest number of nodes of a cycle: five doublings."""
 
 _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-"""Gauss-Legendre with three points on [0, 1]."""
+"""Three-point Gauss-Legendre quadrature on [0, 1], docs/method.md (49)."""
 
 
 class Grid(NamedTuple):
     """Pressure of some diagrams at the nodes, the middles and the quadrature points of a cycle.
 
-    Arrays are (diagram, point). Sine and cosine are those of the same points. The points of one
-    representative cylinder follow those of the other, each at its own angles and pressure; `masses`
-    and `radii` have the factors on the mass and the crank radius of each.
+    Arrays are (diagram, point). Sine and cosine are those of the same points. The points of the
+    representative cylinders follow each other, each at its own angles and pressure; `masses` and
+    `radii` have the factors on the mass and the crank radius of each cylinder.
     """
 
     at_node: Floats
@@ -119,7 +120,7 @@ def blended(blend: Blend, pressures: Floats, place: int) -> float:
 
 @inlined
 def bounds_of(curve: Floats) -> tuple[float, float]:
-    """Smallest and largest value; NaN where there is one."""
+    """Smallest and largest value; NaN where any value is NaN."""
     low = high = curve[0]
     for j in range(curve.size):
         low = curve[j] if curve[j] < low or curve[j] != curve[j] else low
@@ -134,9 +135,9 @@ def steps_of(grid: Grid) -> int:
 
 
 def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
-    """Nodes of a cycle: from `fewest` on the first that gives every period a multiple of `pieces`.
+    """Nodes of a cycle: the least number from `fewest` on with a multiple of `pieces` per period.
 
-    An even number of pieces, so that means over every other node tell whether a curve is resolved.
+    `pieces` is even, so that means over every other node tell whether a curve is resolved.
     """
     return -(-fewest // (pieces * cylinders)) * pieces * cylinders
 
@@ -164,7 +165,7 @@ def make_grid(
     turns = _joined([_turns(period, steps, member.phase) for member in members])
     masses = np.array([member.mass_factor for member in members])
     radii = np.array([member.radius_factor for member in members])
-    # A single diagram is not copied: what is kept of it is only read.
+    # A single diagram is not copied, because cached samples are only read.
     of_rows = [
         one[0][None] if len(one) == 1 else np.array(one) for one in zip(*pressures, strict=True)
     ]
@@ -172,14 +173,14 @@ def make_grid(
 
 
 def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
-    """Arrays of all members, those of one kind behind each other."""
+    """Arrays of all members: those of one kind follow each other."""
     if len(of_members) == 1:
         return of_members[0]
     return tuple(np.concatenate(one) for one in zip(*of_members, strict=True))
 
 
 def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
-    """Nodes, middles and quadrature points of a cycle, as a cylinder of this phase counts."""
+    """Nodes, middles and quadrature points of a cycle, in the angle of a cylinder of this phase."""
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
     offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
@@ -196,8 +197,8 @@ def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
 
 _kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
 KEPT, LARGEST_KEPT = 3, 3000
-"""Grids that are kept of a diagram, and their nodes: a design alone would else spend its time on
-evaluating splines."""
+"""How many samplings of a diagram are cached, and their largest number of nodes. Without the cache,
+a single design would spend most of its time on evaluating splines."""
 
 
 def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
@@ -233,25 +234,27 @@ TABLE_ROWS = 14
     GAS_WORK_TILT,
     SQUARE_TILT,
 ) = range(TABLE_ROWS)
-"""Rows of a table, each with one value a node of the firing period:
+"""Rows of a table, each with one value for each node of the period:
 
 GAS_WORK P, GAS_TORQUE its slope, SQUARE V and SQUARE_SLOPE (both without their means);
-TORQUE sum (p - p_c) v and SHAPE sum -b v, with their slopes, for the extremes of the torque.
-*_MIDDLE is the true value in the middle of the interval after the node, less the cubic Hermite
-interpolant's: what a cubic misses. *_TILT is that of the slope there, times the interval's width:
-what a cubic with its middle still misses.
+TORQUE sum (p - p_c) v and SHAPE sum -b v, with their slopes, for the extremes of the torque:
+docs/method.md (50) and (51).
+*_MIDDLE is the true value in the middle of the interval after the node, less that of the cubic
+Hermite interpolant. *_TILT is the true slope there, less the cubic's, times the width of the
+interval: the quartic through the middle, docs/method.md (53), misses it still.
 """
 
 QUINTIC = 4.0 / math.sqrt(3125.0)
-"""Half of the largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1:
-twice this is the factor on a TILT, docs/method.md (55)."""
+"""Half of the largest value of 8 t^2 (1 - t)^2 (2 t - 1), whose slope in the middle is 1.
+
+Twice this is the factor on a TILT, docs/method.md (54) and (55)."""
 
 
 @inlined
 def take_cubic(
     nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, rest: Floats
 ) -> None:
-    """What a cubic through two nodes misses in their middle."""
+    """What a cubic through two nodes misses in their middle, docs/method.md (52)."""
     for j in range(nodes):
         after = j + 1 if j + 1 < nodes else 0
         cubic = 0.5 * (table[value, j] + table[value, after]) + 0.125 * width * (
@@ -265,7 +268,10 @@ def take_tilt(
     nodes: int, width: float, factor: float, table: Floats, value: int, slope: int, middle: Floats,
     rest: Floats,
 ) -> None:  # fmt: skip
-    """What a cubic misses of the slope in the middle, which is `factor` times `middle`."""
+    """What a cubic misses of the slope in the middle, which is `factor` times `middle`.
+
+    docs/method.md (52).
+    """
     for j in range(nodes):
         after = j + 1 if j + 1 < nodes else 0
         ends = table[slope, j] + table[slope, after]
@@ -275,7 +281,7 @@ def take_tilt(
 
 @inlined
 def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None:
-    """Rate of one cylinder's work, (p - p_c) c/(r omega), at every quadrature point."""
+    """Rate of one cylinder's work, docs/method.md (28) over A r, at every quadrature point."""
     first, second = grid.at_quadrature[blend.first], grid.at_quadrature[blend.second]
     before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
     sine, cosine = grid.quadrature_sine, grid.quadrature_cosine
@@ -290,8 +296,8 @@ def stroke_friction_weights(
 ) -> tuple[float, float, float, float]:
     """Level over cycle mean of each part of the friction of one representative cylinder.
 
-    `ratio` and `offset` are over its own crank radius; `speeds` gets the piston's at its points of
-    quadrature.
+    The factors of docs/method.md (32). `ratio` and `offset` are over its own crank radius; `speeds`
+    gets the reduced piston speed at its quadrature points.
     """
     sine, cosine, first, second = points_of(blend, grid, member)
     top = sine_of_top(ratio, offset)
@@ -299,8 +305,8 @@ def stroke_friction_weights(
     before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
     lift, count = blend.friction.ring - blend.crankcase, sine.size
     boundary = mixed = hydrodynamic = skirt = 0.0
-    # All points with the weight of the outer ones, then the middle ones with what they lack: loops
-    # without a choice in them become vectors.
+    # All points get the weight of the outer ones, then the middle ones what they lack, because
+    # only loops without branches become vectors.
     share = 3.0 * _WEIGHTS[0] / count
     for i in range(count):
         s, c = turned(sine[i], cosine[i], top, upright)
@@ -332,9 +338,9 @@ def stroke_friction_weights(
 def points_of(
     blend: Blend, grid: Grid, member: int
 ) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
-    """Sine, cosine and both pressures of a blend at one representative's points of quadrature.
+    """Sine, cosine and both pressures of a blend at one representative's quadrature points.
 
-    Counted from 0: where the compiler sees that no place is negative, loops become vectors.
+    The arrays begin at 0: where the compiler sees that no place is negative, loops become vectors.
     """
     count = 6 * steps_of(grid)
     here = slice(member * count, (member + 1) * count)
@@ -346,7 +352,10 @@ def points_of(
 
 @inlined
 def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
-    """As `rates_of_work`, for an offset over the crank radius, unequal throws and friction."""
+    """As `rates_of_work`, for an offset, unequal throws and friction: docs/method.md (28), (32).
+
+    `offset` is over the crank radius.
+    """
     for member in range(grid.masses.size):
         rates_of_member(ratio, offset, blend, grid, member, rates)
 
@@ -384,13 +393,13 @@ def rates_of_member(
 
 @inlined
 def work_of_half(rates: Floats, place: int) -> float:
-    """Mean rate over half an interval: three-point Gauss-Legendre from `place` on."""
+    """Mean rate over half an interval from `place` on: Gauss-Legendre, docs/method.md (49)."""
     return _WEIGHTS[0] * (rates[place] + rates[place + 2]) + _WEIGHTS[1] * rates[place + 1]
 
 
 @inlined
 def clear(table: Floats, middles: Floats) -> None:
-    """Zero everywhere."""
+    """Set a table and its middles to 0."""
     nodes = table.shape[1]
     for row in range(TABLE_ROWS):
         for j in range(nodes):
@@ -402,16 +411,19 @@ def clear(table: Floats, middles: Floats) -> None:
 
 @inlined
 def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
-    """Work summed up, all without their means, and what cubics miss, from sums over cylinders."""
+    """From sums over cylinders: the work without its mean, and what cubics miss.
+
+    docs/method.md (43) and (52).
+    """
     total = 0.0
     for j in range(nodes):
         total += table[GAS_WORK, j]
     mean = total / (nodes * width)
     running = 0.0
     mean_work = 0.0
-    # Of many cylinders the squares nearly add up to a constant. Taken away before they are summed
-    # up: what rounding adds to a sum of nearly equal numbers, always on the same side, would be
-    # left in the mean, and masses far above the inertia multiply it by as much.
+    # The squares of many cylinders nearly add up to a constant. It is subtracted before the mean is
+    # taken: rounding in a sum of nearly equal numbers is always on the same side and would remain
+    # in the mean, where masses far above the inertia multiply it.
     level = table[SQUARE, 0]
     mean_square = 0.0
     for j in range(nodes):
@@ -453,7 +465,10 @@ def build_unequal(
     middles: Floats,
     rates: Floats,
 ) -> None:
-    """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction."""
+    """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction.
+
+    docs/method.md (32), (34), (50) and (51).
+    """
     clear(table, middles)
     steps = steps_of(grid)
     friction = blend.friction
@@ -517,8 +532,8 @@ def build_equal(
 ) -> None:
     """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram, masses equal.
 
-    The period is `nodes` of the grid's cycle. `middles` (4, nodes) and `rates` (quadrature points)
-    are scratch.
+    docs/method.md (34), (50) and (51). The period is `nodes` of the grid's cycle. `middles` (4,
+    nodes) and `rates` (quadrature points) are scratch.
     """
     steps = grid.node_sine.size
     clear(table, middles)
@@ -557,7 +572,7 @@ def build(
     ratio: float, offset: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats,
     middles: Floats, rates: Floats,
 ) -> None:  # fmt: skip
-    """Fill a table: by `build_equal` where that holds, else by `build_unequal`."""
+    """Fill a table: by `build_equal` where cylinders are equal, else by `build_unequal`."""
     plain = offset == 0.0 and not varies_at(blend.friction)
     for member in range(grid.masses.size):
         plain = plain and grid.masses[member] == 1.0 and grid.radii[member] == 1.0
