@@ -11,7 +11,7 @@ import pytest
 
 from engine_dyn.loads.laws import Power
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.general.euler import march_cycles
+from engine_dyn.speed.general.euler import step_cycles
 from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.general.picard import repeat_cycles
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
@@ -132,7 +132,7 @@ def test_euler_is_of_first_order(alpha: float) -> None:
         phi = np.arange(samples) * (CYCLE / samples)
         torque = 60.0 + 500.0 * np.sin(phi) + 300.0 * np.cos(2.5 * phi)
         trace = np.empty(samples)
-        done, closed, stalled, top, bottom, mean = march_cycles(
+        done, closed, stalled, top, bottom, mean = step_cycles(
             torque, np.full(samples, 2.0), np.zeros(samples), samples, CYCLE / samples, 20.0,
             40.0 / 125.0**alpha, alpha, 125.0, 0, 1, 1, trace, np.empty(samples),
         )  # fmt: skip
