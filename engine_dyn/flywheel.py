@@ -1,8 +1,8 @@
-"""Sizing a flywheel: rules, the triangular torque, the energy swing, and the exact inertia.
+"""Sizing of a flywheel: rules, the triangular torque, the energy swing, and the exact inertia.
 
-Sources: T. Asgari et al. (2019), section 3, methods 1 (eqs. 14 to 18) and 2 (eqs. 19 to 31);
-A. Kakaitsas (2015), sections 3.2.1 and 3.2.2: the flywheel adds what the inertia of engine and load
-lacks for the wanted delta.
+Sources are T. Asgari et al. (2019), section 3, methods 1 (eqs. 14 to 18) and 2 (eqs. 19 to 31), and
+A. Kakaitsas (2015), sections 3.2.1 and 3.2.2. By the latter, the inertia of the flywheel is that
+for the wanted delta less the inertia of engine and load.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ __all__ = [
 RIM_SPEEDS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
 )
-"""Usual speed of the rim of a material [m/s]. Asgari, eq. 14."""
+"""Usual rim speed of each material [m/s], from and to. Asgari, eq. 14."""
 
 DENSITIES: Mapping[str, float] = MappingProxyType({"cast iron": 7200.0, "steel": 7850.0})
-"""Usual density [kg/m3]: handbook values of grey cast iron and of steel."""
+"""Usual densities [kg/m3]: handbook values of grey cast iron and of steel."""
 
 DIAMETER_OVER_STROKE = 2.0, 3.0
-"""Mean diameter over stroke. Asgari, eq. 16."""
+"""Usual mean diameter over stroke, from and to. Asgari, eq. 16."""
 
 SHARE_OF_INERTIA = 0.8, 0.9
-"""Flywheel's inertia over that of all rotating parts. Asgari, eq. 18: the paper says "without the
-flywheel", and computes 0.09/0.11 with it."""
+"""Usual inertia of the flywheel over that of all rotating parts, from and to. Asgari, eq. 18. The
+paper says "without the flywheel", but computes 0.09/0.11 with it."""
 
 ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -60,8 +60,8 @@ ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
         "road vehicle": (0.02, 0.03),
     }
 )
-"""Admissible coefficient of speed fluctuation by application: its range. Kakaitsas, section 3.2.1;
-road vehicle: Power units, lecture 18."""
+"""Admissible coefficient of speed fluctuation of each application, from and to. Kakaitsas, section
+3.2.1; road vehicle: Power units, lecture 18."""
 
 
 # --- Asgari's method 1 ----------------------------------------------------------------------------
@@ -92,7 +92,7 @@ def mean_diameter(outer_diameter: Any, inner_diameter: Any) -> Any:
 
 
 class MethodOne(NamedTuple):
-    """What Asgari's method 1 checks.
+    """Results of Asgari's method 1.
 
     Attributes
     ----------
@@ -130,12 +130,12 @@ def method_one(
     _check_positive(stroke=stroke, speed=speed, flywheel_inertia=flywheel_inertia, inertia=inertia)
     rim = float(rim_speed(outer_diameter, speed))
     mean = float(mean_diameter(outer_diameter, inner_diameter))
-    over, share = mean / stroke, flywheel_inertia / inertia
+    over, fraction = mean / stroke, flywheel_inertia / inertia
     low, high = RIM_SPEEDS[material]
     return MethodOne(
-        rim, mean, over, share, low <= rim <= high,
+        rim, mean, over, fraction, low <= rim <= high,
         DIAMETER_OVER_STROKE[0] <= over <= DIAMETER_OVER_STROKE[1],
-        SHARE_OF_INERTIA[0] <= share <= SHARE_OF_INERTIA[1],
+        SHARE_OF_INERTIA[0] <= fraction <= SHARE_OF_INERTIA[1],
     )  # fmt: skip
 
 
@@ -143,26 +143,27 @@ def method_one(
 
 
 class Triangle(NamedTuple):
-    """The triangular torque: one triangle over the expansion, nothing else.
+    """The triangular torque: a triangle over the expansion, and 0 over the other strokes.
 
     Attributes
     ----------
     work : ndarray
-        Of a cycle [J]. Eqs. 20, 21.
+        Work of a cycle [J]. Eqs. 20, 21.
     expansion_work : ndarray
-        Of the expansion, three halves of it: the compression takes a third. Eq. 24.
+        Work of the expansion [J], three halves of that of the cycle, because the compression takes
+        a third of it. Eq. 24.
     torque_max : ndarray
         Height of the triangle over half a turn [N m]. Eq. 25.
     torque_mean : ndarray
-        Over the cycle [N m]. Eq. 26.
+        Mean torque over the cycle [N m]. Eq. 26.
     torque_excess : ndarray
-        What stands above the mean [N m]. Eq. 27.
+        Largest torque less the mean [N m]. Eq. 27.
     base : ndarray
-        Angle over which it does [rad]. Eq. 28.
+        Angle over which the torque is above the mean [rad]. Eq. 28.
     energy_swing : ndarray
         Area of the triangle above the mean [J]. Eq. 29.
     inertia : ndarray
-        That keeps the fluctuation [kg m2]. Eq. 30.
+        Inertia for the wanted fluctuation [kg m2]. Eq. 30.
     """
 
     work: Any
@@ -209,10 +210,10 @@ def triangular_torque(
 
 
 def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
-    """Inertia [kg m2] from the swing of the work [J]: W/(delta omega^2). Asgari, eq. 30.
+    """Inertia [kg m2] from the energy swing [J]: W/(delta omega^2), docs/method.md (85).
 
-    Exact in the limit of small delta, where the load torque has no time to follow the speed and
-    mean and nominal speed are one.
+    Asgari, eq. 30. It is exact in the limit of small delta, where the load torque does not follow
+    the fluctuation of the speed, and where mean and nominal speed are equal.
     """
     _check_positive(delta=delta, speed=speed)
     return np.asarray(energy_swing) / (np.asarray(delta) * np.square(np.asarray(speed, float)))
@@ -278,21 +279,21 @@ def _check_positive(**values: Any) -> None:
 
 @dataclass(frozen=True)
 class RequiredInertia:
-    """The inertia that gives a wanted delta, and what the estimates say.
+    """The inertia that gives a wanted delta, and estimates of it.
 
     Attributes
     ----------
     inertia : float
-        Of the whole engine with its load [kg m2].
+        Inertia of the whole engine with its load [kg m2].
     delta : float
-        Of the periodic speed with it.
+        Coefficient of speed fluctuation with that inertia.
     energy_swing : float
         Range of the work of the torque, less a load over angle and the mean [J].
     by_energy_swing, by_triangle : float
-        Estimates [kg m2]; the triangle's is NaN without brake power.
+        Estimates [kg m2]; that by the triangle is NaN without brake power.
     status : int
         Code of `engine_dyn.status`: 0, or 5 where delta misses the wanted one by more than the
-        tolerance, as rounding makes it for the smallest.
+        tolerance, as it does by rounding for the smallest delta.
     """
 
     inertia: float
@@ -304,12 +305,12 @@ class RequiredInertia:
 
     @property
     def energy_swing_error(self) -> float:
-        """Relative error of the energy swing's estimate."""
+        """Relative error of the estimate by the energy swing."""
         return self.by_energy_swing / self.inertia - 1.0
 
     @property
     def triangle_error(self) -> float:
-        """Relative error of the triangle's estimate."""
+        """Relative error of the estimate by the triangle."""
         return self.by_triangle / self.inertia - 1.0
 
 
@@ -339,7 +340,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
         Where no inertia gives it, with what the lightest engine that runs has; for values outside
         their range.
     """
-    # The kernels come in only when asked for.
+    # Kernels are imported only when they are needed.
     from engine_dyn.speed.api import energy_swing, periodic_speed
     from engine_dyn.speed.required import search
     from engine_dyn.status import MEANINGS, has_numbers

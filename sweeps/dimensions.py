@@ -1,11 +1,11 @@
-"""Names of the dimensions and labels that scenes add to their parameters and quantities.
+"""Names of the dimensions, labels and published values that scenes add to their quantities.
 
 Scenes, plans and archives use the same names; each stands here alone.
 """
 
 from __future__ import annotations
 
-__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD"]
+__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PUBLISHED"]
 
 DESIGN = "design"
 """Dimension of [designs]: parameters that vary together."""
@@ -18,3 +18,6 @@ METHOD, INERTIA_MODEL = "method", "inertia_model"
 
 LABELS = ("case",)
 """Columns of [designs] that hold texts and name the designs."""
+
+PUBLISHED = "_published"
+"""Ending of the variables that hold a scene's [reference], beside the quantities' own."""

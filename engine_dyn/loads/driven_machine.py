@@ -51,7 +51,7 @@ FEWEST_POINTS = 8
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
 
-SLACK = 1e-6
+ROUNDING = 1e-6
 """Fraction of an interval by which rounding may place a speed beyond the ends of a table."""
 
 ALIKE = 1e-9
@@ -197,7 +197,7 @@ class TorqueOverSpeed:
         value = y0 + t * (
             m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1))
         )
-        return np.asarray(np.where((t >= -SLACK) & (t <= 1.0 + SLACK), value, np.nan))
+        return np.asarray(np.where((t >= -ROUNDING) & (t <= 1.0 + ROUNDING), value, np.nan))
 
 
 @dataclass(frozen=True, eq=False)

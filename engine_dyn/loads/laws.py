@@ -47,7 +47,7 @@ FLOOR = 1e-6
 """Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (41), so that
 an iterate may pass through values that a solution cannot have; a solution below it is a stall."""
 
-SLACK = 1.0 + 1e-9
+ROUNDED = 1.0 + 1e-9
 """Factor by which rounding may place a speed beyond the ends of a table."""
 
 
@@ -74,7 +74,7 @@ INPUTS = (
     LawInput("load_linear", "N m s", "b of the load k (b omega + c omega^2)", 0.0, "load_linear"),
     LawInput("load_square", "N m s2", "c of the load k (b omega + c omega^2)", 0.0, "load_square"),
 )  # fmt: skip
-"""Inputs of laws, in the order of their places; the exponent is apart, beside them."""
+"""Inputs of laws, in the order of their places; the exponent is an input of its own."""
 
 GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP, LOAD_LINEAR, LOAD_SQUARE = range(len(INPUTS))
 
@@ -98,7 +98,7 @@ class CurveForm(NamedTuple):
 
 
 class LinearSquareForm(NamedTuple):
-    """The load over speed is a + k (b omega + c omega^2); the number has no meaning."""
+    """The load over speed is a + k (b omega + c omega^2); the field has no meaning."""
 
     none: int
 
@@ -381,5 +381,5 @@ def _gear_of_curve(gear_ratio: float, form: CurveForm) -> float:
 def _curve_covers(high: float, low: float, form: CurveForm) -> bool:
     speeds = form.table[0]
     if speeds.size > 0:
-        return bool(speeds[0] <= low * SLACK and high <= speeds[speeds.size - 1] * SLACK)
+        return bool(speeds[0] <= low * ROUNDED and high <= speeds[speeds.size - 1] * ROUNDED)
     return True

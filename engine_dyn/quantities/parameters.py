@@ -280,15 +280,15 @@ PARAMETERS: tuple[Node, ...] = (
         source="Mosakowski eqs. 13, 18", unless_given=2.0,
     ),
     parameter(
-        "passes", "N", "1", "cycles to march (methods thesis and picard)", whole=True, low=1.0,
+        "passes", "N", "1", "number of cycles (methods thesis and picard)", whole=True, low=1.0,
         low_included=True, source="Kakaitsas section 4.2", unless_given=0.0,
     ),
     parameter(
-        "start_speed", r"\omega_1", "rad s-1", "crank speed to march from (thesis and picard)",
+        "start_speed", r"\omega_1", "rad s-1", "crank speed at the start (thesis and picard)",
         low=0.0, source="Kakaitsas section 4.2", unless_given=0.0,
     ),
     parameter(
-        "start_angle", r"\varphi_1", "degree", "crank angle to march from (thesis and picard)",
+        "start_angle", r"\varphi_1", "degree", "crank angle at the start (thesis and picard)",
         si=DEGREE, low=-720.0, high=720.0, low_included=True, high_included=True,
         source="Kakaitsas section 4.2", unless_given=-180.0,
     ),
@@ -308,4 +308,4 @@ STROKE_SHARES = (
 """Parameters that spread the friction over the stroke."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
-"""Parameters of the marching methods, given in [solver] or as columns of [designs]."""
+"""Parameters of the methods that repeat cycles, given in [solver] or as columns of [designs]."""

@@ -57,9 +57,9 @@ def _mean_gas_of_equal_throws(
     sharing: tuple[int, int],
 ) -> Any:  # fmt: skip
     # Kernels are imported where they are called: importing the graph compiles and loads none.
-    from engine_dyn.speed import mean_gas_of_cylinders
+    from engine_dyn.speed import mean_gas
 
-    return mean_gas_of_cylinders.mean_gas_of_equal_throws(
+    return mean_gas.mean_gas_of_equal_throws(
         crank_ratio, offset_ratio, row, family, pressure_share, sharing[0]
     )
 
@@ -68,9 +68,9 @@ def _mean_gas_of_unequal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
     cylinders_by_count: Any, sharing: tuple[int, int],
 ) -> Any:  # fmt: skip
-    from engine_dyn.speed import mean_gas_of_cylinders
+    from engine_dyn.speed import mean_gas
 
-    return mean_gas_of_cylinders.mean_gas_of_unequal_throws(
+    return mean_gas.mean_gas_of_unequal_throws(
         crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count, sharing[0]
     )
 

@@ -9,5 +9,5 @@ batch        the solver of many designs at once, in lanes
 dispatch     splits a sweep into parts and gives each to its solver
 api, groups  `periodic_speed` of one design, and its keywords in groups
 required     the inertia that gives a wanted delta
-torque, mean_gas, mean_gas_of_cylinders    results at nominal speed
+torque, mean_gas                           results at nominal speed
 """

@@ -1,4 +1,7 @@
-"""The periodic crank speed of one design, through the same kernels as a sweep."""
+"""The periodic crank speed of one design, and its energy swing, by the kernels of sweeps.
+
+The keywords are checked and grouped in `engine_dyn.speed.groups`.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ class PeriodicSpeed:
     delta : float
         Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean.
     delta_error : float
-        Its estimated relative error, or that of `omega_min` where it is more.
+        Its estimated relative error, or that of `omega_min` where it is larger.
     omega_max, omega_min, omega_mean : float
         Largest, smallest and mean (over crank angle) crank speed [rad/s].
     torque_mean : float
@@ -43,7 +46,7 @@ class PeriodicSpeed:
     driver_factor : float
         Factor on the driver's torque; 0 without one.
     iterations : int
-        Cycles marched, or sweeps of the iteration.
+        Number of cycles, or of passes of the iteration.
     crank_angle, omega : ndarray
         Angles [rad] and the speed there [rad/s]; empty unless asked for.
     """
@@ -150,15 +153,15 @@ def periodic_speed(
         Theta and inertia torque at nominal speed (Kakaitsas 2015, eq. 3.1), or the exact equation
         of one degree of freedom (Eksergian).
     method : {"auto", "thesis", "picard", "newton", "closed"}
-        "auto" takes the cheapest that meets the tolerance.
+        "auto" takes the cheapest method that meets the tolerance.
     closure : {"power_mean", "cycle_time"}
         What the nominal speed is: the power mean of order alpha of omega over angle, or the angle
-        of a cycle over its time.
+        of a cycle over its time; docs/method.md (57) and (59).
     tolerance : float
         Relative error of delta aimed at.
     passes, start_speed, start_angle
-        For "thesis" and "picard": cycles to march (until closed if not given), from which speed
-        [rad/s] (nominal if not given), at which angle [rad].
+        For "thesis" and "picard": the number of cycles (until the cycle closes if not given), the
+        speed [rad/s] (nominal if not given) and the angle [rad] at which they start.
     crank_angle : array_like, optional
         Angles [rad] at which omega is wanted.
 
@@ -169,8 +172,8 @@ def periodic_speed(
     Raises
     ------
     ValueError
-        For a choice that does not exist or a value outside its physical range; a design that has
-        no answer is no error but a status.
+        For a choice that does not exist or a value outside its physical range. A design without a
+        solution is no error; its status says why.
     """
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()
@@ -202,7 +205,7 @@ def periodic_speed(
 def _solve(
     engine: Engine, load: Load, solver: Solver, inertia: float, angles: Floats
 ) -> PeriodicSpeed:
-    """Solve one design with the kernels of sweeps."""
+    """Solve one design; the load coefficient follows from docs/method.md (45)."""
     driven, gear = load.driven, load.gear(engine.diagram.period)
     torque_mean, constant = engine.torque_mean, load.constant(gear)
     result = dispatch.solve(
@@ -270,8 +273,8 @@ def energy_swing(
 ) -> float:
     """Range of the work of the torque at nominal speed, less a load over angle and the mean [J].
 
-    Parameters as `periodic_speed`; friction has a part in it only where `friction_shape` says how
-    it changes over the stroke.
+    Parameters as `periodic_speed`. Friction matters only where `friction_shape` says how it changes
+    over the stroke.
 
     Raises
     ------

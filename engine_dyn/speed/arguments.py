@@ -1,4 +1,7 @@
-"""One part of a sweep, as solvers take it."""
+"""One part of a sweep, as solvers take it.
+
+`Problem` is the part in Python; `Choice` and `Curves` are what kernels take of it.
+"""
 
 from __future__ import annotations
 
@@ -108,5 +111,5 @@ class Problem:
 
     @property
     def designs_of_table(self) -> int:
-        """How many designs share a table."""
+        """Number of designs that have a table in common."""
         return int(np.prod(self.product.shape[self.product.other_axes], dtype=np.int64))

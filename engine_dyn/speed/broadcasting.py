@@ -1,4 +1,7 @@
-"""Arrays that broadcast against each other: their shape, and what varies along which axis."""
+"""Arrays that broadcast against each other: their shape, and what varies along which axis.
+
+Both fronts of kernels, `dispatch` and `torque`, prepare their arguments with these functions.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +22,8 @@ __all__ = ["along_axes", "codes", "cylinders_of", "shape_of", "without_unknown"]
 def along_axes(sets: Integers) -> list[Integers]:
     """Keys that tell sets of cylinders apart, each along one axis, as `split` wants them.
 
-    Sets may vary along several axes (number, misfire, arrangement): places of an axis are one key
-    where all sets there are the same.
+    Sets may vary along several axes (number, misfire, arrangement). Places of an axis have the same
+    key where all sets there are the same.
     """
     varying = [axis for axis, size in enumerate(sets.shape) if size > 1]
     if len(varying) <= 1:
@@ -35,12 +38,12 @@ def along_axes(sets: Integers) -> list[Integers]:
 
 
 def shape_of(*values: Any) -> tuple[int, ...]:
-    """Shape that values broadcast to; most are plain numbers, of a single design all."""
+    """Shape that values broadcast to; most values are plain numbers, which are skipped."""
     return np.broadcast_shapes(*(np.shape(v) for v in values if not isinstance(v, float)))
 
 
 def codes(names: tuple[str, ...], value: Any) -> Integers:
-    """Places of words among the names that there are."""
+    """Places of words among the known names."""
     if isinstance(value, str):
         return np.array(names.index(value), dtype=np.int64)
     words = np.asarray(value)
@@ -50,9 +53,10 @@ def codes(names: tuple[str, ...], value: Any) -> Integers:
 
 
 def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-    """Take out designs without a diagram, whose `scale` is NaN: they have no numbers.
+    """Give designs without a diagram, whose `scale` is NaN, the status "invalid input".
 
-    Kernels do not look for NaN, so they solve these with another diagram, and it is given up.
+    Kernels do not look for NaN, so they solve these designs with another diagram, and the results
+    are discarded.
     """
 
     @wraps(solved)
@@ -60,7 +64,7 @@ def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict
         unknown = np.isnan(scale)
         if not unknown.any():
             return solved(scale=scale, **arguments)
-        for name in ("mean_torque", "friction_torque"):  # made from it
+        for name in ("mean_torque", "friction_torque"):  # which follow from the diagram
             if name in arguments:
                 arguments[name] = np.nan_to_num(arguments[name])
         found = solved(scale=np.where(unknown, 1.0, scale), **arguments)
@@ -76,6 +80,6 @@ def without_unknown(solved: Callable[..., dict[str, Any]]) -> Callable[..., dict
 def cylinders_of(
     count: int, period: float, cylinders_by_count: Mapping[int, Cylinders] | None
 ) -> Cylinders:
-    """Cylinders of this number of them; evenly firing equal ones unless given otherwise."""
+    """Cylinders of one key: evenly firing equal ones of this number unless given."""
     given = (cylinders_by_count or {}).get(count)
     return even_cylinders(count, period) if given is None else given

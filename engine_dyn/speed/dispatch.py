@@ -1,8 +1,8 @@
 """Broadcasting front of the kernels: arrays of parameters in, arrays of results out.
 
-Inputs are NumPy arrays that broadcast against each other: an axis of size 1 is one on which the
-input does not depend. What designs share is read off these shapes; nothing here knows what an axis
-is called. A sweep is split into parts whose designs can be treated alike; each part goes to the
+Inputs are NumPy arrays that broadcast against each other: an input does not depend on an axis along
+which its size is 1. What designs have in common follows from these shapes; names of axes are not
+known here. A sweep is split into parts whose designs can be treated alike; each part goes to the
 batch solver, which defers what it cannot solve, or to the general solver.
 """
 
@@ -55,15 +55,16 @@ __all__ = ["SOLVERS", "solve"]
 NOWHERE = np.zeros(0)
 
 NO_EXPONENT = 5e-8
-"""Exponents up to here are solved as their limit 0: omega differs by alpha/2 times the variance of
-log omega, 2e-9 where the speed nearly falls to nothing; q^(alpha/2) - 1 would lose as much."""
+"""Exponents up to this are solved as their limit 0, docs/method.md (58). The speeds differ by
+alpha/2 times the variance of log omega, which is 2e-9 for a speed that nearly falls to 0; rounding
+of q^(alpha/2) - 1 would cost as much."""
 
 ANY_EXPONENT, NO_POWER = 3, 4
 """Kinds of exponent (see `Choice`): any other than 0, 1 and 2, and a law that is no power."""
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
-"""From that many tables on, each for fewer designs than that, none is built: see `panels`. A design
-then differs by some 1e-9 from what it is with a table of its own."""
+"""From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, tables are interpolated and not
+built: see `panels`. Results then differ by some 1e-9 from those with a table for each design."""
 
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
@@ -74,8 +75,9 @@ class Sweep:
     """All designs of one call of `solve`, as arrays that broadcast to `shape`.
 
     `methods` and `models` are codes, `row` is the place of the diagrams in the family, `sets` are
-    the keys of `cylinders_by_count`. `built` says that tables are shared by many, or depend on what
-    cannot be interpolated; `general` leaves the batch solver out. The rest is as in `solve`.
+    the keys of `cylinders_by_count`. `built` says that tables are common to many designs, or depend
+    on inputs over which they cannot be interpolated. With `general` the batch solver is not used.
+    The other fields are those of `solve`.
     """
 
     shape: tuple[int, ...]
@@ -117,7 +119,7 @@ class Sweep:
         return np.broadcast_to(steps, self.shape).reshape(-1)
 
     def keys(self) -> list[npt.NDArray[Any]]:
-        """What must be the same in all designs of a part: see `_problem_of`."""
+        """What must be the same for all designs of a part: see `_problem_of`."""
         rank, driven = len(self.shape), self.driven
         period = self.family.row(0).period
         gear = aligned(np.asarray(self.inputs["gear_ratio"], dtype=float), rank)
@@ -134,6 +136,7 @@ class Sweep:
         ]
 
 
+# Longer than usual by its docstring; its parameters are the keywords of every caller.
 @without_unknown
 def solve(
     *,
@@ -159,9 +162,9 @@ def solve(
 
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
     "delta_error" is wanted, all are solved a second time with four times the nodes, and with
-    interpolated tables from points half as far apart: the difference is the error, and `status`
-    says whether that is within the tolerance. It is that of delta or of the smallest speed,
-    whichever is more; the latter where a design nearly stalls.
+    interpolated tables from points half as far apart. The error follows from the difference,
+    docs/method.md (97), and `status` says whether it is within the tolerance. It is the error of
+    delta or of the smallest speed, whichever is larger; the latter where a design nearly stalls.
 
     Parameters
     ----------
@@ -177,13 +180,13 @@ def solve(
     tolerance : float
         Relative error of delta and of the speeds aimed at.
     cylinders : array_like of int
-        How many, or keys of `cylinders_by_count`.
+        Number of cylinders, or keys of `cylinders_by_count`.
     cylinders_by_count : mapping, optional
-        Cylinders of each key; so many evenly firing equal ones where there is none.
+        Cylinders of each key. A key that is missing is a number of evenly firing equal cylinders.
     crank_angle : ndarray, optional
         Angles [rad] for curves.
     threads : int, optional
-        As many as the machine has processors, unless given.
+        Largest number of threads; the number of processors unless given.
     progress : callable, optional
         Called with the number of designs done since the last call.
     finer : int
@@ -192,13 +195,13 @@ def solve(
         Error that iterations may leave, relative to the range of the speed; a hundredth of the
         tolerance unless given.
     general : bool
-        Leave the batch solver out.
+        Do not use the batch solver.
     sharing : tuple of int, optional
-        Tables of the whole sweep, and designs that share one, where these designs are a block of
-        it: blocks must not decide for themselves how tables are made. Their own unless given.
+        Number of tables of the whole sweep, and of designs for each, where these designs are a
+        block of it, because blocks must not decide for themselves how tables are made. The numbers
+        of these designs unless given.
     driven : DrivenMachine
-        Load over angle, load over speed or driver beside a + k omega^alpha: these take the general
-        method.
+        Load over angle, load over speed or driver; these need the general solver.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -243,16 +246,16 @@ def solve(
     wanted = (*wanted, *compared)
     found, deferred = _solve_once(sweep, wanted, finer, iterated, progress)
     status = found["status"]
-    # More nodes help where the tolerance is missed; once they are tried where nothing converged.
+    # More nodes help where the tolerance is missed; they are tried once where nothing converged.
     failed = status == TOLERANCE_NOT_MET
     if finer == 1:
         failed |= status == NOT_CONVERGED
     missed = np.flatnonzero(failed)
-    if iterated is not None:  # the finer one of two solutions: whatever it is
+    if iterated is not None:  # the finer one of two solutions is taken as it is
         missed = missed[:0]
     stepping = sweep.stepping()
     if missed.size and finer < FINEST:
-        # Repeating cycles from a start has an error of its own, which more nodes do not mend.
+        # Repeating cycles from a start has an error of its own, which more nodes do not reduce.
         missed = missed[~stepping[missed]]
     if missed.size and finer < FINEST:
         again = solve(
@@ -271,7 +274,7 @@ def solve(
             array[missed] = again[name]
     if "delta_error" in wanted and iterated is None:
         known = (status == CONVERGED) | (status == TOLERANCE_NOT_MET)
-        # Those know their error from the solutions with more nodes, or from the periodic one.
+        # The error of these is known from solutions with more nodes, or from the periodic one.
         known[missed] = False
         known &= ~stepping
         if known.any():
@@ -350,9 +353,9 @@ def _results_for(
 def _problem_of(
     sweep: Sweep, part: Part, results: Results, finer: int, iterated: float | None
 ) -> tuple[Problem, int, bool]:
-    """One part as a problem, the refinement of the batch solver (0: leave it out), and how it does.
+    """One part as a problem, the refinement of the batch solver, and if tables are interpolated.
 
-    That is whether it interpolates the tables of designs that share none.
+    The refinement is 0 where the batch solver is not used.
     """
     method, variable, kind, steep, nodes, repeats, nodes_of_load = map(int, part.keys[:7])
     choice = Choice(
@@ -366,7 +369,8 @@ def _problem_of(
     times = math.gcd(cylinders.symmetry, repeats)
     interpolated = not (sweep.built or sweep.angles.size) and cylinders.equal_throws
     in_batch = METHODS[method].in_batch and not sweep.general and sweep.driven.plain
-    # The finer of two solutions has to be finer: the general solver is, for any exponent.
+    # The second of two solutions has to be finer, which for other exponents only the general solver
+    # is.
     in_batch = in_batch and can_solve(choice) and (iterated is None or kind != ANY_EXPONENT)
     refinement = 0
     if in_batch:
@@ -411,7 +415,7 @@ SOLVERS: dict[str, Callable[[Sweep, Problem], GeneralSolver]] = {
     "newton": _general,
     "closed": _general,
 }
-"""What solves the designs of each method, also those that the batch solver defers."""
+"""Solver of the designs of each method, including those that the batch solver defers."""
 
 
 def _kinds(exponent: Floats) -> Integers:
@@ -421,6 +425,6 @@ def _kinds(exponent: Floats) -> Integers:
 
 
 def _own_tables(inputs: Mapping[str, Any]) -> bool:
-    """Whether tables depend on more than crank ratio and pressure, so that each is built."""
+    """Whether tables depend on more than crank ratio and pressure, so that each must be built."""
     uneven = any(may_be(inputs[name]) for name in FRICTION_NAMES)
     return uneven or may_be(inputs["offset_ratio"])

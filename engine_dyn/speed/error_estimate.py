@@ -1,4 +1,7 @@
-"""The error of a solution, from its difference to one with more nodes."""
+"""The error of a solution, from its difference to one with more nodes: docs/method.md (97).
+
+The constants of this estimate, and the errors that iterations may leave for it, are here too.
+"""
 
 from __future__ import annotations
 
@@ -14,21 +17,22 @@ from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 __all__ = ["ITERATED", "ITERATED_FINER", "compare"]
 
 SAFETY, LEAST_ERROR = 7.0, 5e-11
-"""Factor on the difference to a solution with four times the nodes, and what is added to it: both
-solutions still see the knots of a tabulated diagram. Measured with benchmarks.stress: twice the
-nodes left one rough diagram in three hundred above the estimate, four times none of 800."""
+"""Factor on the difference to a solution with four times the nodes, and a constant that is added,
+because both solutions see the knots of a tabulated diagram alike. Both numbers are measured with
+benchmarks.stress: with twice the nodes, the error of one rough diagram in three hundred was above
+the estimate; with four times, that of none of 800."""
 
 SAFETY_OF_SLOWEST = 2.0
-"""Factor on the difference of the smallest speed. Four times the nodes leave a quarter of the error
-even at first order, so it is at most 4/3 of the difference; the rest is room for rounding, which
-near a stall both solutions have alike."""
+"""Factor on the difference of the smallest speed. With four times the nodes the error is at most a
+quarter even at first order, so it is at most 4/3 of the difference. The remainder of the factor is
+room for rounding, which near a stall is alike in both solutions."""
 
 ITERATED = 1e-2
 """Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
 
 ITERATED_FINER = 0.1 * LEAST_ERROR
-"""Error that the iteration of the finer solution may leave: both may stop after as many passes, and
-then what is left is the same and no part of their difference."""
+"""Error that the iteration of the finer solution may leave. Both solutions may stop after the same
+number of passes; an error that they have in common is no part of their difference."""
 
 CHUNK_OF_ARRAYS = 1 << 16
 
@@ -37,12 +41,13 @@ def compare(
     found: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
     inputs: Mapping[str, Any], shape: tuple[int, ...],
 ) -> None:  # fmt: skip
-    """Relative error of delta from its difference to a solution with more nodes, in place.
+    """Replace error and status by those from the difference to a solution with more nodes.
 
-    Or that of the smallest speed where it is more. That solution's own error is far smaller, so the
-    difference is nearly all of the error; what rounding leaves of a small delta comes on top, more
-    with a larger eta, which `inputs` give. It knows better than the kernel whether the tolerance is
-    met, and says so in the status. Piece by piece: no array of the sweep's size.
+    docs/method.md (97). The error is the relative one of delta, or that of the smallest speed where
+    it is larger. The finer solution's own error is far smaller, so the difference is nearly all of
+    the error. Rounding is added, which is large for a small delta and for a large eta; eta follows
+    from `inputs`. The status says whether this estimate, which is better than the kernel's, meets
+    the tolerance. The work is done in pieces, so that no array has the size of the sweep.
     """
 
     def at(name: str) -> Any:

@@ -1,7 +1,7 @@
 """The inputs of the kernels: the one table of their names, units, defaults and places.
 
-A kernel finds the values of a design by the places that are named here. Tables of work depend on
-the inputs that are marked `of_tables`; these come first, so that a kernel can look at them alone.
+A kernel finds the values of a design by the places that are named here. Work tables depend on the
+inputs that are marked `of_tables`; these come first, so that a kernel can look at them alone.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Field(NamedTuple):
     quantity : str
         Name of the parameter or quantity in `engine_dyn.quantities`.
     of_tables : bool
-        Whether the tables of work depend on it.
+        Whether the work tables depend on it.
     of_speed_alone : bool
         Whether it matters for the periodic speed only, and not for the torque at nominal speed.
     """
@@ -168,15 +168,15 @@ FIELDS = tuple(_FIELDS)
 """All inputs, in the order of their places."""
 
 OUTPUT = len(FIELDS)
-"""Place of the results: kernels find where to write as they find their inputs."""
+"""Place of the results: kernels find where to write in the same way as their inputs."""
 
 INPUTS = OUTPUT + 1
-"""Places in all."""
+"""Number of places."""
 
 INPUT_NAMES = tuple(field.name for field in FIELDS)
 
 TABLE_NAMES = tuple(field.name for field in FIELDS if field.of_tables)
-"""What the tables of work depend on."""
+"""Inputs that the work tables depend on."""
 
 TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS if field.of_tables)
 """The same, under the names of the graph of quantities."""
@@ -184,10 +184,10 @@ TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS if field.of_tables)
 TABLE_INPUTS = len(TABLE_NAMES)
 
 DEFAULTS = {field.name: field.default for field in FIELDS if field.default is not None}
-"""Values of what may be left out."""
+"""Values of inputs that need not be given."""
 
 OF_SPEED_ALONE = tuple(field.name for field in FIELDS if field.of_speed_alone)
-"""What the torque at nominal speed does not depend on."""
+"""Inputs that the torque at nominal speed does not depend on."""
 
 FRICTION_NAMES = (
     "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",

@@ -1,4 +1,10 @@
-"""Mean gas torque of a cylinder for arrays of crank ratios and diagrams."""
+"""Mean over angle of the gas pressure times the reduced piston velocity, of one cylinder or all.
+
+The mean gas torque is this mean times piston area, crank radius and number of cylinders,
+docs/method.md (29). The mean is linear in the factor f on a cylinder's pressure above motored,
+p = p_motored + f (p - p_motored), so equal throws need two tables at most: that of the diagram and
+that of the motored diagram.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import Member
+from engine_dyn.geometry.cylinder_means import mean_of_cylinders
+from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch import panels
 from engine_dyn.speed.batch.mean_gas import mean_gas_between, panels_of
@@ -15,7 +22,7 @@ from engine_dyn.speed.tables.node_counts import may_be, row_map, rows_needed
 from engine_dyn.speed.tables.work_tables import FEWEST_NODES, make_grid
 from engine_dyn.types import Floats
 
-__all__ = ["mean_gas_torque"]
+__all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
 
 MANY_MEANS, POINTS_OF_MEANS = 512, 10
 """From MANY_MEANS on, mean torques are interpolated between POINTS_OF_MEANS crank ratios in each
@@ -66,3 +73,47 @@ def mean_gas_torque(
     means[used] = np.moveaxis(found.reshape(shape), 0, -1)
     mean_gas_between(ratios, places, number, row_of, points, means, result)
     return result.reshape(row.shape)
+
+
+def mean_gas_of_equal_throws(
+    crank_ratio: Any, offset: Any, row: Any, family: Family, pressure_factor: Any, tables: int
+) -> Any:
+    """Mean of p v [Pa] where all crank radii are the engine's.
+
+    Parameters
+    ----------
+    crank_ratio, offset : array_like
+        Crank radius over rod length, and offset of the pin's line over the crank radius.
+    row : array_like
+        Place of the diagram in the family's table.
+    family : Family
+        Diagrams.
+    pressure_factor : array_like
+        Mean factor of the cylinders on the pressure above motored.
+    tables : int
+        Tables of the whole sweep, of which these designs may be a block: see `dispatch.solve`.
+    """
+    whole = mean_gas_torque(crank_ratio, row, family, offset, tables=tables)
+    factor = np.asarray(pressure_factor)
+    if (factor == 1.0).all():
+        return whole * factor
+    motored = mean_gas_torque(crank_ratio, row, family, offset, pressure_factor=0.0, tables=tables)
+    return np.where(factor == 1.0, whole, motored + factor * (whole - motored))
+
+
+def mean_gas_of_unequal_throws(
+    crank_ratio: Any, offset: Any, row: Any, family: Family, cylinder_set: Any,
+    by_count: CylindersByCount, tables: int,
+) -> Any:  # fmt: skip
+    """Mean of p v over cylinders on throws of unequal radius, over the engine's radius [Pa].
+
+    Parameters as of `mean_gas_of_equal_throws` and `cylinder_means.value_of_sets`.
+    """
+
+    def of_one(member: Member) -> Any:
+        own = member.own(crank_ratio, offset)
+        return member.radius_factor * mean_gas_torque(
+            own.crank_ratio, row, family, own.offset, member.pressure_factor, tables
+        )
+
+    return mean_of_cylinders(cylinder_set, by_count, of_one)

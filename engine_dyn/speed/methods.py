@@ -31,7 +31,7 @@ class Method(NamedTuple):
     Attributes
     ----------
     name : str
-        As scenes and `periodic_speed` have it.
+        Name in scenes and in `periodic_speed`.
     meaning : str
         One line.
     steps : bool

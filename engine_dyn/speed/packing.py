@@ -1,4 +1,7 @@
-"""From broadcasting arrays to what kernels take: parts that are alike, packed values."""
+"""From broadcasting arrays to what kernels take.
+
+A sweep is split into parts that are alike, and all inputs are packed into one flat array.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,7 @@ def split(shape: tuple[int, ...], keys: Sequence[npt.NDArray[Any]]) -> list[Part
         if not along[axis]:
             choices.append([(np.arange(size), {})])
             continue
-        # Small whole numbers each: counted, not sorted, because the axis can be long.
+        # The keys are small whole numbers, and the axis can be long: they are counted, not sorted.
         which = np.zeros(size, dtype=np.int64)
         taken: list[dict[int, Any]] = [{}]
         for number in along[axis]:
@@ -97,7 +100,8 @@ class Packed:
         rank = len(shape)
         strides = np.zeros((max(rank, 1), INPUTS), dtype=np.int64)
         start = np.zeros(INPUTS, dtype=np.int64)
-        # Numbers first, as most are of a single design: an array of each would take its time.
+        # Plain numbers first: for a single design nearly all inputs are, and an array of each would
+        # cost time.
         numbers = {i: inputs[n] for i, n in enumerate(INPUT_NAMES) if isinstance(inputs[n], float)}
         start[list(numbers)] = range(len(numbers))
         place = len(numbers)
@@ -131,7 +135,7 @@ class Packed:
 
 
 def _strides(shape: tuple[int, ...]) -> list[int]:
-    """Steps of a flat index along each axis, 0 along axes of size 1; one number at least."""
+    """Steps of a flat index along each axis, 0 along axes of size 1; at least one number."""
     steps = [0] * len(shape)
     step = 1
     for axis in reversed(range(len(shape))):

@@ -1,7 +1,7 @@
 """Pieces of work on threads.
 
-Kernels hold no interpreter lock, so a pool of threads shares the designs of a sweep between the
-processors, gives progress, and lets Ctrl-C through.
+Kernels release the interpreter's lock, so a pool of threads distributes the designs of a sweep over
+the processors. It reports progress and can be stopped by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ __all__ = ["FEWEST", "PIECE", "Progress", "run_pieces", "shared_by"]
 Progress = Callable[[int], None]
 
 PIECE = 16384
-"""Designs of one call at most: long against the cost of a call, short for progress and Ctrl-C."""
+"""Largest number of designs of one call: long against the cost of a call, short for progress and
+Ctrl-C."""
 
 FEWEST = 64
-"""Designs that are worth a thread: some 50 us each by a general method. A pool takes 200 us, and
-milliseconds where other programs use the processors."""
+"""Least number of designs that are worth a thread. A design takes some 50 us by the general solver;
+a pool takes 200 us, and milliseconds where other programs use the processors."""
 
 
 def shared_by(designs: int, threads: int, fewest: int) -> int:
-    """How many of the threads share the work."""
+    """Number of threads that the work is distributed over."""
     return max(1, min(threads, designs // fewest))
 
 
@@ -30,13 +31,10 @@ def run_pieces(
     designs: int, work: Callable[[int, int], None], threads: int, progress: Progress | None,
     largest: int = PIECE, fewest: int = FEWEST,
 ) -> None:  # fmt: skip
-    """Call `work(begin, end)` over all designs, on threads when there is enough to share.
-
-    That is from `fewest` designs a thread on.
-    """
+    """Call `work(begin, end)` over all designs, on threads with at least `fewest` designs each."""
     threads = shared_by(designs, threads, fewest)
     size = max(1, min(largest, designs))
-    if threads > 1:  # several pieces a thread even out the load; each begins with a table
+    if threads > 1:  # several pieces a thread balance the load; each begins with a table
         size = min(largest, max(-(-designs // (threads * 8)), fewest // 4))
     pieces = [(begin, min(begin + size, designs)) for begin in range(0, designs, size)]
     if threads == 1:

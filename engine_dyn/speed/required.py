@@ -1,10 +1,10 @@
 """The inertia that gives a wanted coefficient of speed fluctuation, for every design of a sweep.
 
-delta falls as the inertia grows: nearly as 1/Theta where the fluctuation is small, and from some
+The fluctuation delta falls as the inertia grows: nearly as 1/Theta where it is small, and from some
 largest value at the lightest engine that still runs. The root of log delta(Theta) - log delta_w is
-sought over log Theta by secants from the energy swing's estimate, in a bracket that is halved where
-a secant leaves it. Each step solves the periodic speed of all designs that are not done, through
-the same front as a sweep.
+found over log Theta by secants from the estimate by the energy swing, docs/method.md (85), in a
+bracket that is halved where a secant leaves it. Each step solves the periodic speed of all designs
+that are not done, by the same function as a sweep.
 """
 
 from __future__ import annotations
@@ -33,25 +33,26 @@ Codes = npt.NDArray[np.int8]
 Places = npt.NDArray[np.intp]
 
 ENOUGH = 0.1
-"""Share of the tolerance up to which delta may miss what is wanted."""
+"""Fraction of the tolerance within which delta must be the wanted one."""
 
 MOST_STEPS = 60
 LONGEST_STEP = np.log(16.0)
 SLOPES = -4.0, -0.25
-"""Of log delta over log Theta: secants outside are not believed."""
+"""Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
 
 FEW = 0.25
-"""Share of the designs: from that few left on, they are solved alone, without common tables."""
+"""Fraction of the designs: when no more than that remain, they are solved by themselves, without
+tables in common."""
 
 TOO_LIGHT = STALLED, INVALID_INPUT
-"""Outcomes that more inertia may mend: the engine stops within the cycle, or with variable inertia
-the moving parts have more than all of it."""
+"""Outcomes that more inertia may change: the engine stops within the cycle, or with variable
+inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
     "family", "closure", "cylinders_by_count", "crank_angle", "threads", "progress", "sharing",
     "tolerance", "driven", "general", "finer", "iterated", "wanted",
 )  # fmt: skip
-"""Arguments of `dispatch.solve` that no design has alone."""
+"""Arguments of `dispatch.solve` that are not inputs of each design."""
 
 
 class Required(NamedTuple):
@@ -62,12 +63,13 @@ class Required(NamedTuple):
     inertia : ndarray
         Moment of inertia [kg m2]; NaN where `status` is 1 to 4.
     status : ndarray
-        Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is more than the lightest
-        engine that runs has, 5 where delta misses it by more than the tolerance.
+        Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is above that of the lightest
+        engine that runs, 5 where delta misses it by more than the tolerance.
     largest : ndarray
-        Largest delta below the wanted one that was met, and
+        Largest delta that was found below the wanted one; of a design that fails, this is what is
+        possible.
     lightest : ndarray
-        the inertia there: what remains of a design that fails [kg m2].
+        Inertia with that delta [kg m2].
     """
 
     inertia: Floats
@@ -87,7 +89,7 @@ def solve_for_inertia(
         Coefficient of speed fluctuation wanted, above 0.
     energy_swing : array_like
         Range of the work of the torque, less a load over angle and the mean [J], from which the
-        search starts.
+        search starts, docs/method.md (85).
     tolerance : float
         Relative error of delta aimed at.
     **given
@@ -144,6 +146,8 @@ def search(
 ) -> Required:
     """Find the inertia for each of some designs, from a function that solves them.
 
+    Secants over docs/method.md (85), in a bracket.
+
     Parameters
     ----------
     outcome : callable
@@ -160,7 +164,7 @@ def search(
     with np.errstate(divide="ignore", invalid="ignore"):
         x, target = np.log(start), np.log(goal)
     state = np.full(size, NOT_CONVERGED, dtype=np.int8)
-    # Ends of the bracket: too light (or delta too large), too heavy; with the miss there.
+    # Ends of the bracket, too light (or delta too large) and too heavy, with the residual there.
     low, high = np.full(size, -np.inf), np.full(size, np.inf)
     low_code = np.full(size, CONVERGED, dtype=np.int8)
     high_miss = np.full(size, np.nan)
@@ -177,7 +181,7 @@ def search(
         number = runs[code] & np.isfinite(miss)
         light = np.isin(code, TOO_LIGHT)
         here = x[active]
-        # What is neither a number nor too light does not depend on the inertia.
+        # An outcome that is neither a number nor too light does not depend on the inertia.
         lost = ~number & ~light
         state[active[lost]] = np.where(runs[code[lost]], INVALID_INPUT, code[lost])
         above = light | (number & (miss > 0.0))
@@ -187,8 +191,8 @@ def search(
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
         done = number & (np.abs(miss) <= ENOUGH * tolerance)
         state[active[done]] = code[done]
-        # The bracket is as narrow as numbers are: delta jumps there by more than the tolerance,
-        # or the engine stops before delta is what is wanted.
+        # The bracket has the width of rounding: delta jumps there by more than the tolerance,
+        # or the engine stops before delta is the wanted one.
         narrow = (high - low)[active] <= 4e-16 * np.maximum(np.abs(here), 1.0)
         narrow &= ~done & ~lost
         stops = low_code[active] != CONVERGED
@@ -211,9 +215,9 @@ def search(
         if progress is not None:
             progress(int(np.count_nonzero(~go)))
         active = active[go]
-    # Designs that ran out of steps while the engine stalls at one end of what is left.
-    left_over = (state == NOT_CONVERGED) & (low_code != CONVERGED)
-    state[left_over] = low_code[left_over]
+    # Designs without further steps while the engine stalls at the lower end of the bracket.
+    unfinished = (state == NOT_CONVERGED) & (low_code != CONVERGED)
+    state[unfinished] = low_code[unfinished]
     return Required(
         np.where(runs[state], np.exp(x), np.nan), state, np.exp(high_miss + target), np.exp(high)
     )

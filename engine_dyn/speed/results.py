@@ -40,9 +40,9 @@ class Result(NamedTuple):
     Attributes
     ----------
     name : str
-        As archives and `engine_dyn.speed.dispatch.solve` have it.
+        Name in archives and in `engine_dyn.speed.dispatch.solve`.
     symbol, unit, long_name, source : str
-        As of a node of `engine_dyn.quantities`.
+        As in a node of `engine_dyn.quantities`.
     """
 
     name: str
@@ -86,7 +86,7 @@ DELTA_ERROR = _result(
     "picard: against the periodic solution",
 )  # fmt: skip
 ITERATIONS = _result(
-    "iterations", "i", "1", "cycles marched, or sweeps of the iteration", "this project"
+    "iterations", "i", "1", "number of cycles, or of passes of the iteration", "this project"
 )
 
 RESULTS = tuple(_RESULTS)
@@ -124,18 +124,19 @@ TORQUE_RESULTS = (
 TORQUE_NAMES = tuple(result.name for result in TORQUE_RESULTS)
 
 COMPARED = ("delta", "omega_min")
-"""Results whose difference between two solutions is the error."""
+"""Results whose difference between two solutions gives the error."""
 
 IDLE = 1e-9
-"""A mean torque within this fraction of the torque's range is no load: the engine idles."""
+"""If mean torque and constant load differ by no more than this fraction of the torque's range, the
+engine idles: docs/method.md (60)."""
 
 ROUNDING = 5e-16
-"""Error of a speed over the nominal speed that rounding leaves. The smaller delta is, the larger is
-the relative error that this makes of it."""
+"""Error by rounding of a speed over the nominal speed, docs/method.md (93) and (97). The smaller
+delta is, the larger is its relative error by this."""
 
 CANCELLED = 8.0
-"""How much more rounding there is where masses act: V is the sum of up to 16 squares that nearly
-cancel, each good to some 2e-16, so speeds are good to that times 16 eta."""
+"""Factor on eta in the rounding of speeds, docs/method.md (93) and (97). V is the sum of up to 16
+squares that nearly cancel, each exact to some 2e-16, which makes 16 eta times as much in q."""
 
 
 class Results(NamedTuple):
@@ -144,7 +145,7 @@ class Results(NamedTuple):
     Attributes
     ----------
     wanted : ndarray
-        For each row of `RESULTS`, its row in `scalars`, or -1 where nobody asks for it.
+        For each row of `RESULTS`, its row in `scalars`, or -1 where it is not wanted.
     scalars : ndarray, shape (results, designs)
     status : ndarray, shape (designs,)
         Codes of `engine_dyn.status`.
@@ -152,7 +153,7 @@ class Results(NamedTuple):
         The second axis is empty where they are not wanted.
     deferred : ndarray
         Marks the designs that the batch solver defers to the general solver. Those that are marked
-        beforehand are deferred at once. Empty where nobody asks.
+        beforehand are deferred at once. Empty where it is not wanted.
     """
 
     wanted: Integers

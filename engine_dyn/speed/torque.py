@@ -37,7 +37,7 @@ from engine_dyn.types import Floats, Integers
 __all__ = ["torque_extremes"]
 
 PIECES = math.lcm(SEGMENTS, max(REFINEMENTS) * CHUNK)
-"""What the nodes of a cycle's torque are a multiple of."""
+"""The number of nodes of a cycle is a multiple of this."""
 
 
 @without_unknown
@@ -55,9 +55,9 @@ def torque_extremes(
 ) -> dict[str, Any]:
     """Largest and smallest torque at nominal speed [N m] and energy swing [J] of every design.
 
-    Arguments as of `engine_dyn.speed.dispatch.solve`, without what only the periodic speed needs;
-    `wanted` of `TORQUE_NAMES`. The energy swing is the range of the work of the torque,
-    less a load over angle of `driven`, less the mean.
+    Arguments are those of `engine_dyn.speed.dispatch.solve`, without those that only the periodic
+    speed needs; `wanted` are some of `TORQUE_NAMES`. The energy swing is the range of the work of
+    the torque, less a load over angle of `driven`, less the mean.
     """
     inputs = {**DEFAULTS, **dict.fromkeys(OF_SPEED_ALONE, 0.0), **inputs}
     counts = np.asarray(cylinders, dtype=np.int64)

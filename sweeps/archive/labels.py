@@ -22,7 +22,7 @@ from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
-from sweeps.dimensions import DESIGN
+from sweeps.dimensions import DESIGN, PUBLISHED
 from sweeps.errors import printable
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "PUBLISHED",
     "Labels",
     "Variable",
     "as_stored",
@@ -43,9 +42,6 @@ __all__ = [
     "label",
     "to_file_units",
 ]
-
-PUBLISHED = "_published"
-"""Ending of the variables that hold a scene's [reference]."""
 
 _LABEL_NAMES = {"case": "name of the design"}
 _WORD_NAMES = {

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
+from sweeps.dimensions import PUBLISHED
 from sweeps.figures.wording import (
     axis_label,
     digits_of,
@@ -35,9 +36,6 @@ MOST_ROWS = 45
 
 RUNNING = ("crank_angle", "order")
 """Dimensions that a curve runs along; all others are axes of the study."""
-
-PUBLISHED = "_published"
-"""How the name of a variable of published values ends."""
 
 SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)
 """Outcomes whose numbers are reliable."""

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.dimensions import PUBLISHED
+
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SUFFIX", "text"]
-
-SUFFIX = "_published"
-"""What the name of a published variable ends with in an archive."""
+__all__ = ["text"]
 
 WIDTH = 120
 LABEL_WIDTH = 24
@@ -42,8 +41,8 @@ def text(dataset: xr.Dataset) -> str:
     str
         Lines without a final line feed; empty for a dataset without published values.
     """
-    names = [str(name) for name in dataset.data_vars if str(name).endswith(SUFFIX)]
-    quantities = [name.removesuffix(SUFFIX) for name in names]
+    names = [str(name) for name in dataset.data_vars if str(name).endswith(PUBLISHED)]
+    quantities = [name.removesuffix(PUBLISHED) for name in names]
     compared = [quantity for quantity in quantities if quantity in dataset]
     lines: list[str] = []
     for group in _groups(dataset, compared):
@@ -67,7 +66,7 @@ def _groups(dataset: xr.Dataset, quantities: list[str]) -> Iterator[list[str]]:
 
 def _dimensions(dataset: xr.Dataset, quantity: str) -> tuple[Hashable, ...]:
     """Dimensions of the published or the computed values, in the archive's order."""
-    used = {*dataset[quantity].dims, *dataset[quantity + SUFFIX].dims}
+    used = {*dataset[quantity].dims, *dataset[quantity + PUBLISHED].dims}
     return tuple(dimension for dimension in dataset.sizes if dimension in used)
 
 
@@ -76,7 +75,7 @@ def _table(dataset: xr.Dataset, quantities: list[str]) -> list[str]:
     sizes = tuple(dataset.sizes[dimension] for dimension in dimensions)
     pairs = []
     for quantity in quantities:
-        published = _spread(dataset[quantity + SUFFIX], dimensions, dataset.sizes)
+        published = _spread(dataset[quantity + PUBLISHED], dimensions, dataset.sizes)
         computed = _spread(dataset[quantity], dimensions, dataset.sizes)
         pairs.append((published, computed))
 

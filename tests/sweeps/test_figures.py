@@ -36,7 +36,7 @@ ATTRIBUTES = {
     "load": ("engine load that names the indicator diagram", "L", "percent"),
     "load_exponent": ("exponent of the load torque over speed", r"\alpha", "1"),
     "cylinders": ("number of cylinders", "Z", "1"),
-    "start_angle": ("crank angle to march from", r"\varphi_1", "degree"),
+    "start_angle": ("crank angle at the start", r"\varphi_1", "degree"),
     "crank_angle": ("crank angle, 0 at firing top dead centre", r"\varphi", "degree"),
     "delta": ("coefficient of speed fluctuation", r"\delta", "1"),
     "omega": ("crank speed over the cycle", r"\omega", "rad s-1"),

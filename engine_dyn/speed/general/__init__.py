@@ -7,4 +7,8 @@ segments, newton, stiff    iteration of the load term, Newton's method, strong l
 cycles, euler, picard      the two methods that repeat cycles from a start
 speeds, storage      extremes and means of a solution; results
 scratch              working memory
+
+Kernels have more parameters than other functions: they take plain numbers and arrays, because
+a record of them would be copied at each call, and the bounds between compiled functions decide the
+last bits.
 """

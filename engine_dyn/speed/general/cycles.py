@@ -92,11 +92,11 @@ def sample_shapes(
                 slope += 2.0 * v * b
                 continue
             radius = samples.radii[i]
-            own, beside = ratio * radius, offset / radius
-            top = sine_of_top(own, beside)
+            own_ratio, own_offset = ratio * radius, offset / radius
+            top = sine_of_top(own_ratio, own_offset)
             s, c = turned(samples.sine[i, j], samples.cosine[i, j], top, math.sqrt(1.0 - top * top))
-            v = radius * offset_velocity_at(s, c, own, beside)
-            b = samples.masses[i] * radius * offset_acceleration_at(s, c, own, beside)
+            v = radius * offset_velocity_at(s, c, own_ratio, own_offset)
+            b = samples.masses[i] * radius * offset_acceleration_at(s, c, own_ratio, own_offset)
             gas += (pressure - blend.crankcase) * v
             shape -= b * v
             square += samples.masses[i] * v * v
@@ -130,15 +130,17 @@ def subtract_stroke_friction(
     """Subtract the friction of one cylinder, less its mean, from the gas: docs/method.md (32)."""
     friction, count = blend.friction, samples.sine.shape[1]
     radius = samples.radii[cylinder]
-    own, beside = ratio * radius, offset / radius
-    top = sine_of_top(own, beside)
+    own_ratio, own_offset = ratio * radius, offset / radius
+    top = sine_of_top(own_ratio, own_offset)
     upright = math.sqrt(1.0 - top * top)
     parts = rows_on_stack(4 * count)
     for j in range(count):
         sine = samples.sine[cylinder, j]
         s, c = turned(sine, samples.cosine[cylinder, j], top, upright)
         load = friction.ring + sample_of(blend, samples, cylinder, j) - blend.crankcase
-        found = stroke_friction_parts_at(load, offset_velocity_at(s, c, own, beside), sine)
+        found = stroke_friction_parts_at(
+            load, offset_velocity_at(s, c, own_ratio, own_offset), sine
+        )
         for k in range(4):
             parts[k * count + j] = found[k]
     levels = friction.boundary, friction.mixed, friction.hydrodynamic, friction.skirt

@@ -159,13 +159,13 @@ def solve_designs(
             spread(table, scratch.records)
             ranges = ranges_of(table)
         design, code = reduce(values, at, choice, form, table, ranges)
-        answerable = code == CONVERGED
+        solvable = code == CONVERGED
         high = low = mean = math.nan
         mu = 1.0
         error = 0.0
         cycles = 0
         curve_of, shown = design, table
-        if answerable:
+        if solvable:
             code, cycles, mu = solve_one(design, width, choice, segments, scratch)
             if is_stiff(design, width, choice):
                 curve_of = Design(1.0, design.eta, 0.0, design.law, design.nominal)
@@ -188,8 +188,8 @@ def solve_designs(
                     code = TOLERANCE_NOT_MET
         if (code == STALLED or code == NOT_CONVERGED) and not pulls_back(design):
             code = NO_STEADY_STATE
-        answerable = answerable and code != NO_STEADY_STATE and code != INVALID_INPUT
-        if answerable and (choice.method == THESIS or choice.method == PICARD):
+        solvable = solvable and code != NO_STEADY_STATE and code != INVALID_INPUT
+        if solvable and (choice.method == THESIS or choice.method == PICARD):
             delta = (high - low) / mean
             mu = 1.0
             if choice.method == THESIS:

@@ -127,6 +127,7 @@ def _settle(
             return
 
 
+# Longer than usual: one pass is one recurrence, whose state would be the arguments of every part.
 @inlined
 def _steps(
     kappa: float,
@@ -149,12 +150,12 @@ def _steps(
     """
     count = float(nodes)
     mu = 1.0
-    held = closure == POWER_MEAN
+    mu_given = closure == POWER_MEAN
     factor = width * width / 12.0
     change = math.inf
     smallest = 0.0
     for step in range(1, most + 1):
-        if not held:
+        if not mu_given:
             total = 0.0
             for j in range(nodes):
                 value, _, _ = load_terms((1.0 + d[j]) / tau[j], law)
@@ -185,7 +186,7 @@ def _steps(
             r1 -= value + slope * shift
             a11 += slope * grow
             a12 += slope * push
-            if not held:
+            if not mu_given:
                 value, first, _ = load_terms(q, law)
                 first /= tau[j]
                 r2 -= value - mu + first * shift
@@ -211,7 +212,7 @@ def _steps(
                 push = (push * before + source) / behind
         work[0, nodes - 1] = shift
         work[4, nodes - 1] = push
-        if held:
+        if mu_given:
             start = r1 / a11
             change_mu = 0.0
         else:
@@ -219,26 +220,26 @@ def _steps(
             start = (r1 * a22 - a12 * r2) / determinant
             change_mu = (a11 * r2 - a21 * r1) / determinant
         # The step is shortened so that no q changes by more than 2 max(q, 1/4).
-        share = 1.0
+        fraction = 1.0
         for j in range(nodes):
             delta = (work[5, j] * start + work[0, j] + work[4, j] * change_mu) / tau[j]
             q = max((1.0 + d[j]) / tau[j], 0.25)
-            if abs(delta) * share > 2.0 * q:
-                share = 2.0 * q / abs(delta)
+            if abs(delta) * fraction > 2.0 * q:
+                fraction = 2.0 * q / abs(delta)
         change = 0.0
         smallest = math.inf
         for j in range(nodes):
-            delta = share * (work[5, j] * start + work[0, j] + work[4, j] * change_mu)
+            delta = fraction * (work[5, j] * start + work[0, j] + work[4, j] * change_mu)
             d[j] += delta
             change = max(change, abs(delta))
             smallest = min(smallest, (1.0 + d[j]) / tau[j])
-        mu += share * change_mu
-        if not held:
+        mu += fraction * change_mu
+        if not mu_given:
             mu = max(mu, FLOOR)
         if not (change < 1e300):
             return -step, mu, change, smallest
         # Newton's method squares the error, so after a step this small nothing of it remains.
-        if share == 1.0 and change <= tolerance:
+        if fraction == 1.0 and change <= tolerance:
             return step, mu, change, smallest
     return -most, mu, change, smallest
 

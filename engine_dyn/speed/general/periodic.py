@@ -15,7 +15,7 @@ from engine_dyn.speed.general.newton import newton
 from engine_dyn.speed.general.reduction import Design
 from engine_dyn.speed.general.scratch import DTAU, DW, TAU, D, Scratch, W
 from engine_dyn.speed.general.segments import (
-    MOST_SWEEPS,
+    MOST_PASSES,
     POWERS,
     SEGMENTS,
     Q,
@@ -101,7 +101,8 @@ def must_stall(design: Design, variable: bool, period: float, table: Floats) -> 
         least = min(least, work)
         most = max(most, work)
     least += design.kappa * period
-    if most - least < 1.0:  # it is seldom more; below, only the least inertias stall
+    # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
+    if most - least < 1.0:
         return False
     total = 0.0
     half = half_of(design.law)
@@ -140,7 +141,7 @@ def solve_one(
     alone = choice.method == NEWTON or (
         choice.method == CLOSED and choice.kind != 0 and choice.variable
     )
-    sweeps = 0
+    passes = 0
     possible = alone or choice.closure != POWER_MEAN or not is_power(design.law)
     if not possible and must_stall(design, choice.variable, width * nodes, scratch.table):
         return STALLED, 1, 1.0
@@ -157,13 +158,13 @@ def solve_one(
                     scratch.running,
                 )  # fmt: skip
             return CONVERGED, 1, 1.0
-        sweeps, mu = iterate(
+        passes, mu = iterate(
             width, design.gas, design.eta, design.kappa, design.law, choice.kind,
             choice.variable, choice.closure, choice.iterated, segments,
             scratch.records, scratch.running,
         )  # fmt: skip
-        if sweeps > 0:
-            return CONVERGED, sweeps, mu
+        if passes > 0:
+            return CONVERGED, passes, mu
     fill_curve(design, choice.variable, scratch.table, scratch.curve)
     steps, mu, _, smallest = newton(
         design.kappa, design.law, choice.closure, width, nodes, scratch.curve[W],
@@ -174,7 +175,7 @@ def solve_one(
     code = CONVERGED
     if steps < 0:
         code = NOT_CONVERGED if smallest > FLOOR else STALLED
-    return code, abs(steps) + (0 if alone else MOST_SWEEPS), mu
+    return code, abs(steps) + (0 if alone else MOST_PASSES), mu
 
 
 @inlined

@@ -1,24 +1,25 @@
-"""Periodic speed of one design: its period cut into segments that run side by side as SIMD lanes.
+"""Periodic speed of one design, by iteration of the load term, on segments that run side by side.
 
-The reduced problem (symbols of `newton`): with g = 2 A r/(Theta omega_n^2), eta = m r^2/Theta and
-kappa = 2 (M_mean - a)/(Theta omega_n^2), and the tables P and V of `tables`,
+The reduced problem is docs/method.md (46) to (48): with g, eta and kappa of docs/method.md (42),
+(22) and (44), and the work tables P and V,
 
     constant inertia:   q = 1 + c + g P - eta V - z,
     variable inertia:   q = (1 + c + g P - z)/(1 + eta V),
     z' = kappa (F/mu - 1),   F = q^(alpha/2),   mu = mean F,   mean z = 0,
 
-q = (omega/omega_n)^2. The right side has no mean, so every iterate is periodic by itself, and c
-follows from the closure (power mean: mu = 1; cycle time: mean q^(-1/2) = 1). z is small, smooth and
-linear to leading order: with beta = kappa dF/dq of the mean, z' + beta z is solved by one sweep of
-a scalar recurrence (two-point Obreshkov formula, fourth order, A-stable) and the rest converges by
-a factor of about beta |1 - F'/mean F'| a sweep. Exponent 2 with constant inertia needs no
-iteration, and exponent 0 has z = 0: these are the closed solutions.
+where q = (omega/omega_n)^2. The right side has no mean, so every iterate is periodic by itself, and
+c follows from the closure (power mean: mu = 1; cycle time: mean q^(-1/2) = 1). The work z of the
+load is small, smooth and linear to leading order. With beta = kappa mean F', one pass of a scalar
+recurrence solves z' + beta z = R by Obreshkov's two-point formula, docs/method.md (63) to (65); it
+is of fourth order and A-stable. What is not linear converges by the factor of docs/method.md (70)
+in each pass. Exponent 2 with constant inertia needs no iteration, and exponent 0 has z = 0: these
+are the closed solutions.
 
-The recurrence alone would be serial. It is linear, so each of `SEGMENTS` pieces of the period
-starts from zero, all at once, and the starts that join them follow afterwards. The memory holds
-one record for each row of nodes (node = segment * rows + row): all fields of a record lie at known
-distances, so the compiler sees that they do not overlap, and a design of its own needs no
-companions to fill the lanes.
+The recurrence alone would be serial. It is linear, so all `SEGMENTS` pieces of the period start
+from zero at once, and the starts that join them follow afterwards, docs/method.md (66). The memory
+has one record for each row of nodes (node = segment * rows + row). All fields of a record lie at
+known distances, so the compiler sees that they do not overlap, and the loops over segments become
+vectors although there is only one design.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from engine_dyn.speed.tables.work_tables import GAS_TORQUE, GAS_WORK, SQUARE, SQ
 from engine_dyn.types import Floats
 
 __all__ = [
-    "MOST_SWEEPS",
+    "MOST_PASSES",
     "POWERS",
     "Q",
     "RECORD",
@@ -51,18 +52,18 @@ __all__ = [
 SEGMENTS = 16
 """Pieces of a period; its nodes are a multiple of them."""
 
-MOST_SWEEPS = 24
-"""What has not converged by then is left to Newton's method."""
+MOST_PASSES = 24
+"""Largest number of passes; Newton's method follows where they do not suffice."""
 
-# Fields of a record, each SEGMENTS wide. There is one record more than rows: the last repeats the
-# first, one segment on, so that every node finds its successor in the next record.
+# Fields of a record, each of SEGMENTS numbers. There is one record more than rows: the last repeats
+# the first, one segment later, so that every node finds its successor in the next record.
 FIELDS = 12
 P, DP, V, DV, Q, Z, POWERS, DERIVATIVE, RIGHT, RIGHT_SLOPE, INVERSE, SAFE = (
     field * SEGMENTS for field in range(FIELDS)
 )
 RECORD = FIELDS * SEGMENTS
 
-# Running numbers, one of each for a segment.
+# Running numbers, one of each for every segment.
 Y, SUM, START, HIGH, LOW, HIGH_ROW, LOW_ROW, TOTAL, FIRST, SLOPE, SECOND, DRIFT, CHANGE, PRODUCT = (
     row * SEGMENTS for row in range(14)
 )
@@ -99,8 +100,8 @@ def spread(table: Floats, records: Floats) -> None:
 def two_point(rate: float, width: float) -> tuple[float, float, float, float]:
     """Weights of the two-point formula for y' + rate y = R over one interval.
 
-    What a step loses of y, and what it takes of R before and behind and of the difference of the
-    slopes of R.
+    docs/method.md (63) to (65). Returned are the loss L of y, and the weights of R at the begin and
+    at the end of the interval and of the difference of the slopes of R.
     """
     x = rate * width
     below = 1.0 + 0.5 * x + x * x / 12.0
@@ -114,7 +115,10 @@ def two_point(rate: float, width: float) -> tuple[float, float, float, float]:
 
 @inlined
 def join(rows: int, loss: float, running: Floats) -> float:
-    """Starts of the segments that join them and close the period; return the mean of it all."""
+    """Starts of the segments that join them and close the period, docs/method.md (66).
+
+    Returns the mean over the nodes.
+    """
     if not loss > 0.0:
         start = 0.0
         total = 0.0
@@ -129,12 +133,12 @@ def join(rows: int, loss: float, running: Floats) -> float:
     for k in range(SEGMENTS):
         end = kept * end + running[Y + k]
     start = end / -math.expm1(rows * SEGMENTS * logarithm)
-    # Sum over a segment of what its start leaves.
-    left = -math.expm1(rows * logarithm) / loss
+    # The sum over the nodes of a segment of what a start of 1 contributes.
+    start_sum = -math.expm1(rows * logarithm) / loss
     total = 0.0
     for k in range(SEGMENTS):
         running[START + k] = start
-        total += running[SUM + k] + start * left
+        total += running[SUM + k] + start * start_sum
         start = kept * start + running[Y + k]
     return total / (rows * SEGMENTS)
 
@@ -144,11 +148,11 @@ def solve_linear(
     width: float, gas: float, eta: float, kappa: float, segments: int, records: Floats,
     running: Floats,
 ) -> None:  # fmt: skip
-    """Exponent 2, constant inertia, power mean: q, which F is too, at the nodes, in closed form.
+    """Exponent 2, constant inertia, power mean: q at the nodes, in closed form; F is q.
 
-    z' + kappa z = kappa (g P - eta V) is linear with a constant coefficient and its right side has
-    no mean. `segments` is SEGMENTS, as a number that the compiler does not know: it then makes
-    SIMD loops of what it would unroll.
+    docs/method.md (61) and (62): z' + kappa z = kappa (g P - eta V) is linear with a constant
+    coefficient, and its right side has no mean. `segments` is SEGMENTS, passed as a number that the
+    compiler does not know, so that it makes SIMD loops instead of unrolling them.
     """
     rows = records.size // RECORD - 1
     loss, before, behind, cross = two_point(kappa, width)
@@ -192,7 +196,7 @@ def powers_of(
 ) -> None:
     """F and dF/dq of one record, and its contribution to the sums of F - 1 and of dF/de.
 
-    The record holds q, at least FLOOR, in SAFE and 1/tau in INVERSE.
+    The record has q, at least FLOOR, in SAFE and 1/tau in INVERSE.
     """
     if kind == 0:
         for k in range(segments):
@@ -216,7 +220,7 @@ def fill_law(kind: int, segments: int, record: Floats, law: Law) -> None:
 
 @fill_law.of(Power)
 def _fill_power(kind: int, segments: int, record: Floats, law: Power) -> None:
-    """As `fill_law` for a power: loops without branches, which are vectors."""
+    """As `fill_law` for a power, in loops without branches, which become vectors."""
     if kind == 1:
         for k in range(segments):
             root = math.sqrt(record[SAFE + k])
@@ -236,7 +240,10 @@ def _fill_power(kind: int, segments: int, record: Floats, law: Power) -> None:
 
 @inlined
 def closure_of(kind: int, closure: int, segments: int, record: Floats, running: Floats) -> None:
-    """Contribution of one record to the closure's residual and its derivative."""
+    """Contribution of one record to the closure's residual and its derivative.
+
+    docs/method.md (58) for exponent 0, (59) for the cycle time; (57) follows from `powers_of`.
+    """
     if closure == CYCLE_TIME:
         for k in range(segments):
             root = 1.0 / math.sqrt(record[SAFE + k])
@@ -262,7 +269,7 @@ def right_side(
     gas: float, eta: float, kappa: float, beta: float, mu: float, variable: bool, segments: int,
     record: Floats,
 ) -> None:  # fmt: skip
-    """R = z' + beta z and its slope in one record; z' = kappa (F/mu - 1)."""
+    """R = z' + beta z and its slope in one record, docs/method.md (48) and (69)."""
     scale = kappa / mu
     if variable:
         for k in range(segments):
@@ -280,6 +287,8 @@ def right_side(
             record[RIGHT_SLOPE + k] = scale * record[DERIVATIVE + k] * slope + beta * rate
 
 
+# Longer than usual: the two halves of a pass have some twenty running sums in common. Functions of
+# their own change the last bits, because the compiler may reorder sums within a function.
 @inlined
 def iterate(
     width: float, gas: float, eta: float, kappa: float, law: Law, kind: int,
@@ -287,9 +296,10 @@ def iterate(
 ) -> tuple[int, float]:  # fmt: skip
     """Any exponent, either inertia model, either closure: q and F at the nodes, by iteration.
 
-    `kind` is the exponent's class: 0, 1 and 2 for these exponents, 3 for any other, 4 for a law
-    that is no power. `tolerance` is for q, relative to its range. Returns the number of sweeps, 0
-    for what is left to Newton's method, and mu. `segments` as in `solve_linear`.
+    docs/method.md (67) to (71). `kind` is the class of the exponent: 0, 1 and 2 for these
+    exponents, 3 for any other, 4 for a law that is no power. `tolerance` is for q, relative to its
+    range. Returns the number of passes and mu; the number is 0 where Newton's method has to follow.
+    `segments` is as in `solve_linear`.
     """
     rows = records.size // RECORD - 1
     count = float(rows * SEGMENTS)
@@ -307,7 +317,7 @@ def iterate(
                 record[INVERSE + k] = 1.0 / (1.0 + eta * record[V + k])
     for k in range(segments):
         running[START + k] = 0.0
-    for sweep in range(1, MOST_SWEEPS + 1):
+    for number in range(1, MOST_PASSES + 1):
         # First half: z at the nodes from the recurrence, then q, F, and the means.
         for k in range(segments):
             running[FIRST + k] = 0.0
@@ -345,7 +355,7 @@ def iterate(
             if row < rows:
                 closure_of(kind, closure, segments, record, running)
                 if kind == 0 and closure != CYCLE_TIME and (row % 8 == 7 or row == rows - 1):
-                    # mean log q, with one logarithm for eight nodes
+                    # The mean of log q takes one logarithm for eight nodes.
                     for k in range(segments):
                         running[SECOND + k] += math.log(running[PRODUCT + k])
                         running[PRODUCT + k] = 1.0
@@ -355,8 +365,8 @@ def iterate(
             high = max(high, running[HIGH + k])
             low = min(low, running[LOW + k])
         if not (low > FLOOR and high < 1e3):
-            # What leaves the range of powers is left to Newton's method, which also decides
-            # whether it stalls.
+            # Outside the range of powers Newton's method follows, which also decides whether the
+            # engine stalls.
             return 0, 1.0
         first, slope = total_of(FIRST, running), total_of(SLOPE, running)
         mu = 1.0 + first / count
@@ -365,22 +375,23 @@ def iterate(
         else:
             shift = -first / slope
         change = max(change, abs(shift))
-        # A contraction leaves change * rate/(1 - rate). The first change is from nothing; a slow
-        # component may hide behind a fast one, so of two rates the worse counts.
+        # docs/method.md (71): change * rate/(1 - rate) is what remains of a contraction. The first
+        # change says nothing, because it is from the start. A slow component may hide behind a fast
+        # one, so the worse of two rates counts.
         bound = tolerance * (high - low) + 4e-16
-        if sweep > 1:
+        if number > 1:
             worse = max(rate, change / last)
             rate = change / last
-            left = min(worse, 0.99) if sweep > 2 else 0.99
-            if change <= bound or change * left <= bound * (1.0 - left):
-                return sweep, mu
+            assumed = min(worse, 0.99) if number > 2 else 0.99
+            if change <= bound or change * assumed <= bound * (1.0 - assumed):
+                return number, mu
         last = change
-        c += shift
+        c += shift  # docs/method.md (68)
         if kind == 0:
             continue
-        # Second half: the recurrence of z' + beta z = R.
+        # Second half: the recurrence of z' + beta z = R, docs/method.md (67).
         beta = kappa * slope / (count * mu)
-        if not beta >= 0.0:  # what the recurrence cannot follow: the speed runs away from it
+        if not beta >= 0.0:  # the speed runs away, which the recurrence cannot follow
             return 0, 1.0
         loss, before, behind, cross = two_point(beta, width)
         decay = 1.0 - loss

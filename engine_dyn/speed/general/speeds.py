@@ -1,4 +1,7 @@
-"""Extreme and mean speeds of a solution, and what they may miss."""
+"""Extreme and mean speeds of a solution, and an estimate of their error.
+
+docs/method.md chapter 12 on extrema and docs/method.md chapter 13 on the error.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ __all__ = [
 def slope_at(
     j: int, design: Design, mu: float, variable: bool, table: Floats, records: Floats
 ) -> tuple[float, float]:
-    """Return q and its exact slope at a node: q' = (w' - kappa (F/mu - 1) - q tau')/tau."""
+    """Return q and its exact slope at a node, docs/method.md (89)."""
     here = place_of(j, table.shape[1] // SEGMENTS)
     q = records[here + Q]
     slope = design.gas * table[GAS_TORQUE, j] - design.kappa * (records[here + POWERS] / mu - 1.0)
@@ -62,9 +65,10 @@ def extreme_of_speed(
     node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
     table: Floats, records: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Extreme of q near its largest (upward = 1) or smallest (-1) node, and what it may miss.
+    """Extreme of q near its largest (upward = 1) or smallest (-1) node, and a bound of its error.
 
-    That is the middle's share and more than what comes after it.
+    docs/method.md (92) is the middle of q. The bound is Delta of docs/method.md (93): the
+    correction by the middle, and the largest value of what comes after it.
     """
     nodes = table.shape[1]
     q, here = slope_at(node, design, mu, variable, table, records)
@@ -76,10 +80,10 @@ def extreme_of_speed(
     d_left *= width
     d_right *= width
     if not (d_left * upward > 0.0 and d_right * upward < 0.0):
-        # Beside an extreme node the slope has another sign, unless the nodes do not resolve it.
+        # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
         return q, abs(here) * width
     if variable:
-        # The middle of q from the middles of energy and inertia, both known.
+        # docs/method.md (92): the middle of q from those of energy and inertia, which are known.
         tau_left = 1.0 + design.eta * table[SQUARE, left]
         tau_right = 1.0 + design.eta * table[SQUARE, right]
         turn_left = design.eta * table[SQUARE_SLOPE, left] * width
@@ -98,7 +102,7 @@ def extreme_of_speed(
     beyond = design.gas * abs(table[GAS_WORK_TILT, left])
     beyond += design.eta * abs(table[SQUARE_TILT, left])
     tau = min(tau_left, tau_right) if variable else 1.0
-    # Twice a quintic: a knot within the interval and what comes after the fifth order add to it.
+    # docs/method.md (55): twice QUINTIC is the largest value of the quintic.
     return value, abs(bump) + 2.0 * QUINTIC * beyond / tau
 
 
@@ -107,11 +111,12 @@ def highest_extremum(
     node: int, upward: float, design: Design, mu: float, width: float, variable: bool,
     table: Floats, records: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Largest (upward = 1) or smallest (-1) q of the curve, and what it may miss.
+    """Largest (upward = 1) or smallest (-1) q of the curve, and a bound of its error.
 
-    `node` is the extreme one. Another hill can be higher between its nodes, even one that no node
-    shows: a hill rises above a node beside it by less than that node's slope makes of an interval,
-    which is about the largest step between nodes at most.
+    `node` is the extreme one. Another local extremum may be higher between its nodes, even one that
+    no node shows. A local extremum rises above a node beside it by less than the slope of that node
+    times the width of the interval, which is about the largest step between nodes at most.
+    docs/method.md chapter 12.
     """
     best, miss = extreme_of_speed(node, upward, design, mu, width, variable, table, records)
     nodes = table.shape[1]
@@ -140,7 +145,10 @@ def highest_extremum(
 
 @inlined
 def unresolved(law: Law, closure: int, records: Floats) -> float:
-    """Relative difference of the means over even and odd nodes: of the speed and of the closure."""
+    """Relative difference of the means over even and odd nodes, of the speed and of the closure.
+
+    docs/method.md (94).
+    """
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
     speed = closed = both = 0.0
@@ -157,11 +165,12 @@ def unresolved(law: Law, closure: int, records: Floats) -> float:
 
 @inlined
 def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float:
-    """What the two-point formula misses in q, by third differences of the load's rate.
+    """Error of the two-point formula in q, by third differences of the load's rate.
 
-    Its local error, h^5/720 of a fourth derivative, sums up to h^4/720 of the third, and the cubic
-    through the nodes misses h^4/384 of it in the middle of an interval; the rate is
-    kappa (F/mu - 1). Eight times that, because near a stall differences are too small.
+    The numerator of docs/method.md (95). The rate is kappa (F/mu - 1). The local errors, h^5/720
+    times its fourth derivative, add up to h^4/720 times the third, and the cubic through the nodes
+    misses h^4/384 times the third in the middle of an interval. The factor 8 is there because near
+    a stall differences are too small.
     """
     rows = records.size // RECORD - 1
     nodes = rows * SEGMENTS
@@ -181,10 +190,11 @@ def speeds_of(
     design: Design, mu: float, width: float, choice: Choice, segments: int, table: Floats,
     scratch: Scratch,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Largest, smallest and mean speed [rad/s], and the share of delta that they may miss.
+    """Largest, smallest and mean speed [rad/s], and the estimated relative error of delta.
 
-    Or the share of the smallest speed, where that is more: near a stall it is far less than the
-    range, and may miss as much. All are NaN where the smallest is no speed any more.
+    docs/method.md (93) and (96). The estimate is that of the smallest speed, where it is larger:
+    near a stall that speed is far less than the range, and its error may be as large. All are NaN
+    where the smallest q is not above FLOOR.
     """
     records = scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)

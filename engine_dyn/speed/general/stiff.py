@@ -1,15 +1,16 @@
-"""A strong load that grows with the square of the speed, constant inertia: exact between nodes too.
+"""Strong loads that grow with the square of the speed, constant inertia: exact between nodes too.
 
-In z (symbols of `segments`) a strong load is lost: z follows the work W = g P - eta V, which may be
-1e10 times the kinetic energy, and q = 1 + W - z keeps no digits of it. So what is marched here is
-y = q - 1 itself,
+In z (symbols of `segments`) all digits of a strong load are lost: z follows the work
+W = g P - eta V, which may be 1e10 times the kinetic energy, and q = 1 + W - z has no digits left.
+The unknown is therefore y = q - 1 itself, docs/method.md (78):
 
-    y' + kappa y = W',    mean y = 0 because W' has none,
+    y' + kappa y = W',    where y has no mean because W' has none.
 
-and not by a formula for smooth z: W is the quartic through values, slopes and middles of the
-table, and for W' a cubic the solution is known, so that no interval is too wide for the load to
-decay in. Its slope obeys the same equation with W'', hence needs no difference of what nearly
-cancels. The solution is written as a table of its own: a speed whose work is y, without load.
+The method does not assume that z is smooth. W is the quartic through values, slopes and middles of
+the table, and for the cubic W' the solution is known, so that it is exact however much the load
+decays over an interval. The slope of y obeys the same equation with W'', so it is not a difference
+of nearly equal numbers. The solution is written as a table of its own, that of a speed whose work
+is y, without load.
 """
 
 from __future__ import annotations
@@ -36,14 +37,14 @@ __all__ = ["follow_work"]
 
 
 DEEP = 20
-"""Order from which the recurrence goes back where x < 1: what it starts with is lost."""
+"""Order at which the backward recurrence starts where x < 1; the error of its start vanishes."""
 
 
 @inlined
 def _moments(x: float) -> tuple[float, float, float, float]:
     """Integrals of exp(-x (1 - t)) t^k over [0, 1] for k = 0 to 3.
 
-    They obey x m_k = 1 - k m_(k-1): backwards for small x, forwards for large.
+    docs/method.md (80): x m_k = 1 - k m_(k-1), taken backwards for small x, forwards for large.
     """
     if x < 1.0:
         last = 1.0 / (DEEP + 1.0)
@@ -63,7 +64,10 @@ def _moments(x: float) -> tuple[float, float, float, float]:
 def _slope_of_work(
     j: int, width: float, gas: float, eta: float, table: Floats
 ) -> tuple[float, float, float, float]:
-    """Coefficients of W' in t, from 0 to 1 over the interval behind node j, times the width."""
+    """Coefficients of W' in t, from 0 to 1 over the interval after node j, times the width.
+
+    docs/method.md (79).
+    """
     after = j + 1 if j + 1 < table.shape[1] else 0
     rise = gas * (table[GAS_WORK, after] - table[GAS_WORK, j])
     rise -= eta * (table[SQUARE, after] - table[SQUARE, j])
@@ -80,24 +84,25 @@ def follow_work(
     width: float, gas: float, eta: float, kappa: float, table: Floats, solved: Floats,
     records: Floats,
 ) -> None:  # fmt: skip
-    """Solve for y: at the nodes in the records, as q, and with slopes and middles in `solved`.
+    """Solve for y, docs/method.md (81) and (82).
 
-    `solved` has the rows of a table; those of V are zero there. The tilt, of which only the size
-    is used, counts what the quartics of W miss too, less than T/x of it and than twice QUINTIC T: T
-    is the most by which W' is off.
+    The records get q at the nodes; `solved` gets values, slopes and middles of y. `solved` has the
+    rows of a table, those of V zero. The tilt, of which only the size is used, includes what the
+    quartic of W misses: if W' is off by at most T over the width, y is off by at most the lesser of
+    T/x and of T times twice QUINTIC.
     """
     nodes = table.shape[1]
     rows = nodes // SEGMENTS
     x = kappa * width
     m0, m1, m2, m3 = _moments(x)
     h0, h1, h2, h3 = _moments(0.5 * x)
-    share = min(1.0, 0.5 / (QUINTIC * x))
-    kept, kept_half, left = math.exp(-x), math.exp(-0.5 * x), -math.expm1(-x * nodes)
+    damped = min(1.0, 0.5 / (QUINTIC * x))
+    kept, kept_half, lost = math.exp(-x), math.exp(-0.5 * x), -math.expm1(-x * nodes)
     y = slope = 0.0
     for turn in range(2):
         if turn == 1:  # the start that closes the period
-            y /= left
-            slope /= left
+            y /= lost
+            slope /= lost
         for j in range(nodes):
             c0, c1, c2, c3 = _slope_of_work(j, width, gas, eta, table)
             behind = kept * y + c0 * m0 + c1 * m1 + c2 * m2 + c3 * m3
@@ -114,7 +119,7 @@ def follow_work(
                 rising = kept_half * slope + 0.5 * c1 * h0 + 0.5 * c2 * h1 + 0.375 * c3 * h2
                 cubic = 1.5 * (behind - y) - 0.25 * (slope + slope_behind)
                 missed = gas * abs(table[GAS_WORK_TILT, j]) + eta * abs(table[SQUARE_TILT, j])
-                solved[GAS_WORK_TILT, j] = abs(rising - cubic) + share * missed
+                solved[GAS_WORK_TILT, j] = abs(rising - cubic) + damped * missed
                 solved[SQUARE, j] = solved[SQUARE_SLOPE, j] = 0.0
                 solved[SQUARE_MIDDLE, j] = solved[SQUARE_TILT, j] = 0.0
                 here = place_of(j, rows)

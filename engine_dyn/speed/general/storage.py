@@ -81,17 +81,17 @@ def store_curves(
             # The speed follows the method's own step from the sample before, also after the last
             # sample, because the first sample is the start of the cycle and not its end.
             j = int(math.floor(curves.sample[i] + 1e-9))
-            share = max(curves.sample[i] - j, 0.0)
+            fraction = max(curves.sample[i] - j, 0.0)
             speed, rate = scratch.sampled[SPEEDS, j], scratch.sampled[RATES, j]
-            speed += share * period / scratch.sampled.shape[1] * rate / speed
+            speed += fraction * period / scratch.sampled.shape[1] * rate / speed
         else:
             j = curves.node[i]
             after = j + 1 if j + 1 < nodes else 0
             left, d_left = slope_at(j, design, mu, choice.variable, table, scratch.records)
             right, d_right = slope_at(after, design, mu, choice.variable, table, scratch.records)
-            share = curves.fraction[i]
-            value = interpolate(share, left, right, d_left * width, d_right * width)
-            slope = slope_between(share, left, right, d_left * width, d_right * width)
+            fraction = curves.fraction[i]
+            value = interpolate(fraction, left, right, d_left * width, d_right * width)
+            slope = slope_between(fraction, left, right, d_left * width, d_right * width)
             speed = nominal * math.sqrt(max(value, 0.0))
             rate = 0.5 * nominal * nominal * slope / width
         if results.omega.shape[1] > 0:

@@ -252,7 +252,7 @@ Twice this is the factor on a TILT, docs/method.md (54) and (55)."""
 
 @inlined
 def take_cubic(
-    nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, rest: Floats
+    nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, missed: Floats
 ) -> None:
     """What a cubic through two nodes misses in their middle, docs/method.md (52)."""
     for j in range(nodes):
@@ -260,13 +260,13 @@ def take_cubic(
         cubic = 0.5 * (table[value, j] + table[value, after]) + 0.125 * width * (
             table[slope, j] - table[slope, after]
         )
-        rest[j] = middle[j] - cubic
+        missed[j] = middle[j] - cubic
 
 
 @inlined
 def take_tilt(
     nodes: int, width: float, factor: float, table: Floats, value: int, slope: int, middle: Floats,
-    rest: Floats,
+    missed: Floats,
 ) -> None:  # fmt: skip
     """What a cubic misses of the slope in the middle, which is `factor` times `middle`.
 
@@ -276,7 +276,7 @@ def take_tilt(
         after = j + 1 if j + 1 < nodes else 0
         ends = table[slope, j] + table[slope, after]
         cubic = 1.5 * (table[value, after] - table[value, j]) - 0.25 * width * ends
-        rest[j] = width * factor * middle[j] - cubic
+        missed[j] = width * factor * middle[j] - cubic
 
 
 @inlined
@@ -307,24 +307,24 @@ def stroke_friction_weights(
     boundary = mixed = hydrodynamic = skirt = 0.0
     # All points get the weight of the outer ones, then the middle ones what they lack, because
     # only loops without branches become vectors.
-    share = 3.0 * _WEIGHTS[0] / count
+    weight = 3.0 * _WEIGHTS[0] / count
     for i in range(count):
         s, c = turned(sine[i], cosine[i], top, upright)
         speeds[i] = offset_velocity_at(s, c, ratio, offset)
         load = before * first[i] + behind * second[i] + lift
         parts = stroke_friction_parts_at(load, speeds[i], sine[i])
-        boundary += share * parts[0]
-        mixed += share * parts[1]
-        hydrodynamic += share * parts[2]
-        skirt += share * parts[3]
-    share = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
+        boundary += weight * parts[0]
+        mixed += weight * parts[1]
+        hydrodynamic += weight * parts[2]
+        skirt += weight * parts[3]
+    weight = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
     for i in range(1, count, 3):
         load = before * first[i] + behind * second[i] + lift
         parts = stroke_friction_parts_at(load, speeds[i], sine[i])
-        boundary += share * parts[0]
-        mixed += share * parts[1]
-        hydrodynamic += share * parts[2]
-        skirt += share * parts[3]
+        boundary += weight * parts[0]
+        mixed += weight * parts[1]
+        hydrodynamic += weight * parts[2]
+        skirt += weight * parts[3]
     friction = blend.friction
     return (
         level_over_mean_at(friction.boundary, boundary),
@@ -369,20 +369,20 @@ def rates_of_member(
     Its crank ratio and offset are over its own radius: the rod and the offset are the engine's.
     """
     radius, friction = grid.radii[member], blend.friction
-    own, beside = ratio * radius, offset / radius
+    own_ratio, own_offset = ratio * radius, offset / radius
     sine, cosine, first, second = points_of(blend, grid, member)
     count = sine.size
     mine = rates[member * count : (member + 1) * count]
     before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
     if not varies_at(friction):
-        top = sine_of_top(own, beside)
+        top = sine_of_top(own_ratio, own_offset)
         upright = math.sqrt(1.0 - top * top)
         for i in range(count):
             s, c = turned(sine[i], cosine[i], top, upright)
             pressure = before * first[i] + behind * second[i] - blend.crankcase
-            mine[i] = radius * pressure * offset_velocity_at(s, c, own, beside)
+            mine[i] = radius * pressure * offset_velocity_at(s, c, own_ratio, own_offset)
         return 0.0, 0.0, 0.0, 0.0
-    weights = stroke_friction_weights(own, beside, blend, grid, member, mine)
+    weights = stroke_friction_weights(own_ratio, own_offset, blend, grid, member, mine)
     level = total_level_at(friction)
     for i in range(count):
         pressure = before * first[i] + behind * second[i] - blend.crankcase
@@ -476,9 +476,9 @@ def build_unequal(
     for member in range(grid.masses.size):
         weights = rates_of_member(ratio, offset, blend, grid, member, rates)
         radius = grid.radii[member]
-        own, beside = ratio * radius, offset / radius
+        own_ratio, own_offset = ratio * radius, offset / radius
         mass = grid.masses[member] * radius * radius
-        top = sine_of_top(own, beside)
+        top = sine_of_top(own_ratio, own_offset)
         upright = math.sqrt(1.0 - top * top)
         for step in range(member * steps, (member + 1) * steps):
             j = step % nodes
@@ -488,14 +488,16 @@ def build_unequal(
             middles[0, j] += before
 
             sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own, beside)
-            b = offset_acceleration_at(sine, cosine, own, beside)
+            v = offset_velocity_at(sine, cosine, own_ratio, own_offset)
+            b = offset_acceleration_at(sine, cosine, own_ratio, own_offset)
             pressure = blended(blend, grid.at_node, step) - blend.crankcase
             slope = blended(blend, grid.slope_at_node, step)
             table[TORQUE, j] += radius * pressure * v
             table[TORQUE_SLOPE, j] += radius * (slope * v + pressure * b)
             table[SHAPE, j] -= mass * b * v
-            table[SHAPE_SLOPE, j] -= mass * (b * b + v * offset_jerk_at(sine, cosine, own, beside))
+            table[SHAPE_SLOPE, j] -= mass * (
+                b * b + v * offset_jerk_at(sine, cosine, own_ratio, own_offset)
+            )
             table[SQUARE, j] += mass * v * v
             table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
             if varies:
@@ -507,11 +509,11 @@ def build_unequal(
                 )
 
             sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own, beside)
+            v = offset_velocity_at(sine, cosine, own_ratio, own_offset)
             pressure = blended(blend, grid.at_middle, step) - blend.crankcase
             middles[1, j] += mass * v * v
             middles[2, j] += radius * pressure * v
-            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own, beside) * v
+            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own_ratio, own_offset) * v
             if varies:
                 load, s = friction.ring + pressure, grid.middle_sine[step]
                 parts = stroke_friction_parts_at(load, v, s)
