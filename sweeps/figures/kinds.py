@@ -40,6 +40,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.curves import curves
@@ -60,7 +61,7 @@ from sweeps.figures.torques import (
     torque_components,
 )
 from sweeps.figures.traces import over_angle
-from sweeps.figures.views import PUBLISHED, RUNNING, View
+from sweeps.figures.views import RUNNING, View
 
 __all__ = ["KINDS", "Kind", "figures_of"]
 
