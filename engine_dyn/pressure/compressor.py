@@ -29,7 +29,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
 from engine_dyn.pressure.diagram import Diagram, table_angles
-from engine_dyn.pressure.first_law_kernel import butcher_change, smooth_step
+from engine_dyn.pressure.first_law_kernel import smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
@@ -310,8 +310,20 @@ def coefficients(phi: float, sine: float, cosine: float, case: Case) -> tuple[fl
 
 
 @inlined
+def butcher_change(
+    h: float, k1: float, k3: float, k4: float, k5: float, k6: float, k7: float
+) -> float:
+    """Change over a step of Butcher's method; its second stage has no weight."""
+    return h / 120.0 * (11.0 * (k1 + k7) + 81.0 * (k3 + k4) - 32.0 * (k5 + k6))
+
+
+@inlined
 def advance(phi: float, h: float, p: float, case: Case) -> float:
-    """Pressure after one step of Butcher's method (`first_law_kernel`)."""
+    """Pressure after one step of Butcher's method of order six, of seven stages.
+
+    They lie at 0, 1/3, 2/3, 1/3, 1/2, 1/2 and 1 of the step (Butcher, The Numerical Analysis of
+    Ordinary Differential Equations, Wiley 1987).
+    """
     s0, c0 = math.sin(phi), math.cos(phi)
     s6, c6 = math.sin(h / 6.0), math.cos(h / 6.0)
     s3, c3 = turned(s6, c6, s6, c6)

@@ -16,8 +16,8 @@ Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: first law of
 Wiebe function, eq. 9.30; Woschni's formula with its constants, section 12.4. Gatowski, Balles,
 Chun, Nelson, Ekchian and Heywood, SAE paper 841359, 1984: ratio of specific heats linear in
 temperature (constants as they are usually quoted; the paper itself was not compared). Woschni, SAE
-paper 670931, 1967. Butcher, The Numerical Analysis of Ordinary Differential Equations, Wiley 1987:
-Runge-Kutta method of order six in seven stages.
+paper 670931, 1967. The numerical method has its sources in
+`collocation`.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from engine_dyn.pressure.first_law_fields import (
     wall_code,
 )
 from engine_dyn.pressure.first_law_kernel import (
+    BURNT,
     BURNT_OUT,
     HOTTEST,
     WOSCHNI_FACTOR,
@@ -375,7 +376,8 @@ def tabulate(
     good = np.flatnonzero(~bad)
     if good.size:
         cases = _cases(kind, columns, wall)
-        integrate(cases, good, kind.period, angle, pressure, slope, summary, outcome)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        integrate(cases, good, kind.period, angle, sine, cosine, pressure, slope, summary, outcome)
     rest = {name: summary[:, i].reshape(shape) for i, name in enumerate(_SUMMARY)}
     return Diagrams(
         angle,
@@ -395,6 +397,13 @@ def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
     turns = ratio * (1.0 + np.abs(offset)) < 1.0
     some = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
     return np.asarray(slider_crank.dead_centres(*some).stroke)
+
+
+def _end_of_combustion(which: str, columns: Mapping[str, Floats]) -> Floats:
+    """Angle at which nothing is left to burn."""
+    power = 1.0 / (columns[f"{which}_form"] + 1.0)
+    durations = np.minimum((BURNT / columns["wiebe_factor"]) ** power, BURNT_OUT)
+    return np.asarray(columns[f"{which}_start"] + columns[f"{which}_duration"] * durations)
 
 
 def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Floats:
@@ -443,5 +452,7 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
             lag=columns["valve_lag"],
             scavenge=scavenge,
             returns=(closing > -scavenge).astype(np.float64),
+            end=_end_of_combustion("combustion", columns),
+            second_end=_end_of_combustion("premixed", columns),
         )
     return np.stack([case[name] for name in Case._fields], axis=-1)

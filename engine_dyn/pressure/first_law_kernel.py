@@ -1,9 +1,9 @@
 """Formulas and steps of the first-law cycles: the kernel behind `first_law`.
 
 What the equations are stands there; here is how they are followed. While the cylinder is closed,
-the unknown is its energy less the heat released so far, which needs the burnt fraction and not its
-rate: one degree smoother where a combustion starts. Steps are of fixed width and order six, and end
-wherever the equation is not smooth.
+the unknown is the entropy of its gas, which heat alone changes: it varies little where pressure and
+temperature vary most. While it is open, the unknown is the pressure. Both are followed by
+`collocation`, in intervals that end wherever the equation is not smooth.
 """
 
 from __future__ import annotations
@@ -21,10 +21,25 @@ from engine_dyn.geometry.slider_crank import (
     turned,
     velocity_at,
 )
+from engine_dyn.pressure.collocation import (
+    PLACES,
+    POINTS,
+    SHORT,
+    WEIGHTS,
+    Solution,
+    curve_at,
+    fit,
+    guess,
+    improve,
+    short_exp,
+    short_turn,
+)
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
 __all__ = [
+    "BURNT",
+    "BURNT_OUT",
     "EXPONENT_REACH",
     "HOTTEST",
     "POLYTROPIC",
@@ -32,7 +47,6 @@ __all__ = [
     "WOSCHNI_FACTOR",
     "WOSCHNI_PISTON",
     "Case",
-    "butcher_change",
     "integrate",
     "smooth_step",
 ]
@@ -52,14 +66,23 @@ WOSCHNI_COMBUSTION = 3.24e-3
 # The exponent of a polytrope changes over this angle to both sides of dead centre.
 EXPONENT_REACH = 30.0 * DEGREE
 
-# Steps: at most this wide, this share of a combustion and of the lag of a valve.
-LARGEST_STEP = 0.5 * DEGREE
-STEPS_OF_COMBUSTION = 24.0
-STEPS_OF_LAG = 6.0
-STEPS_OF_RAMP = 12.0
-# A rate that begins like (phi - start)^m has no derivatives there beyond m: the first steps after
-# it begin small and double.
+# Intervals are at most this wide, these parts of a combustion, of the lag and of the ramp of a
+# valve, and this part of the distance to where the volume would be 0, or the rod would stand
+# across: both at complex angles. Narrower ones change no pressure by more than 1e-9 of the largest.
+WIDEST = 16.0 * DEGREE
+PARTS_OF_COMBUSTION = 5.0
+LAGS_OF_INTERVAL = 1.7
+PARTS_OF_RAMP = 2.0
+PART_OF_DISTANCE = 0.6
+# A rate that begins like (phi - start)^m has no derivatives there beyond m: the first intervals
+# after it begin small and double.
 DOUBLINGS = 6
+BURNT = 40.0
+"""A combustion has ended where exp(-BURNT) of it is left."""
+
+MOST_IMPROVEMENTS = 20
+NEAR = 1e-10
+"""Newton's method ends where values change less; its next step would be lost in rounding."""
 
 MOST_PASSES = 60
 """Cycles that are followed until the pressure repeats."""
@@ -107,11 +130,10 @@ class Case(NamedTuple):
     lag: float
     scavenge: float
     returns: float
+    end: float
+    second_end: float
 
 
-# Functions hand numbers over, not arrays: counting references would take half the time.
-Place = tuple[float, float, float, float]
-"""What depends on angle alone: volume, its derivative, and two numbers more."""
 Blown = tuple[float, float, float]
 """Exponent, gamma - 1 and heat loss at the end of the closed part."""
 
@@ -158,7 +180,10 @@ def wiebe_rate(phi: float, start: float, duration: float, form: float, factor: f
     if time <= 0.0 or time >= BURNT_OUT:
         return 0.0
     power = time**form
-    return factor * (form + 1.0) / duration * power * math.exp(-factor * power * time)
+    burnt_out = factor * power * time
+    if burnt_out > BURNT:
+        return 0.0
+    return factor * (form + 1.0) / duration * power * math.exp(-burnt_out)
 
 
 @inlined
@@ -197,128 +222,149 @@ def exponent(phi: float, case: Case) -> float:
     return case.compression_exponent + change * turned
 
 
-@inlined
-def state(energy: float, mass: float, volume: float, case: Case) -> tuple[float, float, float]:
-    """Temperature, pressure and gamma - 1 of the closed gas.
+class Points(NamedTuple):
+    """What depends on angle alone, at the points of an interval; arrays.
 
-    u/R = -ln(G/G_1)/s with G = gamma - 1 = G_1 - s (T - T_1), solved for T; `energy` is that above
-    the trapped charge's, `mass` is m R over the swept volume [Pa/K].
+    `growth` is V'/V, `logarithm` that of the volume over the trapped one, `heat` its rate over
+    angle [Pa], `power` the polytropic exponent; of an open cylinder `heat` is how open it is, and
+    `power` the pressure outside. `lower` is the pressure of the motored engine.
     """
-    first = case.charge_gamma - 1.0
-    drop = -case.gamma_slope * energy / mass
-    # expm1(x)/x, which is 1 + x/2 where x is lost beside one.
-    rise = 1.0 + 0.5 * drop if abs(drop) < 1e-9 else math.expm1(drop) / drop
-    warmer = first * energy / mass * rise
-    temperature = case.charge_temperature + warmer
-    return temperature, mass * temperature / volume, first - case.gamma_slope * warmer
+
+    volume: Floats
+    growth: Floats
+    logarithm: Floats
+    heat: Floats
+    power: Floats
+    lower: Floats
+
+
+class Gas(NamedTuple):
+    """The closed gas, as its trapped state gives it.
+
+    With G = gamma - 1 = G_1 - s (T - T_1) and A = G_1 + s T_1, the unknown y = Y + A ln(V/V_1),
+    Y = ln[(T/T_1) G_1/(A - s T)], has the rate y' = A q'/(m R T), where q' is the heat taken up
+    over angle: y is the entropy, times A over m R. `total` is A, `part` is G_1/A, `mass` is m R
+    over the swept volume [Pa/K], `volume` is V_1; `transfer` is that of `transfer_of_woschni` in
+    the trapped charge, over the area.
+    """
+
+    total: float
+    part: float
+    mass: float
+    volume: float
+    transfer: float
 
 
 @inlined
-def woschni(pressure: float, temperature: float, above: float, volume: float, case: Case) -> float:
-    """Heat that the walls take per angle, over the swept volume [Pa].
+def exp(x: float) -> float:
+    """Exponential function, quicker where x is small."""
+    return short_exp(x) if abs(x) <= SHORT else math.exp(x)
+
+
+@inlined
+def state(y: float, logarithm: float, gas: Gas, case: Case) -> tuple[float, float]:
+    """Temperature, and gamma - 1 over A."""
+    grown = exp(y - gas.total * logarithm)
+    below = gas.part + (1.0 - gas.part) * grown
+    return case.charge_temperature * grown / below, gas.part / below
+
+
+@inlined
+def transfer_of_woschni(
+    pressure: float, temperature: float, above: float, volume: float, case: Case
+) -> float:
+    """Heat that the walls take per angle and kelvin, over the swept volume [Pa/K].
 
     `above` is (p - p_m)/(m R) [K]: T_r/(p_r V_r) of any state of the closed gas is 1/(m R).
     """
     wind = case.piston_wind + WOSCHNI_COMBUSTION * max(above, 0.0)
     transfer = math.exp(0.8 * math.log(pressure * wind) - 0.55 * math.log(temperature))
-    area = case.wall_ends + case.wall_liner * volume
-    return case.wall_scale * area * transfer * (temperature - case.wall_temperature)
+    return case.wall_scale * (case.wall_ends + case.wall_liner * volume) * transfer
 
 
 @inlined
-def closed_place(phi: float, sine: float, cosine: float, case: Case) -> Place:
-    """Volume, its derivative, burnt fraction and exponent at an angle."""
-    volume, growth = geometry(sine, cosine, case)
-    fraction = burnt(phi, case) if case.heat > 0.0 else 0.0
-    power = exponent(phi, case) if case.wall == POLYTROPIC else 0.0
-    return volume, growth, fraction, power
+def take_geometry(phi: float, h: float, case: Case, points: Points) -> None:
+    """Volume and V'/V at the points of an interval."""
+    sine, cosine = math.sin(phi), math.cos(phi)
+    for i in range(POINTS):
+        s, c = short_turn(h * PLACES[i])
+        s, c = turned(sine, cosine, s, c)
+        volume, growth = geometry(s, c, case)
+        points.volume[i] = volume
+        points.growth[i] = growth / volume
 
 
 @inlined
-def closed_rates(
-    energy: float, motored: float, mass: float, two: bool, place: Place, case: Case
-) -> tuple[float, float, float, float, float]:
-    """Rates of energy, of the motored engine's energy and of work; temperature and heat loss.
+def take_closed_points(phi: float, h: float, gas: Gas, case: Case, points: Points) -> None:
+    """What depends on angle alone, at the points of an interval of the closed part."""
+    take_geometry(phi, h, case, points)
+    for i in range(POINTS):
+        angle = phi + h * PLACES[i]
+        points.logarithm[i] = math.log(points.volume[i] / gas.volume)
+        points.heat[i] = case.heat * burning(angle, case) if case.heat > 0.0 else 0.0
+        points.power[i] = exponent(angle, case) if case.wall == POLYTROPIC else 0.0
 
-    `energy` is the internal energy less the heat released so far, which so needs no rate.
+
+@inlined
+def take_closed_rates(
+    fired: bool, two: bool, gas: Gas, case: Case, points: Points, solution: Solution
+) -> tuple[float, float]:
+    """Rates of the entropy and their derivatives; work and loss over the width of the interval.
+
+    Not `fired` is the motored engine. With `two`, the loss depends on its pressure too.
     """
-    volume, growth, fraction, power = place
-    temperature, pressure, gamma_less = state(energy + case.heat * fraction, mass, volume, case)
-    work = pressure * growth
-    loss, motored_rate = 0.0, 0.0
-    if case.wall == POLYTROPIC:
-        loss = work * ((power - 1.0) / gamma_less - 1.0)
-    elif case.wall == WOSCHNI:
-        above = 0.0
-        if two:
-            cooler, lower, _ = state(motored, mass, volume, case)
-            above = (pressure - lower) / mass
-            motored_rate = -lower * growth - woschni(lower, cooler, 0.0, volume, case)
-        loss = woschni(pressure, temperature, above, volume, case)
-    return -work - loss, motored_rate, work, temperature, loss
+    work, loss = 0.0, 0.0
+    for i in range(POINTS):
+        y, volume = solution.values[i], points.volume[i]
+        temperature, share = state(y, points.logarithm[i], gas, case)
+        pressure = gas.mass * temperature / volume
+        heat = points.heat[i] if fired else 0.0
+        factor = gas.total / (gas.mass * temperature)
+        lost, rising = 0.0, 0.0
+        if case.wall == POLYTROPIC:
+            g = gas.total * share
+            lost = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - 1.0)
+            # The loss over T changes with G, and dG/dy = -share (A - G).
+            rising = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - share)
+        elif case.wall == WOSCHNI:
+            # Woschni's powers of p and T, over those of the trapped charge.
+            power = 0.25 * math.log(temperature / case.charge_temperature)
+            power -= 0.8 * points.logarithm[i]
+            more = 0.25
+            if two and fired:
+                above = WOSCHNI_COMBUSTION * max(pressure - points.lower[i], 0.0) / gas.mass
+                wind = 1.0 + above / case.piston_wind
+                power += 0.8 * math.log(wind)
+                if above > 0.0:
+                    of_pressure = WOSCHNI_COMBUSTION * temperature / volume
+                    more += 0.8 * of_pressure / (wind * case.piston_wind)
+            area = case.wall_ends + case.wall_liner * volume
+            transfer = gas.transfer * area * exp(power)
+            lost = transfer * (temperature - case.wall_temperature)
+            rising = share * (more * lost + transfer * temperature)
+        if not fired:
+            points.lower[i] = pressure
+        solution.rates[i] = factor * (heat - lost)
+        solution.slopes[i] = -share * solution.rates[i] - factor * rising
+        work += WEIGHTS[i] * pressure * volume * points.growth[i]
+        loss += WEIGHTS[i] * lost
+    return work, loss
 
 
 @inlined
-def butcher_change(
-    h: float, k1: float, k3: float, k4: float, k5: float, k6: float, k7: float
-) -> float:
-    """Change over a step of Butcher's method; its second stage has no weight."""
-    return h / 120.0 * (11.0 * (k1 + k7) + 81.0 * (k3 + k4) - 32.0 * (k5 + k6))
-
-
-@inlined
-def closed_step(
-    phi: float, h: float, e: float, m: float, mass: float, two: bool, case: Case
-) -> tuple[float, float, float]:
-    """Energy and motored energy after one step, and its work.
-
-    Butcher's seven stages lie at 0, 1/3, 2/3, 1/3, 1/2, 1/2 and 1 of the step.
-    """
-    s0, c0 = math.sin(phi), math.cos(phi)
-    s6, c6 = math.sin(h / 6.0), math.cos(h / 6.0)
-    s3, c3 = turned(s6, c6, s6, c6)
-    start = closed_place(phi, s0, c0, case)
-    s, c = turned(s0, c0, s3, c3)
-    third = closed_place(phi + h / 3.0, s, c, case)
-    s, c = turned(s, c, s6, c6)
-    half = closed_place(phi + 0.5 * h, s, c, case)
-    s, c = turned(s, c, s6, c6)
-    later = closed_place(phi + 2.0 * h / 3.0, s, c, case)
-    s, c = turned(s, c, s3, c3)
-    end = closed_place(phi + h, s, c, case)
-
-    e1, m1, w1, _, _ = closed_rates(e, m, mass, two, start, case)
-    g = h / 3.0
-    e2, m2, _, _, _ = closed_rates(e + g * e1, m + g * m1, mass, two, third, case)
-    g = 2.0 * h / 3.0
-    e3, m3, w3, _, _ = closed_rates(e + g * e2, m + g * m2, mass, two, later, case)
-    g = h / 12.0
-    e4, m4, w4, _, _ = closed_rates(
-        e + g * (e1 + 4.0 * e2 - e3), m + g * (m1 + 4.0 * m2 - m3), mass, two, third, case
-    )
-    g = h / 16.0
-    e5, m5, w5, _, _ = closed_rates(
-        e + g * (18.0 * e2 - e1 - 3.0 * e3 - 6.0 * e4),
-        m + g * (18.0 * m2 - m1 - 3.0 * m3 - 6.0 * m4),
-        mass, two, half, case,
-    )  # fmt: skip
-    g = h / 8.0
-    e6, m6, w6, _, _ = closed_rates(
-        e + g * (9.0 * e2 - 3.0 * e3 - 6.0 * e4 + 4.0 * e5),
-        m + g * (9.0 * m2 - 3.0 * m3 - 6.0 * m4 + 4.0 * m5),
-        mass, two, half, case,
-    )  # fmt: skip
-    g = h / 44.0
-    e7, m7, w7, _, _ = closed_rates(
-        e + g * (9.0 * e1 - 36.0 * e2 + 63.0 * e3 + 72.0 * e4 - 64.0 * e6),
-        m + g * (9.0 * m1 - 36.0 * m2 + 63.0 * m3 + 72.0 * m4 - 64.0 * m6),
-        mass, two, end, case,
-    )  # fmt: skip
-    return (
-        e + butcher_change(h, e1, e3, e4, e5, e6, e7),
-        m + butcher_change(h, m1, m3, m4, m5, m6, m7),
-        butcher_change(h, w1, w3, w4, w5, w6, w7),
-    )
+def follow_closed(
+    h: float, y: float, rate: float, fired: bool, two: bool, gas: Gas, case: Case, points: Points,
+    solution: Solution,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Entropy at the end of an interval; work of the gas and loss to the walls over it."""
+    guess(solution, y, rate, h)
+    end, work, loss = y, 0.0, 0.0
+    for _ in range(MOST_IMPROVEMENTS):
+        work, loss = take_closed_rates(fired, two, gas, case, points, solution)
+        end, change = improve(solution, y, h)
+        if change < NEAR:
+            break
+    return end, h * work, h * loss
 
 
 @inlined
@@ -337,91 +383,6 @@ def manifold(phi: float, growth: float, case: Case) -> float:
 
 
 @inlined
-def open_place(phi: float, sine: float, cosine: float, period: float, case: Case) -> Place:
-    """Volume, its derivative, how open the cylinder is, and to what pressure, at an angle."""
-    volume, growth = geometry(sine, cosine, case)
-    opened = smooth_step((phi - case.opening) / case.ramp)
-    opened *= smooth_step((case.closing + period - phi) / case.ramp)
-    outside = manifold(phi, growth, case) if opened > 0.0 else 0.0
-    return volume, growth, opened, outside
-
-
-@inlined
-def gas_rate(
-    phi: float,
-    pressure: float,
-    after: bool,
-    volume: float,
-    growth: float,
-    blown: Blown,
-    case: Case,
-) -> float:
-    """Derivative of the pressure by the gas inside, its exponent as at the closed part's end."""
-    heat = 0.0
-    if after:
-        power, gamma_less, loss = blown
-        heat = gamma_less * (case.heat * burning(phi, case) - loss)
-    elif case.wall == POLYTROPIC:
-        power = case.compression_exponent
-    else:
-        power = case.charge_gamma
-        if case.wall == WOSCHNI:
-            loss = woschni(pressure, case.charge_temperature, 0.0, volume, case)
-            heat = (1.0 - power) * loss
-    return (heat - power * pressure * growth) / volume
-
-
-@inlined
-def open_rate(
-    phi: float, pressure: float, after: bool, place: Place, blown: Blown, case: Case
-) -> float:
-    """Derivative of the pressure while the cylinder is open.
-
-    `after` the exhaust's opening, not before the closing.
-    """
-    volume, growth, opened, outside = place
-    rate = 0.0
-    if opened > 0.0:
-        rate = opened * (outside - pressure) / case.lag
-    if opened == 1.0:
-        return rate
-    return rate + (1.0 - opened) * gas_rate(phi, pressure, after, volume, growth, blown, case)
-
-
-@inlined
-def open_step(
-    phi: float, h: float, p: float, period: float, after: bool, blown: Blown, case: Case
-) -> float:
-    """Pressure after one step, as in `closed_step`."""
-    s0, c0 = math.sin(phi), math.cos(phi)
-    s6, c6 = math.sin(h / 6.0), math.cos(h / 6.0)
-    s3, c3 = turned(s6, c6, s6, c6)
-    to_third, to_half, to_later, to_end = phi + h / 3.0, phi + 0.5 * h, phi + h / 1.5, phi + h
-    start = open_place(phi, s0, c0, period, case)
-    s, c = turned(s0, c0, s3, c3)
-    third = open_place(to_third, s, c, period, case)
-    s, c = turned(s, c, s6, c6)
-    half = open_place(to_half, s, c, period, case)
-    s, c = turned(s, c, s6, c6)
-    later = open_place(to_later, s, c, period, case)
-    s, c = turned(s, c, s3, c3)
-    end = open_place(to_end, s, c, period, case)
-
-    k1 = open_rate(phi, p, after, start, blown, case)
-    k2 = open_rate(to_third, p + h / 3.0 * k1, after, third, blown, case)
-    k3 = open_rate(to_later, p + h / 1.5 * k2, after, later, blown, case)
-    q = p + h / 12.0 * (k1 + 4.0 * k2 - k3)
-    k4 = open_rate(to_third, q, after, third, blown, case)
-    q = p + h / 16.0 * (18.0 * k2 - k1 - 3.0 * k3 - 6.0 * k4)
-    k5 = open_rate(to_half, q, after, half, blown, case)
-    q = p + h / 8.0 * (9.0 * k2 - 3.0 * k3 - 6.0 * k4 + 4.0 * k5)
-    k6 = open_rate(to_half, q, after, half, blown, case)
-    q = p + h / 44.0 * (9.0 * k1 - 36.0 * k2 + 63.0 * k3 + 72.0 * k4 - 64.0 * k6)
-    k7 = open_rate(to_end, q, after, end, blown, case)
-    return p + butcher_change(h, k1, k3, k4, k5, k6, k7)
-
-
-@inlined
 def next_break(phi: float, breaks: Floats, count: int) -> float:
     """First break after an angle."""
     found = math.inf
@@ -432,24 +393,63 @@ def next_break(phi: float, breaks: Floats, count: int) -> float:
 
 
 @inlined
-def add_start(start: float, h: float, breaks: Floats, count: int) -> int:
-    """Add the start of a combustion and the small first steps after it."""
+def add_combustion(start: float, duration: float, end: float, breaks: Floats, count: int) -> int:
+    """Add the start of a combustion, the small first intervals after it, and its end."""
     breaks[count] = start
+    h = duration / PARTS_OF_COMBUSTION
     for i in range(DOUBLINGS):
         breaks[count + 1 + i] = start + h * 0.5 ** (DOUBLINGS - i)
-    return count + 1 + DOUBLINGS
+    breaks[count + 1 + DOUBLINGS] = end
+    return count + 2 + DOUBLINGS
 
 
 @inlined
-def closed_breaks(case: Case, width: float, breaks: Floats) -> int:
+def closed_breaks(case: Case, breaks: Floats) -> int:
     """Angles at which the equation of the closed part is not smooth; how many."""
-    breaks[0], breaks[1] = -EXPONENT_REACH, EXPONENT_REACH
-    count = 2
+    count = 0
+    if case.wall == POLYTROPIC:
+        breaks[0], breaks[1] = -EXPONENT_REACH, EXPONENT_REACH
+        count = 2
     if case.heat > 0.0 and case.share > 0.0:
-        count = add_start(case.start, width, breaks, count)
+        count = add_combustion(case.start, case.duration, case.end, breaks, count)
     if case.heat > 0.0 and case.share < 1.0:
-        count = add_start(case.second_start, width, breaks, count)
+        count = add_combustion(
+            case.second_start, case.second_duration, case.second_end, breaks, count
+        )
     return count
+
+
+@inlined
+def width_of_combustion(phi: float, width: float, case: Case) -> float:
+    """Width of an interval that begins at an angle, where something burns there."""
+    if case.heat <= 0.0:
+        return width
+    if case.share > 0.0 and case.start - 1e-9 < phi < case.end - 1e-9:
+        width = min(width, case.duration / PARTS_OF_COMBUSTION)
+    if case.share < 1.0 and case.second_start - 1e-9 < phi < case.second_end - 1e-9:
+        width = min(width, case.second_duration / PARTS_OF_COMBUSTION)
+    return width
+
+
+@inlined
+def width_of_geometry(phi: float, case: Case) -> float:
+    """Width of an interval that begins at an angle, by how quickly the volume varies."""
+    across = math.acosh(1.0 / (case.crank_ratio * (1.0 + abs(case.offset_ratio))))
+    # The volume is about c + (1 + lambda) phi^2/4 near dead centre.
+    least = 2.0 * math.sqrt(case.clearance / (1.0 + case.crank_ratio))
+    away = abs(phi)
+    if phi < 0.0:
+        away /= 1.0 + PART_OF_DISTANCE
+    return PART_OF_DISTANCE * min(across, max(least, away))
+
+
+@inlined
+def end_of_interval(phi: float, target: float, width: float) -> float:
+    """Where an interval ends that begins at an angle, before a target or there."""
+    left = target - phi
+    if left <= width * 1.000001:
+        return target
+    return phi + (width if left >= 2.0 * width else 0.5 * left)
 
 
 @inlined
@@ -470,11 +470,15 @@ def open_breaks(case: Case, period: float, breaks: Floats) -> int:
 @inlined
 def closed_part(
     trapped: float,
-    width: float,
     start: float,
     angle: Floats,
+    sine: Floats,
+    cosine: Floats,
     step: float,
     case: Case,
+    points: Points,
+    fired: Solution,
+    motored: Solution,
     pressure: Floats,
     slope: Floats,
     summary: Floats,
@@ -482,58 +486,132 @@ def closed_part(
 ) -> tuple[float, Blown]:
     """Follow the closed cylinder, from its `trapped` pressure to that when the exhaust opens."""
     count, opening = angle.size, case.opening
-    breaking = closed_breaks(case, width, breaks)
+    breaking = closed_breaks(case, breaks)
     phi = case.closing
     volume, _ = geometry(math.sin(phi), math.cos(phi), case)
-    mass = trapped * volume / case.charge_temperature
-    energy, motored, work = 0.0, 0.0, 0.0
-    hottest = case.charge_temperature
+    first = case.charge_gamma - 1.0
+    total = first + case.gamma_slope * case.charge_temperature
+    transfer = 0.0
+    if case.wall == WOSCHNI:
+        transfer = transfer_of_woschni(trapped, case.charge_temperature, 0.0, volume, case)
+        transfer /= case.wall_ends + case.wall_liner * volume
+    gas = Gas(
+        total, first / total if total != 0.0 else 1.0, trapped * volume / case.charge_temperature,
+        volume, transfer,
+    )  # fmt: skip
+    y, y_motored, rate, rate_motored = 0.0, 0.0, 0.0, 0.0
+    work, loss, hottest = 0.0, 0.0, case.charge_temperature
     following = int(math.ceil((phi - angle[0]) / step - 1e-9))
-    while True:
-        mark = angle[0] + following * step
+    lower = 0.0
+    while phi < opening - 1e-12:
         # From the start of combustion on, Woschni's motored engine is followed beside.
         two = phi >= start - 1e-12
-        if mark <= phi + 1e-12 or phi >= opening - 1e-12:
-            place = closed_place(phi, math.sin(phi), math.cos(phi), case)
-            volume, growth, fraction, _ = place
-            rate, _, _, temperature, loss = closed_rates(energy, motored, mass, two, place, case)
+        width = width_of_combustion(phi, min(WIDEST, width_of_geometry(phi, case)), case)
+        target = min(next_break(phi, breaks, breaking), opening)
+        behind = end_of_interval(phi, target, width)
+        h = behind - phi
+        take_closed_points(phi, h, gas, case, points)
+        if two:
+            y_motored, _, _ = follow_closed(
+                h, y_motored, rate_motored, False, True, gas, case, points, motored
+            )
+            rate_motored = motored.rates[POINTS - 1]
+        end, gained, lost = follow_closed(h, y, rate, True, two, gas, case, points, fired)
+        work, loss = work + gained, loss + lost
+        middle = fit(fired, y, h)
+        y, rate = end, fired.rates[POINTS - 1]
+        if not two:
+            y_motored, rate_motored = y, rate
+        mark = angle[0] + following * step
+        while mark < behind - 1e-12:
+            place = following % count
+            volume, growth = geometry(sine[place], cosine[place], case)
+            here, gain = curve_at(fired, middle, h, 2.0 * (mark - phi) / h - 1.0)
+            temperature, share = state(here, math.log(volume / gas.volume), gas, case)
             hottest = max(hottest, temperature)
-            warmer = temperature - case.charge_temperature
-            gamma_less = case.charge_gamma - 1.0 - case.gamma_slope * warmer
-            p = mass * temperature / volume
-            if phi >= opening - 1e-12:
-                break
-            gain = gamma_less * (rate + case.heat * burning(phi, case))
-            pressure[following % count] = p
-            slope[following % count] = (gain - p * growth) / volume
+            p = gas.mass * temperature / volume
+            pressure[place] = p
+            slope[place] = p * (share * gain - (gas.total * share + 1.0) * growth / volume)
             following += 1
-            continue
-        target = min(min(next_break(phi, breaks, breaking), opening), mark)
-        steps = int(math.ceil((target - phi) / width - 1e-9))
-        h = (target - phi) / steps
-        for i in range(steps):
-            energy, motored, gained = closed_step(phi + i * h, h, energy, motored, mass, two, case)
-            work += gained
-            if not two:
-                motored = energy
-        phi = target
+            mark = angle[0] + following * step
+        phi = behind
+    volume, growth = geometry(math.sin(opening), math.cos(opening), case)
+    logarithm = math.log(volume / gas.volume)
+    temperature, share = state(y, logarithm, gas, case)
+    hottest = max(hottest, temperature)
+    p, gamma_less = gas.mass * temperature / volume, gas.total * share
     summary[0], summary[1] = trapped, hottest
-    summary[2] = case.heat * fraction
-    summary[3], summary[4] = work, -energy - work
+    summary[2] = case.heat * burnt(opening, case) if case.heat > 0.0 else 0.0
+    summary[3], summary[4] = work, loss
     if case.wall == POLYTROPIC:
         return p, (case.expansion_exponent, gamma_less, 0.0)
-    return p, (gamma_less + 1.0, gamma_less, loss)
+    lost = 0.0
+    if case.wall == WOSCHNI:
+        if opening >= start:
+            lower = gas.mass * state(y_motored, logarithm, gas, case)[0] / volume
+        above = (p - lower) / gas.mass if opening >= start else 0.0
+        lost = transfer_of_woschni(p, temperature, above, volume, case)
+        lost *= temperature - case.wall_temperature
+    return p, (gamma_less + 1.0, gamma_less, lost)
+
+
+@inlined
+def take_open_points(phi: float, h: float, period: float, case: Case, points: Points) -> None:
+    """What depends on angle alone, at the points of an interval of the open part."""
+    take_geometry(phi, h, case, points)
+    for i in range(POINTS):
+        angle = phi + h * PLACES[i]
+        growth = points.growth[i] * points.volume[i]
+        opened = smooth_step((angle - case.opening) / case.ramp)
+        opened *= smooth_step((case.closing + period - angle) / case.ramp)
+        points.heat[i] = opened
+        points.power[i] = manifold(angle, growth, case)
+
+
+@inlined
+def take_open_rates(
+    phi: float, h: float, after: bool, blown: Blown, case: Case, points: Points, solution: Solution
+) -> None:
+    """Rates of the pressure of the open cylinder and their derivatives.
+
+    The exponent is that at the closed part's end; `after` the exhaust's opening, not before the
+    closing.
+    """
+    power, gamma_less, constant_loss = blown
+    for i in range(POINTS):
+        pressure, opened = solution.values[i], points.heat[i]
+        slope = -opened / case.lag
+        rate = slope * (pressure - points.power[i])
+        if opened < 1.0:
+            heat, rising = 0.0, 0.0
+            if after:
+                heat = -constant_loss
+                if case.heat > 0.0:
+                    heat += case.heat * burning(phi + h * PLACES[i], case)
+                heat *= gamma_less
+            elif case.wall == WOSCHNI:
+                heat = transfer_of_woschni(
+                    pressure, case.charge_temperature, 0.0, points.volume[i], case
+                )
+                heat *= (1.0 - power) * (case.charge_temperature - case.wall_temperature)
+                rising = 0.8 * heat / pressure
+            closed = (1.0 - opened) / points.volume[i]
+            growth = power * points.growth[i] * (1.0 - opened)
+            rate += closed * heat - growth * pressure
+            slope += closed * rising - growth
+        solution.rates[i], solution.slopes[i] = rate, slope
 
 
 @inlined
 def open_part(
     phi: float,
     p: float,
-    width: float,
     angle: Floats,
     step: float,
     period: float,
     case: Case,
+    points: Points,
+    solution: Solution,
     pressure: Floats,
     slope: Floats,
     blown: Blown,
@@ -544,21 +622,40 @@ def open_part(
     middle = 0.5 * (case.opening + end)
     breaking = open_breaks(case, period, breaks)
     following = int(math.ceil((phi - angle[0]) / step - 1e-9))
+    across = math.acosh(1.0 / (case.crank_ratio * (1.0 + abs(case.offset_ratio))))
+    widest = min(WIDEST, PART_OF_DISTANCE * across, LAGS_OF_INTERVAL * case.lag)
+    before = case.charge_gamma
+    if case.wall == POLYTROPIC:
+        before = case.compression_exponent
+    nonlinear = case.wall == WOSCHNI
     while phi < end - 1e-12:
-        mark = angle[0] + following * step
         after = phi < middle - 1e-12
-        if mark <= phi + 1e-12:
-            place = open_place(phi, math.sin(phi), math.cos(phi), period, case)
-            pressure[following % count] = p
-            slope[following % count] = open_rate(phi, p, after, place, blown, case)
+        width = widest
+        if phi < case.opening + case.ramp - 1e-12 or phi > end - case.ramp - 1e-12:
+            width = min(width, case.ramp / PARTS_OF_RAMP)
+        if after:
+            width = width_of_combustion(phi, width, case)
+        target = min(next_break(phi, breaks, breaking), end)
+        behind = end_of_interval(phi, target, width)
+        h = behind - phi
+        take_open_points(phi, h, period, case, points)
+        guess(solution, p, 0.0, h)
+        last = p
+        for _ in range(MOST_IMPROVEMENTS):
+            of_gas = blown if after else (before, 0.0, 0.0)
+            take_open_rates(phi, h, after, of_gas, case, points, solution)
+            last, change = improve(solution, p, h)
+            if not (nonlinear and phi > end - case.ramp - 1e-9) or change < NEAR * p:
+                break
+        centre = fit(solution, p, h)
+        mark = angle[0] + following * step
+        while mark < behind - 1e-12:
+            place = following % count
+            here, gain = curve_at(solution, centre, h, 2.0 * (mark - phi) / h - 1.0)
+            pressure[place], slope[place] = here, gain
             following += 1
-            continue
-        target = min(min(next_break(phi, breaks, breaking), end), mark)
-        steps = int(math.ceil((target - phi) / width - 1e-9))
-        h = (target - phi) / steps
-        for i in range(steps):
-            p = open_step(phi + i * h, h, p, period, after, blown, case)
-        phi = target
+            mark = angle[0] + following * step
+        p, phi = last, behind
     return p
 
 
@@ -567,6 +664,11 @@ def follow(
     case: Case,
     period: float,
     angle: Floats,
+    sine: Floats,
+    cosine: Floats,
+    points: Points,
+    fired: Solution,
+    motored: Solution,
     pressure: Floats,
     slope: Floats,
     summary: Floats,
@@ -574,33 +676,32 @@ def follow(
 ) -> int:
     """Follow a cycle until it repeats; its outcome."""
     step = period / angle.size
-    closed_width, start = LARGEST_STEP, math.inf
+    start = math.inf
     if case.heat > 0.0 and case.share > 0.0:
-        closed_width = min(closed_width, case.duration / STEPS_OF_COMBUSTION)
         start = case.start
     if case.heat > 0.0 and case.share < 1.0:
-        closed_width = min(closed_width, case.second_duration / STEPS_OF_COMBUSTION)
         start = min(start, case.second_start)
     if case.wall != WOSCHNI:
         start = math.inf
-    open_width = min(LARGEST_STEP, case.lag / STEPS_OF_LAG, case.ramp / STEPS_OF_RAMP)
 
     # Half an open part, from the manifold's pressure, begins near the first cycle's pressure.
     middle = 0.5 * (case.opening + case.closing + period)
     _, growth = geometry(math.sin(middle), math.cos(middle), case)
     p = open_part(
-        middle, manifold(middle, growth, case), open_width, angle, step, period, case, pressure,
+        middle, manifold(middle, growth, case), angle, step, period, case, points, fired, pressure,
         slope, (case.charge_gamma, 0.0, 0.0), breaks,
     )  # fmt: skip
     for _ in range(MOST_PASSES):
         trapped = p
         p, blown = closed_part(
-            trapped, closed_width, start, angle, step, case, pressure, slope, summary, breaks
-        )
+            trapped, start, angle, sine, cosine, step, case, points, fired, motored, pressure,
+            slope, summary, breaks,
+        )  # fmt: skip
         if case.gamma_slope > 0.0 and summary[1] > HOTTEST:
             return status.INVALID_INPUT
         p = open_part(
-            case.opening, p, open_width, angle, step, period, case, pressure, slope, blown, breaks,
+            case.opening, p, angle, step, period, case, points, fired, pressure, slope, blown,
+            breaks,
         )  # fmt: skip
         if abs(p - trapped) <= REPEATS * trapped:
             return status.CONVERGED
@@ -613,7 +714,25 @@ def _case_of(r: Floats) -> Case:
         r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8],
         r[9], r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17],
         r[18], r[19], r[20], r[21], r[22], r[23], r[24], r[25], r[26],
-        r[27], r[28], r[29], r[30], r[31], r[32], r[33], r[34],
+        r[27], r[28], r[29], r[30], r[31], r[32], r[33], r[34], r[35], r[36],
+    )  # fmt: skip
+
+
+@inlined
+def _solution_of(memory: Floats) -> Solution:
+    n = POINTS
+    return Solution(
+        memory[0:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
+        memory[4 * n : 5 * n], memory[5 * n : 6 * n],
+    )  # fmt: skip
+
+
+@inlined
+def _points_of(memory: Floats) -> Points:
+    n = POINTS
+    return Points(
+        memory[0:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
+        memory[4 * n : 5 * n], memory[5 * n : 6 * n],
     )  # fmt: skip
 
 
@@ -623,20 +742,27 @@ def integrate(
     rows: Integers,
     period: float,
     angle: Floats,
+    sine: Floats,
+    cosine: Floats,
     pressures: Floats,
     slopes: Floats,
     summary: Floats,
     outcome: Integers,
 ) -> None:
-    """Fill in the rows `rows` of the tables."""
+    """Fill in the rows `rows` of the tables; `sine` and `cosine` are those of `angle`."""
     breaks = on_stack(32)
     for i in range(32):
         breaks[i] = 0.0
+    points, fired, motored = on_stack(96), on_stack(96), on_stack(96)
+    for i in range(96):
+        points[i] = fired[i] = motored[i] = 0.0
     for index in range(rows.size):
         row = rows[index]
         outcome[row] = follow(
-            _case_of(cases[row]), period, angle, pressures[row], slopes[row], summary[row], breaks
-        )
+            _case_of(cases[row]), period, angle, sine, cosine, _points_of(points),
+            _solution_of(fired), _solution_of(motored), pressures[row], slopes[row], summary[row],
+            breaks,
+        )  # fmt: skip
         if outcome[row] != status.CONVERGED:
             pressures[row, :] = math.nan
             slopes[row, :] = math.nan
