@@ -228,7 +228,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
     if not raw:
         raise SceneError(f"{where} = []: no values; at least one is needed")
-    if all(type(item) is float for item in raw):  # a long list, most likely from Python
+    if set(map(type, raw)) == {float}:  # a long list, most likely from Python
         values = np.array(raw)
         if np.isfinite(values).all():
             return values

@@ -10,8 +10,9 @@ Angles are in radians from firing top dead centre, pressures in pascal, absolute
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,10 +20,13 @@ from numpy.typing import ArrayLike
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.pressure.point_checks import checked_points
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["Diagram", "diagram_from_points", "table_angles"]
+__all__ = ["Diagram", "diagram_from_points", "table_angles", "values_at"]
+
+AT_ONCE = 65536
+"""Values of several diagrams that are computed together, which fit in a processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,26 +59,11 @@ class Diagram:
 
     def __call__(self, phi: ArrayLike) -> Floats:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
-        p0, p1, s0, s1, step, t = self._pieces(phi)
-        rest = 1.0 - t
-        # Hermite's basis is 1, 0, 0, 0 at a knot, so tabulated pressures come back exactly.
-        result: Floats = (
-            p0 * (rest * rest * (1.0 + 2.0 * t))
-            + p1 * (t * t * (3.0 - 2.0 * t))
-            + step * (s0 * (t * rest * rest) - s1 * (t * t * rest))
-        )
-        return result
+        return _pressure_of(self.pressure, self.slope, self._pieces(phi))
 
     def derivative(self, phi: ArrayLike) -> Floats:
         """dp/dphi [Pa/rad] of the spline at any crank angle [rad]; the angle wraps."""
-        p0, p1, s0, s1, step, t = self._pieces(phi)
-        rest = 1.0 - t
-        result: Floats = (
-            6.0 * t * rest * (p1 - p0) / step
-            + s0 * (rest * (1.0 - 3.0 * t))
-            + s1 * (t * (3.0 * t - 2.0))
-        )
-        return result
+        return _slope_of(self.pressure, self.slope, self._pieces(phi))
 
     @property
     def peak(self) -> float:
@@ -133,8 +122,8 @@ class Diagram:
             self.angle, self.pressure * factor, self.slope * factor, self.period, motored
         )
 
-    def _pieces(self, phi: ArrayLike) -> tuple[Floats, ...]:
-        """Find values, slopes, step and local coordinate of the interval of each angle."""
+    def _pieces(self, phi: ArrayLike) -> _Pieces:
+        """Find the interval of each angle."""
         inside = wrapped(np.asarray(phi, dtype=np.float64), self.period)
         count = len(self.angle)
         left = np.searchsorted(self.angle, inside, side="right") - 1
@@ -142,15 +131,90 @@ class Diagram:
         right = (left + 1) % count
         start = self.angle[left] - np.where(left < 0, self.period, 0.0)
         step = self.angle[right] - start + np.where((right == 0) & (left >= 0), self.period, 0.0)
-        t = (inside - start) / step
-        return (
-            self.pressure[left],
-            self.pressure[right],
-            self.slope[left],
-            self.slope[right],
-            step,
-            t,
-        )
+        return _Pieces(left, right, step, (inside - start) / step)
+
+
+class _Pieces(NamedTuple):
+    """Intervals of some angles: the knots at both ends, the step between them, the part of it."""
+
+    left: Integers
+    right: Integers
+    step: Floats
+    part: Floats
+
+
+def _pressure_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
+    """Pressure of one diagram or, along the first axis, of many."""
+    p0, p1, s0, s1 = _ends_of(pressure, slope, at)
+    step, t = at.step, at.part
+    rest = 1.0 - t
+    # Hermite's basis is 1, 0, 0, 0 at a knot, so tabulated pressures come back exactly.
+    result: Floats = (
+        p0 * (rest * rest * (1.0 + 2.0 * t))
+        + p1 * (t * t * (3.0 - 2.0 * t))
+        + step * (s0 * (t * rest * rest) - s1 * (t * t * rest))
+    )
+    return result
+
+
+def _slope_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
+    """dp/dphi of one diagram or, along the first axis, of many."""
+    p0, p1, s0, s1 = _ends_of(pressure, slope, at)
+    step, t = at.step, at.part
+    rest = 1.0 - t
+    result: Floats = (
+        6.0 * t * rest * (p1 - p0) / step
+        + s0 * (rest * (1.0 - 3.0 * t))
+        + s1 * (t * (3.0 * t - 2.0))
+    )
+    return result
+
+
+def _ends_of(pressure: Floats, slope: Floats, at: _Pieces) -> tuple[Floats, ...]:
+    """Pressure and slope at both ends of the intervals."""
+    return tuple(
+        np.take(values, knots, axis=-1)
+        for values in (pressure, slope)
+        for knots in (at.left, at.right)
+    )
+
+
+def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: bool = False) -> None:
+    """Pressure [Pa] of some diagrams, or its slope [Pa/rad], at the same angles.
+
+    Parameters
+    ----------
+    diagrams : sequence of Diagram
+        Of one period. Intervals are searched once for those that follow each other with the same
+        knots.
+    phi : ndarray, shape (N,)
+        Crank angles [rad].
+    out : ndarray, shape (diagrams, N)
+        Gets the values, with the bits of `Diagram.__call__` and `Diagram.derivative`.
+    slopes : bool
+        Whether slopes are wanted.
+    """
+    formula = _slope_of if slopes else _pressure_of
+    most = max(1, AT_ONCE // phi.size)
+    angle, at = None, None
+    first = 0
+    while first < len(diagrams):
+        if at is None or angle is None or not _same(diagrams[first].angle, angle):
+            angle = diagrams[first].angle
+            at = diagrams[first]._pieces(phi)
+        some = [diagrams[first]]
+        for one in diagrams[first + 1 : first + most]:
+            if not _same(one.angle, angle):
+                break
+            some.append(one)
+        pressure, slope = (np.stack([getattr(d, n) for d in some]) for n in ("pressure", "slope"))
+        out[first : first + len(some)] = formula(pressure, slope, at)
+        first += len(some)
+
+
+def _same(one: Floats, other: Floats) -> bool:
+    """Whether two arrays of knots are the same."""
+    return one is other or np.array_equal(one, other)
 
 
 def diagram_from_points(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from engine_dyn.periodic_spline import periodic_spline_slopes
@@ -29,6 +30,7 @@ __all__ = [
     "family_from_diagrams",
     "morph",
     "on_common_knots",
+    "peaks_between",
 ]
 
 
@@ -39,6 +41,9 @@ WARP_AFTER = 80.0 * DEGREE
 WARP_PER_SHIFT = 2.5
 LARGEST_SHIFT = 60.0 * DEGREE
 COMMON_STEP = 0.25 * DEGREE
+
+ROWS_AT_ONCE = 256
+"""Rows whose largest pressures are looked for together, so that memory stays in bounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,10 +244,7 @@ class Family(RowsOfDiagrams):
 
     def peak_between(self, place: ArrayLike) -> Floats:
         """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
-        wanted = np.asarray(place, dtype=np.float64)
-        values, places = np.unique(wanted, return_inverse=True)
-        peaks = np.array([self.between(float(value)).peak for value in values])
-        return peaks[places].reshape(wanted.shape)
+        return peaks_between(place, lambda row: self.row(row).pressure)
 
     def each(self, change: Callable[[Diagram], Diagram]) -> Family:
         """Family of the diagrams that `change` makes of the given ones."""
@@ -317,6 +319,84 @@ def blend(lower: Diagram, upper: Diagram, fraction: float) -> Diagram:
         (1.0 - fraction) * lower.slope + fraction * upper.slope,
         lower.period,
     )
+
+
+def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Floats:
+    """Return the largest tabulated pressure at each place in a table of rows.
+
+    The largest value of a blend of two rows is at one of few knots: at no knot that another one
+    exceeds, or equals, in both rows. Rounding does not change this, so the result has the bits of
+    the largest value of all knots.
+
+    Parameters
+    ----------
+    place : array_like
+        A row, or a part of the way from it to the next, as of `Family.between`.
+    pressure_of : callable
+        Pressures of a row, at the knots that all rows have in common. It is called once for each
+        row.
+
+    Returns
+    -------
+    ndarray
+        Shape of `place`, unit of the rows.
+    """
+    wanted = np.asarray(place, dtype=np.float64)
+    flat = wanted.reshape(-1)
+    below = np.floor(flat)
+    fraction = flat - below
+    lower = below.astype(np.int64)
+    # Rows are few and designs many: rows are marked, not sorted.
+    starts, blended = (np.zeros(int(lower.max()) + 1, dtype=np.bool_) for _ in range(2))
+    starts[lower] = True
+    blended[lower[fraction > 0.0]] = True
+    rows = np.flatnonzero(starts)
+    table = np.zeros(starts.size, dtype=np.int64)
+    table[rows] = np.arange(rows.size)
+    parts = [
+        _top_knots(rows[first : first + ROWS_AT_ONCE], blended, pressure_of)
+        for first in range(0, rows.size, ROWS_AT_ONCE)
+    ]
+    most = max(part.shape[2] for part in parts)
+    low, high = np.concatenate([_filled(part, most) for part in parts], axis=1)
+    here, rest = table[lower], 1.0 - fraction
+    peaks: Floats = rest * low[here, 0] + fraction * high[here, 0]
+    for knot in range(1, most):
+        np.maximum(peaks, rest * low[here, knot] + fraction * high[here, knot], out=peaks)
+    return peaks.reshape(wanted.shape)
+
+
+def _filled(parts: Floats, count: int) -> Floats:
+    """Array with the last axis filled up by its first values, which changes no largest value."""
+    return np.concatenate(
+        [parts, np.repeat(parts[:, :, :1], count - parts.shape[2], axis=2)], axis=2
+    )
+
+
+def _top_knots(
+    rows: Integers, blended: npt.NDArray[np.bool_], pressure_of: Callable[[int], Floats]
+) -> Floats:
+    """Pressures of rows, and of those behind them, at the knots that may be the largest of a blend.
+
+    Shape (2, rows, knots). A row that is not marked in `blended` is its own successor.
+    """
+    known: dict[int, Floats] = {}
+    for row in rows.tolist():
+        known.setdefault(row, pressure_of(row))
+        if blended[row]:
+            known[row + 1] = pressure_of(row + 1)
+    here = np.stack([known[row] for row in rows.tolist()])
+    after = np.stack([known[row + 1 if blended[row] else row] for row in rows.tolist()])
+    each = np.arange(rows.size)
+    first = np.where(here == here.max(axis=1, keepdims=True), after, -np.inf).argmax(axis=1)
+    last = np.where(after == after.max(axis=1, keepdims=True), here, -np.inf).argmax(axis=1)
+    between = (here > here[each, last, None]) & (after > after[each, first, None])
+    of_row, knot = np.nonzero(between)
+    count = np.bincount(of_row, minlength=rows.size)
+    knots = np.repeat(first[:, None], 2 + int(count.max()), axis=1)
+    knots[:, 1] = last
+    knots[of_row, 2 + np.arange(of_row.size) - (np.cumsum(count) - count)[of_row]] = knot
+    return np.stack([np.take_along_axis(curve, knots, axis=1) for curve in (here, after)])
 
 
 def morph(start: Diagram, end: Diagram, fraction: float) -> Diagram:

@@ -31,7 +31,7 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, peaks_between
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
@@ -137,17 +137,7 @@ def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Flo
     """Return p_max [Pa] at each place of the family's table for a cylinder with this factor."""
     if factor == 1.0:
         return family.peak_between(place)
-    wanted = np.asarray(place, dtype=np.float64)
-    values, places = np.unique(wanted, return_inverse=True)
-    peaks = np.empty(values.size)
-    for i, value in enumerate(values.tolist()):
-        row, weight = math.floor(value), value - math.floor(value)
-        pressure = row_with_factor(family, row, factor).pressure
-        if weight > 0.0:
-            after = row_with_factor(family, row + 1, factor).pressure
-            pressure = (1.0 - weight) * pressure + weight * after
-        peaks[i] = pressure.max()
-    return peaks[places].reshape(wanted.shape)
+    return peaks_between(place, lambda row: row_with_factor(family, row, factor).pressure)
 
 
 def peak_of_cylinders(
@@ -167,10 +157,13 @@ def peak_of_cylinders(
     reduced : callable
         `np.max` or `np.mean`, over the cylinders.
     """
+    each: dict[float, Floats] = {}
 
     def of_engine(engine: Cylinders) -> Any:
         factors = engine.pressure_factors
-        each = {factor: peak_with_factor(place, family, factor) for factor in set(factors)}
+        for factor in factors:
+            if factor not in each:
+                each[factor] = peak_with_factor(place, family, factor)
         return reduced([each[factor] for factor in factors], axis=0)
 
     return value_of_sets(cylinder_set, by_count, of_engine)

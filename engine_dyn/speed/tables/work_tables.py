@@ -44,7 +44,7 @@ from engine_dyn.loads.friction import (
     varies_at,
     weighted_sum_at,
 )
-from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats, Integers
@@ -153,22 +153,34 @@ def make_grid(
     `members` are the representative cylinders.
     """
     period = family.row(int(rows[0])).period
-    pressures = [
-        _joined(
-            [
-                _sampled(row_with_factor(family, row, m.pressure_factor), steps, m.phase)
-                for m in members
-            ]
-        )
-        for row in rows.tolist()
-    ]
     turns = _joined([_turns(period, steps, member.phase) for member in members])
     masses = np.array([member.mass_factor for member in members])
     radii = np.array([member.radius_factor for member in members])
-    # A single diagram is not copied, because cached samples are only read.
-    of_rows = [
-        one[0][None] if len(one) == 1 else np.array(one) for one in zip(*pressures, strict=True)
-    ]
+    if rows.size <= FEW_ROWS:
+        cached = [
+            _joined(
+                [
+                    _sampled(row_with_factor(family, row, m.pressure_factor), steps, m.phase)
+                    for m in members
+                ]
+            )
+            for row in rows.tolist()
+        ]
+        # A single diagram is not copied, because cached samples are only read.
+        curves = [
+            one[0][None] if len(one) == 1 else np.array(one) for one in zip(*cached, strict=True)
+        ]
+        return Grid(*(*curves, *turns, masses, radii))
+    count = len(members)
+    of_rows = [np.empty((rows.size, each * steps * count)) for each in (1, 1, 1, 6)]
+    for place, member in enumerate(members):
+        diagrams = [row_with_factor(family, row, member.pressure_factor) for row in rows.tolist()]
+        node, middle, quadrature = _angles(period, steps, member.phase)
+        for out, angle, slopes in zip(
+            of_rows, (node, node, middle, quadrature), (False, True, False, False), strict=True
+        ):
+            mine = out[:, place * angle.size : (place + 1) * angle.size]
+            values_at(diagrams, angle, mine, slopes)
     return Grid(*(*of_rows, *turns, masses, radii))
 
 
@@ -196,9 +208,10 @@ def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
 
 
 _kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
-KEPT, LARGEST_KEPT = 3, 3000
-"""How many samplings of a diagram are cached, and their largest number of nodes. Without the cache,
-a single design would spend most of its time on evaluating splines."""
+KEPT, LARGEST_KEPT, FEW_ROWS = 3, 3000, 4
+"""How many samplings of a diagram are cached, their largest number of nodes, and the number of rows
+up to which they are. Without the cache, a single design would spend most of its time on evaluating
+splines; for many rows, evaluating all of them together takes less."""
 
 
 def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:

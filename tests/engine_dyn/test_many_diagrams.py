@@ -1,0 +1,92 @@
+"""Many diagrams at once have the numbers of each by itself, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine_dyn.geometry.cylinders import Member
+from engine_dyn.pressure.diagram import Diagram, values_at
+from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
+from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
+from engine_dyn.speed.tables.work_tables import FEW_ROWS, make_grid
+from engine_dyn.types import Floats
+from sweeps.reading.engine_files import load_engine
+
+
+def family_of(name: str) -> Family:
+    family = load_engine(name).family
+    assert isinstance(family, Family)
+    return family
+
+
+@pytest.fixture(scope="module")
+def family() -> Family:
+    return family_of("ntua")
+
+
+@pytest.fixture(scope="module")
+def places(family: Family) -> Floats:
+    """Anywhere in the table, rows and the last of them included."""
+    found = np.random.default_rng(3).uniform(0.0, family.row_count - 1, (40, 10))
+    found[0] = np.floor(found[0])
+    found[1, 0] = family.row_count - 1
+    return found
+
+
+def test_peaks_are_those_of_each_diagram(family: Family, places: Floats) -> None:
+    expected = np.array([[family.between(float(p)).peak for p in line] for line in places])
+    np.testing.assert_array_equal(family.peak_between(places), expected)
+    assert family.peak_between(places[0, 0]) == expected[0, 0]
+
+
+def test_peaks_of_cylinders_that_burn_less(family: Family, places: Floats) -> None:
+    def peak(place: float) -> float:
+        row = int(place)
+        here = row_with_factor(family, row, 0.4).pressure
+        if place == row:
+            return float(here.max())
+        after = row_with_factor(family, row + 1, 0.4).pressure
+        return float(((1.0 - (place - row)) * here + (place - row) * after).max())
+
+    flat = places.reshape(-1)[:60]
+    np.testing.assert_array_equal(
+        peak_with_factor(flat, family, 0.4), [peak(float(place)) for place in flat]
+    )
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_peaks_of_rough_and_of_flat_rows(rough: bool) -> None:
+    """Many knots may be the largest of a blend, or all knots of a plateau."""
+    random = np.random.default_rng(5)
+    rows = random.uniform(1.0, 2.0, (ROWS_AT_ONCE + 30, 50)).round(15 if rough else 1)
+    if not rough:
+        rows[:, 10:30] = 3.0
+    places = random.uniform(0.0, len(rows) - 1, 500)
+    lower = places.astype(int)
+    part = (places - lower)[:, None]
+    expected = ((1.0 - part) * rows[lower] + part * rows[lower + 1]).max(axis=1)
+    np.testing.assert_array_equal(peaks_between(places, lambda row: rows[row]), expected)
+
+
+def test_values_at_common_angles(family: Family) -> None:
+    diagrams = [family.row(row) for row in (0, 3, 50, 51, 180)]
+    other = family_of("v6_96x81").row(2)
+    rotated = Diagram(other.angle + 0.001, other.pressure, other.slope)
+    diagrams[2:2] = [rotated, rotated]
+    phi = np.linspace(-9.0, 9.0, 501)
+    found, slopes = np.empty((7, 501)), np.empty((7, 501))
+    values_at(diagrams, phi, found)
+    values_at(diagrams, phi, slopes, slopes=True)
+    np.testing.assert_array_equal(found, [diagram(phi) for diagram in diagrams])
+    np.testing.assert_array_equal(slopes, [diagram.derivative(phi) for diagram in diagrams])
+
+
+def test_grid_of_many_rows_is_that_of_each(family: Family) -> None:
+    members = (Member(0.0, 1.0, 1.0), Member(2.0, 0.0, 1.0), Member(4.0, 0.7, 1.1))
+    rows = np.arange(20, 20 + 2 * FEW_ROWS)
+    together = make_grid(family, rows, 720, members)
+    for place, row in enumerate(rows):
+        alone = make_grid(family, np.array([row]), 720, members)
+        for name in ("at_node", "slope_at_node", "at_middle", "at_quadrature"):
+            np.testing.assert_array_equal(getattr(together, name)[place], getattr(alone, name)[0])
