@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels stress \
+.PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies rates stress \
 	reliability fuzz wheel clean distclean
 
 help:
@@ -30,6 +30,8 @@ help:
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
+	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
+	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
 	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
@@ -77,6 +79,14 @@ calibrate: $(VENV)/.installed-test
 bench: $(VENV)/.installed-bench
 	$(python) -m benchmarks $(BENCH)
 	$(python) -m benchmarks.engines
+
+# Settings: STUDIES='--quick --only sampled v6_load', and others.
+studies: $(VENV)/.installed-test
+	$(python) -m benchmarks studies $(STUDIES)
+
+# Writes sweeps/planning/rates.py. Settings: RATES='--part 0.1', and others.
+rates: $(VENV)/.installed-test
+	$(python) -m benchmarks rates $(RATES)
 
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py

@@ -1,6 +1,8 @@
 """Measure everything and write the report.
 
 python -m benchmarks [--quick] [--huge] [--threads N] [--seconds S] [-o FOLDER]
+python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies alone
+python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import measure, own, peers, problem, report
+from benchmarks import measure, own, peers, problem, report, study_rates, study_times
+from benchmarks.studies import STUDIES
 
 EXPONENTS, CYLINDERS = (2.0, 1.0, 0.0), (1, 4, 8)
 
@@ -122,6 +125,9 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
     # The best of two moments: other work on the machine only ever lowers it.
     peak.append(measure.limits(threads))
     flops, flops_one, writing = (max(column) for column in zip(*peak, strict=True))
+    studies = study_times.measured(
+        STUDIES, threads, runs, 0.005 if quick else 1.0, 2 if quick else 24, log
+    )
     log("one design, start-up, compiling")
     latencies = measure.latencies(1 if quick else 5, fresh=not quick)
     log("memory and a large run")
@@ -136,12 +142,18 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
         agreed=few.stop + len(some), table=table, table_alone=alone, scenes=scenes,
         numbers=numbers, by_threads=by_threads, by_cylinders=by_cylinders, traces=traces,
         flops=flops, flops_one=flops_one, writing=writing, latencies=latencies, memory=memory,
-        big=large, took=time.perf_counter() - began,
+        big=large, studies=studies, took=time.perf_counter() - began,
     )  # fmt: skip
 
 
 def main() -> None:
     """Measure and write."""
+    if sys.argv[1:2] == ["studies"]:
+        study_times.main(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["rates"]:
+        study_rates.main(sys.argv[2:])
+        return
     parser = argparse.ArgumentParser(description="run time against error, throughput, memory")
     parser.add_argument("--quick", action="store_true", help="a minute, to see that it works")
     parser.add_argument("--huge", action="store_true", help="up to 10^8 designs")

@@ -26,6 +26,9 @@ from benchmarks.measure import (
     Traces,
 )
 from benchmarks.own import CHUNK, EXTREMES, OF_TABLE, WORK, operations
+from benchmarks.study_report import studies_section
+from benchmarks.study_times import Studies
+from benchmarks.wording import number, rows, small, span
 from engine_dyn.compilation import source_hash
 from sweeps.figures.sheet import STYLE
 
@@ -60,6 +63,7 @@ class Measured:
     latencies: Latencies
     memory: list[Memory]
     big: BigRun
+    studies: Studies
     took: float
 
 
@@ -128,38 +132,7 @@ def loop_ratio(ours: Result, peers: Sequence[Result], series: str, error: float)
     return seconds_at(of_series(peers, series), error) * ours.timing.rate
 
 
-# Words --------------------------------------------------------------------------------------------
-
-
-def number(value: float, digits: int = 2) -> str:
-    """A count or rate with two digits and thousands marked."""
-    if not math.isfinite(value):
-        return "-"
-    if value == 0.0:
-        return "0"
-    rounded = float(f"{value:.{digits - 1}e}")
-    return f"{rounded:,.0f}" if abs(rounded) >= 10.0 else f"{rounded:g}"
-
-
-def small(value: float) -> str:
-    """An error."""
-    return "-" if not math.isfinite(value) else f"{value:.1e}"
-
-
-def span(seconds: float) -> str:
-    """A time in the unit that suits it."""
-    if not math.isfinite(seconds):
-        return "-"
-    for unit, factor in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)):
-        if seconds * factor >= 1.0:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds * 1e9:.3g} ns"
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]]) -> list[str]:
-    """A table in Markdown, numbers to the right."""
-    marks = ["---"] + ["---:"] * (len(head) - 1)
-    return ["| " + " | ".join(line) + " |" for line in (head, marks, *body)]
+# Aims ---------------------------------------------------------------------------------------------
 
 
 def targets(m: Measured) -> list[tuple[str, str, str, bool]]:
@@ -270,7 +243,8 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
         "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
         "cannot remove.",
         "",
-        *ratios_section(m), *targets_section(m), *machines_section(machines), *table_section(m),
+        *ratios_section(m), *studies_section(m.studies), *targets_section(m),
+        *machines_section(machines), *table_section(m),
         *scenes_section(m), *scaling_section(m), *rest_section(m),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"

@@ -9,7 +9,13 @@ from typing import Any
 import pytest
 
 import sweeps
+from benchmarks import study_rates, study_report, study_times
 from benchmarks.studies import STUDIES, Study, study
+from engine_dyn.speed.mechanisms import counted
+from sweeps.planning import forecast
+from sweeps.planning.plan import make_plan
+from sweeps.planning.rates import RECORDED, SERIAL, Recorded
+from sweeps.scene.reading import read_scene
 
 FEW, MANY = 3000, 30_000
 """Numbers of designs between which calls are compared. Few are so many that they need nearly every
@@ -60,3 +66,68 @@ def test_a_study_is_known_by_its_name() -> None:
     assert study("sampled").name == "sampled"
     with pytest.raises(ValueError, match="no study; there are one_table, "):
         study("unknown")
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@solved
+def test_the_plan_names_what_solves(one: Study) -> None:
+    scene = one.build(400)
+    plan = make_plan(read_scene(scene))
+    with counted() as tally:
+        sweeps.run(scene, threads=1)
+    (line,) = {line for line in forecast.text(plan).splitlines() if "solved by: " in line}
+    assert set(line.split(": ", 1)[1].split(", ")) == set(tally.designs)
+    assert 0.0 <= tally.general_share <= 1.0
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "recorded", RECORDED, ids=lambda recorded: f"{recorded.study}-{recorded.designs}"
+)
+def test_estimated_times_are_those_that_were_recorded(recorded: Recorded) -> None:
+    """The formula and the seconds in `rates`; nothing is timed here."""
+    estimated = forecast.seconds_of_computing(study_rates.plan_of(recorded), recorded.cores)
+    assert 0.5 < estimated / recorded.seconds < 2.0
+
+
+def test_rates_are_fitted_and_written() -> None:
+    known = [Recorded("one_table", n, 2, 0.0) for n in (1000, 8000, 1_000_000)]
+    known += [Recorded("sampled_four", n, 4, 0.0) for n in (1000, 100_000)]
+    times = [forecast.seconds_of_computing(study_rates.plan_of(r), r.cores) for r in known]
+    known = [r._replace(seconds=t) for r, t in zip(known, times, strict=True)]
+    found = study_rates.fitted(known)
+    for recorded in known:
+        work = forecast.work_of(study_rates.plan_of(recorded))
+        again = sum(
+            count * found[name] / (1 if name in SERIAL else recorded.cores)
+            for name, count in work.items()
+        )
+        assert again == pytest.approx(recorded.seconds, rel=0.05)
+    text = study_rates.written(study_rates.FILE.read_text(encoding="utf-8"), found, known)
+    made: dict[str, Any] = {"__name__": "rates"}
+    exec(compile(text, "rates.py", "exec"), made)
+    assert made["SECONDS"] == pytest.approx(found, rel=0.01)
+    assert [tuple(r)[:3] for r in made["RECORDED"]] == [tuple(r)[:3] for r in known]
+    assert made["SERIAL"] == SERIAL
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_studies_are_measured_with_their_errors() -> None:
+    chosen = [study(name) for name in ("one_table", "grid_errors", "sampled", "driven")]
+    found = study_times.measured(chosen, 1, 1, 0.0005, 3)
+    assert [row.study for row in found.rows] == chosen
+    for row in found.rows:
+        assert row.converged == 1.0
+        assert row.errors.delta < 1e-6
+        assert row.errors.speeds < 1e-6
+        assert row.timing.rate > 0.0
+    assert found.rows[1].errors.honest == 1.0
+    assert found.rows[3].tally.general_share == 1.0
+    lines = study_report.table(found)
+    assert len(lines) == 2 + len(chosen)
+    cells = [cell.strip() for cell in lines[2].split("|")]
+    assert cells[1].startswith("one table")
+    assert cells[3] == "78"
+    assert "nan" not in "\n".join(lines)

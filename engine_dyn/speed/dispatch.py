@@ -21,7 +21,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.arguments import Choice, Problem
-from engine_dyn.speed.batch.front import BatchSolver, can_solve, is_steep, refinement_for
+from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
 from engine_dyn.speed.batch.levels import CHUNK
 from engine_dyn.speed.broadcasting import (
     along_axes,
@@ -34,6 +34,13 @@ from engine_dyn.speed.error_estimate import ITERATED, ITERATED_FINER, compare
 from engine_dyn.speed.fields import DEFAULTS, FRICTION_NAMES, TABLE_NAMES
 from engine_dyn.speed.general.front import GeneralSolver, samples_of
 from engine_dyn.speed.general.segments import SEGMENTS
+from engine_dyn.speed.mechanisms import (
+    GENERAL,
+    INTERPOLATED_TABLES,
+    are_shared,
+    mechanism_of,
+    tally_in_use,
+)
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS
 from engine_dyn.speed.packing import Packed, Part, aligned, split
 from engine_dyn.speed.pieces import Progress
@@ -62,10 +69,6 @@ of q^(alpha/2) - 1 would cost as much."""
 ANY_EXPONENT, NO_POWER = 3, 4
 """Kinds of exponent (see `Choice`): any other than 0, 1 and 2, and a law that is no power."""
 
-MANY_TABLES, FEW_DESIGNS = 64, 64
-"""From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, tables are interpolated and not
-built: see `panels`. Results then differ by some 1e-9 from those with a table for each design."""
-
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
@@ -75,9 +78,9 @@ class Sweep:
     """All designs of one call of `solve`, as arrays that broadcast to `shape`.
 
     `methods` and `models` are codes, `row` is the place of the diagrams in the family, `sets` are
-    the keys of `cylinders_by_count`. `built` says that tables are common to many designs, or depend
-    on inputs over which they cannot be interpolated. With `general` the batch solver is not used.
-    The other fields are those of `solve`.
+    the keys of `cylinders_by_count`. `shared` says that tables are common to many designs, or
+    depend on inputs over which they cannot be interpolated. With `general` the batch solver is not
+    used. The other fields are those of `solve`.
     """
 
     shape: tuple[int, ...]
@@ -93,7 +96,7 @@ class Sweep:
     tolerance: float
     driven: DrivenMachine
     general: bool
-    built: bool
+    shared: bool
     angles: Floats
     threads: int
 
@@ -237,7 +240,7 @@ def solve(
         tolerance=float(tolerance),
         driven=driven,
         general=general,
-        built=sharing[0] < MANY_TABLES or sharing[1] >= FEW_DESIGNS or _own_tables(inputs),
+        shared=are_shared(*sharing, special=_own_tables(inputs)),
         angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
         threads=threads or os.cpu_count() or 1,
     )
@@ -307,17 +310,21 @@ def _solve_once(
     marks are returned too, empty where no error is wanted.
     """
     results, found = _results_for(sweep, wanted, deferred)
+    tally = tally_in_use()
     if results.omega.shape[1] == results.acceleration.shape[1] == 0:
         sweep = replace(sweep, angles=NOWHERE)
     for part in split(sweep.shape, sweep.keys()):
-        problem, refinement, interpolated = _problem_of(sweep, part, results, finer, iterated)
+        problem, refinement, mechanism = _problem_of(sweep, part, results, finer, iterated)
+        if tally is not None:
+            tally.designs[mechanism] += problem.size
         method = METHOD_NAMES[problem.choice.method]
         solver = SOLVERS[method](sweep, problem)
-        if not refinement:
+        if mechanism == GENERAL:
             solver.solve_all(progress)
             continue
-        batch = BatchSolver(problem, refinement, solver.solve_chosen)
-        if interpolated:
+        rest = solver.solve_chosen if tally is None else tally.noting(solver.solve_chosen)
+        batch = BatchSolver(problem, refinement, rest)
+        if mechanism == INTERPOLATED_TABLES:
             batch.solve_by_interpolation(progress, parts=1 if iterated is None else 2)
         else:
             batch.solve_by_tables(progress)
@@ -352,8 +359,8 @@ def _results_for(
 
 def _problem_of(
     sweep: Sweep, part: Part, results: Results, finer: int, iterated: float | None
-) -> tuple[Problem, int, bool]:
-    """One part as a problem, the refinement of the batch solver, and if tables are interpolated.
+) -> tuple[Problem, int, str]:
+    """One part as a problem, the refinement of the batch solver, and the mechanism that solves it.
 
     The refinement is 0 where the batch solver is not used.
     """
@@ -367,14 +374,19 @@ def _problem_of(
     fewest = finer * max(nodes, nodes_of_load)
     # Torque and load repeat together as often as both do.
     times = math.gcd(cylinders.symmetry, repeats)
-    interpolated = not (sweep.built or sweep.angles.size) and cylinders.equal_throws
-    in_batch = METHODS[method].in_batch and not sweep.general and sweep.driven.plain
+    mechanism = GENERAL
     # The second of two solutions has to be finer, which for other exponents only the general solver
     # is.
-    in_batch = in_batch and can_solve(choice) and (iterated is None or kind != ANY_EXPONENT)
+    if not sweep.general and (iterated is None or kind != ANY_EXPONENT):
+        mechanism = mechanism_of(
+            choice, sweep.driven.plain, sweep.shared, sweep.angles.size > 0, cylinders.equal_throws
+        )
     refinement = 0
-    if in_batch:
+    if mechanism != GENERAL:
+        interpolated = mechanism == INTERPOLATED_TABLES
         refinement = refinement_for(cylinders, bool(steep), kind, interpolated, times, fewest)
+    if not refinement:
+        mechanism = GENERAL
     multiple = math.lcm(SEGMENTS, refinement * CHUNK) if refinement else SEGMENTS
     steps = steps_per_cycle(times, fewest, multiple)
     rows = rows_needed(part.take(sweep.row))
@@ -394,7 +406,7 @@ def _problem_of(
         results=results,
         threads=sweep.threads,
     )
-    return problem, refinement, interpolated
+    return problem, refinement, mechanism
 
 
 def _general(sweep: Sweep, problem: Problem) -> GeneralSolver:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,33 +12,18 @@ import psutil
 from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.speed.fields import TABLE_QUANTITIES
-from engine_dyn.speed.methods import STEPPING
+from engine_dyn.speed.methods import CLOSURES, METHOD_NAMES, STEPPING
+from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
+from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.variants import variant_words
 
-__all__ = ["RATES", "seconds", "table_count", "text"]
-
-RATES = {
-    "start": 1.0,  # s, to load what a run needs
-    "tables": 7e5,  # tables of work; of many, most are interpolated
-    "no iteration": 4e6,  # designs, load exponents in DIRECT
-    "iteration": 3.5e6,  # designs, other exponents
-    "variable": 3.5e6,  # designs with variable inertia
-    "driven": 1e4,  # designs with a load over angle, a table over speed or a driver
-    "thesis": 1e2,  # designs
-    "picard": 1e1,  # designs
-    "torque": 1e6,  # designs, extremes of torque and work
-    "curves": 2e7,  # points
-    "revolutions": 1e4,  # designs, largest shaking force and the like
-    "bytes": 3e8,  # written
-}
-"""Work a second and core (curves and bytes: a second), for the estimate of time and for nothing
-else. A test keeps them near what docs/benchmarks_machines.csv and docs/benchmarks.md measured."""
+__all__ = ["mechanism", "seconds", "seconds_of_computing", "table_count", "text", "work_of"]
 
 SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
 """Designs that agree in all of these share a table of work."""
@@ -50,6 +36,12 @@ DIRECT = {
 
 SEARCH_STEPS = 5
 """Solutions on the way to the inertia for a wanted delta."""
+
+ERROR_COST = 2.0
+"""Work of the second solution, from which `delta_error` follows, over that of the first."""
+
+PANELS = 5
+"""Intervals of the crank ratio between which tables are interpolated, of a usual range."""
 
 WIDTH = 100
 
@@ -92,19 +84,45 @@ def _no_cycles(plan: Plan) -> list[str]:
 
 
 def seconds(plan: Plan) -> float:
-    """Estimated time on this machine, compiling aside; good to a factor of a few."""
-    cores = psutil.cpu_count() or 1
-    total = RATES["start"] + plan.output_bytes / RATES["bytes"]
+    """Estimated time of the command on this machine, compiling aside; good to a factor of two."""
+    return START + seconds_of_computing(plan) + plan.output_bytes * WRITING
+
+
+def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
+    """Estimated time of `sweeps.run`, warm, with as many threads as cores; those here unless given.
+
+    The work of a plan times the seconds that a piece of it takes, see `sweeps.planning.rates`.
+    """
+    cores = cores or psutil.cpu_count() or 1
+    return sum(
+        count * SECONDS[name] / (1 if name in SERIAL else cores)
+        for name, count in work_of(plan).items()
+    )
+
+
+def work_of(plan: Plan) -> dict[str, float]:
+    """Pieces of work of a plan, by their names in `sweeps.planning.rates`."""
+    found: defaultdict[str, float] = defaultdict(float, calls=1.0)
+    if plan.scene.cycle_keys:
+        found["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))
     for stage in plan.stages:
+        name = stage.node.name
         if stage.node.kind == "stage":
-            times = SEARCH_STEPS if stage.node.name == "inertia_search" else 1
-            total += times * table_count(plan, stage) / (RATES["tables"] * cores)
-            total += times * sum(n / (rate * cores) for n, rate in _solutions(plan, stage))
+            times = float(SEARCH_STEPS if name == "inertia_search" else 1)
+            if "delta_error" in plan.wanted(stage):
+                times *= 1.0 + ERROR_COST
+            work = _solution_work(plan, stage) if stage.node.can_fail else _torque_work(plan, stage)
+            for piece, count in work:
+                found[piece] += times * count
         elif "crank_angle" in stage.dims:
-            total += stage.size / RATES["curves"]
+            found["points of curves"] += stage.size
         elif stage.node.throws:
-            total += stage.size / RATES["revolutions"]
-    return total
+            found["revolutions"] += stage.size
+        elif name == "mean_gas" and ("offset" in variant_words(plan.scene)):
+            found["mean torques with an offset"] += stage.size
+        elif stage.node.make is not None:  # else a stage has given it
+            found["values"] += stage.size
+    return {name: count for name, count in found.items() if count}
 
 
 def table_count(plan: Plan, stage: Stage) -> int:
@@ -115,29 +133,78 @@ def table_count(plan: Plan, stage: Stage) -> int:
     return math.prod(plan.sizes[d] for d in along)
 
 
-def _solutions(plan: Plan, stage: Stage) -> Iterator[tuple[float, float]]:
-    """Numbers of designs that are solved alike, and their rate."""
-    if not stage.node.can_fail:
-        yield stage.size, RATES["torque"]
-        return
-    scene = plan.scene
-    direct = 0.0
-    if "power_law" in variant_words(scene):
-        exponents = np.asarray(plan.leaves["load_exponent"].data)
-        direct = float(np.mean(np.isin(exponents, list(DIRECT))))
+def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float) -> str:
+    """Return what solves the designs of a stage, one of `engine_dyn.speed.mechanisms`."""
+    # Kernels are imported with it, which a plan without a solution does not need.
+    from engine_dyn.speed.arguments import Choice
+    from engine_dyn.speed.mechanisms import are_shared, mechanism_of
+
+    scene, words = plan.scene, variant_words(plan.scene)
+    kind = {0.0: 0, 1.0: 1, 2.0: 2}.get(exponent, 3)
+    choice = Choice(
+        METHOD_NAMES.index(method), kind, model == "variable", CLOSURES.index(scene.closure),
+        scene.tolerance, 0.0,
+    )  # fmt: skip
+    special = "offset" in words or "uniform_friction" not in words
+    curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
+    tables, designs = plan.leaves["sharing"].data
+    return mechanism_of(
+        choice, driven_machine(scene).plain, are_shared(tables, designs, special), curves,
+        "equal_throws" in words,
+    )  # fmt: skip
+
+
+def _torque_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
+    """Work of the extremes of torque and work at nominal speed."""
+    yield "torques", float(stage.size)
+    yield "tables of torque", float(table_count(plan, stage))
+
+
+def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
+    """Work of the periodic speed of all designs of a stage."""
+    from engine_dyn.speed.mechanisms import GENERAL, INTERPOLATED_TABLES
+
+    scene, words = plan.scene, variant_words(plan.scene)
+    powers = np.zeros(1)
+    if "power_law" in words:
+        powers = np.asarray(plan.leaves["load_exponent"].data).reshape(-1)
+    direct = float(np.mean(np.isin(powers, list(DIRECT)))) if "power_law" in words else 0.0
     each = stage.size / (len(scene.methods) * len(scene.inertia_models))
+    tables = table_count(plan, stage)
+    # A table is a sum over the cylinders that are no copies of each other.
+    engines = plan.leaves["cylinders_by_count"].data.values()
+    share = float(np.mean([len(engine.representatives) for engine in engines]))
+    special = "offset" in words or not {"uniform_friction", "equal_throws"} <= set(words)
     for method in scene.methods:
         for model in scene.inertia_models:
-            slowest = RATES["variable"] if model == "variable" else math.inf
             if method in STEPPING:
-                yield each, RATES[method]
+                yield f"designs by {method}", each
                 continue
-            if not driven_machine(scene).plain:
-                yield each, RATES["driven"]
+            solver = mechanism(plan, stage, method, model, float(powers[0]))
+            if solver == GENERAL:
+                law = "designs" if driven_machine(scene).plain else "driven designs"
+                yield f"{solver}: {law}", each
                 continue
-            fraction = 0.0 if method == "newton" or scene.closure == "cycle_time" else direct
-            yield each * fraction, min(RATES["no iteration"], slowest)
-            yield each * (1.0 - fraction), min(RATES["iteration"], slowest)
+            if solver == INTERPOLATED_TABLES:
+                yield f"{solver}: tables", share * min(2 * tables, _interpolated(plan))
+            else:
+                yield f"{solver}: {'special ' if special else ''}tables", share * tables
+            if model == "variable":
+                yield f"{solver}: designs with variable inertia", each
+                continue
+            yield f"{solver}: designs in closed form", each * direct
+            yield f"{solver}: designs that iterate", each * (1.0 - direct)
+
+
+def _interpolated(plan: Plan) -> int:
+    """About how many tables others are interpolated between."""
+    leaves = plan.leaves
+    ratios = leaves["crank_ratio"].data if "crank_ratio" in leaves else 0.0
+    loads = leaves["load"].data if "load" in leaves else np.zeros(plan.designs)
+    cycles = np.unique(leaves["cycle"].data).size
+    rows = min(leaves["family"].data.row_count, 2 * np.unique(loads).size * cycles) + 1
+    sets = np.unique(leaves["cylinder_set"].data).size
+    return int(rows * sets * (PANELS if np.ndim(ratios) else 1))
 
 
 def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
@@ -177,12 +244,25 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     if speed:
         if solved:
             lines += [f"  method {', '.join(solved)}: {how}" for how in _iteration(plan, solved)]
+            lines.append(f"  solved by: {', '.join(_mechanisms(plan, stage, solved))}")
         if repeated:
             lines.append(f"  method {', '.join(repeated)}: whole cycles, repeated from a start")
         traces = [name for name in ("omega", "angular_acceleration") if plan.has(name)]
         kept = f"{', '.join(traces)}, {plan.sizes['crank_angle']} angles each" if traces else "none"
         lines.append(f"  traces over crank angle kept: {kept}")
     return lines
+
+
+def _mechanisms(plan: Plan, stage: Stage, methods: list[str]) -> list[str]:
+    """What solves the designs of some methods, without repetitions."""
+    powers = [0.0]
+    if "power_law" in variant_words(plan.scene):
+        powers = np.unique(plan.leaves["load_exponent"].data).tolist()[:4]
+    found = {
+        mechanism(plan, stage, method, model, power): None
+        for method in methods for model in plan.scene.inertia_models for power in powers
+    }  # fmt: skip
+    return list(found)
 
 
 def _part_of_cycle(plan: Plan) -> list[str]:

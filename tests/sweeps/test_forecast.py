@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import importlib.metadata
 import re
 import tomllib
@@ -12,9 +11,18 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.planning.forecast import RATES, seconds, table_count, text
+from engine_dyn.speed.mechanisms import MECHANISMS
+from engine_dyn.speed.methods import METHOD_NAMES, STEPPING
+from sweeps.planning.forecast import (
+    seconds,
+    seconds_of_computing,
+    table_count,
+    text,
+    work_of,
+)
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, make_plan
+from sweeps.planning.rates import SECONDS, SERIAL
 from sweeps.reading.engine_files import load_engine
 from sweeps.scene.reading import read_scene
 
@@ -147,39 +155,12 @@ def test_an_engine_of_the_catalogue_is_read_once() -> None:
     assert load_engine("b112", Path()) is load_engine("b112", Path())
 
 
-# --- rates against measured ones ------------------------------------------------------------------
+# --- rates ----------------------------------------------------------------------------------------
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 NEAR = 2.5
 """Factor up to which a rate may differ from a measured one."""
-
-
-def alone(*names: str) -> float:
-    """Designs a second and core that need all of this."""
-    return 1.0 / sum(1.0 / RATES[name] for name in names)
-
-
-@pytest.mark.parametrize(
-    ("what", "rate"),
-    [
-        ("factorial scenes, constant inertia, alpha 0, 1, 2 (slowest)", alone("no iteration")),
-        ("factorial scenes, any real alpha (slowest)", alone("iteration")),
-        ("factorial scenes, variable inertia (slowest)", alone("variable")),
-        (
-            "table of designs that share nothing, 1,000,000 at a time",
-            alone("tables", "iteration"),
-        ),
-    ],
-)
-def test_rates_are_near_what_machines_reached(what: str, rate: float) -> None:
-    with (DOCS / "benchmarks_machines.csv").open(encoding="utf-8", newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["what"] == what]
-    assert rows, "the benchmarks name this aim otherwise; the forecast needs its new name"
-    for row in rows:
-        threads = int(re.search(r"(\d+) threads", row["machine"])[1])  # type: ignore[index]
-        measured = float(row["measured"].replace(",", "")) / threads
-        assert measured / NEAR < rate < measured * NEAR, row["machine"]
 
 
 @pytest.mark.parametrize(
@@ -191,4 +172,35 @@ def test_rates_of_stepping_methods_are_near_the_benchmarks(method: str, row: str
     measured = re.search(rf"^\| {row} \| ([\d,.]+) \|", text, re.M)
     assert measured is not None
     each = float(measured[1].replace(",", "")) / threads
-    assert each / NEAR < RATES[method] < each * NEAR
+    assert each / NEAR < 1.0 / SECONDS[f"designs by {method}"] < each * NEAR
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"axes": AXES},
+        {"axes": {**AXES, "load_exponent": [0.0, 1.0, 1.6, 2.0]}},
+        {"axes": AXES, "solver": {"inertia_model": ["constant", "variable"]}},
+        {"axes": AXES, "solver": {"method": list(METHOD_NAMES)}},
+        {"axes": AXES, "solver": {"closure": "cycle_time"}},
+        {"axes": {"pin_offset": [0.0, 0.01], "inertia": [1.0, 2.0]}},
+        {"set": {"wanted_delta": 0.02}, "axes": {"speed": [1000, 1100]}},
+        {"engine": "compressor_79x83"},
+        {"engine": "v6_96x81", "axes": {"misfire": [0, 1, 2]}},
+    ],
+)
+def test_every_piece_of_work_has_its_seconds(tables: dict[str, Any]) -> None:
+    plan = plan_of("delta", "delta_error", "omega", "crank_pin_load_max", **tables)
+    work = work_of(plan)
+    assert set(work) <= set(SECONDS)
+    assert all(count >= 0.0 for count in work.values())
+    assert seconds_of_computing(plan, 1) > seconds_of_computing(plan, 8) > 0.0
+    assert "solved by: " in text(plan) or "whole cycles, repeated" in text(plan)
+
+
+def test_every_mechanism_and_stepping_method_has_its_seconds() -> None:
+    for mechanism in MECHANISMS:
+        assert any(name.startswith(f"{mechanism}: ") for name in SECONDS)
+    assert {f"designs by {method}" for method in STEPPING} <= set(SECONDS)
+    assert set(SECONDS) >= SERIAL
+    assert all(value > 0.0 for value in SECONDS.values())

@@ -1,0 +1,116 @@
+"""Seconds of the pieces of work that `engine-dyn plan` estimates times by, fitted to measurements.
+
+python -m benchmarks rates [--part FRACTION] [--threads N] [--runs N] [-o FILE]
+
+Times studies of `benchmarks.studies` at two sizes, fits the seconds of each piece of work (see
+`sweeps.planning.forecast.work_of`) so that relative errors are least, and writes
+`sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import nnls
+
+import sweeps
+from benchmarks import measure
+from benchmarks.studies import STUDIES, study
+from sweeps.planning import rates
+from sweeps.planning.forecast import seconds_of_computing, work_of
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.planning.rates import Recorded
+from sweeps.scene.reading import read_scene
+
+__all__ = ["fitted", "plan_of", "written"]
+
+SHARES = (0.05, 1.0)
+"""Parts of a study's designs that are timed."""
+
+FILE = Path(rates.__file__)
+
+
+def plan_of(recorded: Recorded) -> Plan:
+    """Plan of a study that was timed."""
+    return make_plan(read_scene(study(recorded.study).build(recorded.designs)))
+
+
+def timed(threads: int, runs: int, share: float) -> list[Recorded]:
+    """Time all studies, warm."""
+    found = []
+    for one in STUDIES:
+        for part in SHARES:
+            size = max(300, int(one.designs * part * share))
+            scene = one.build(size)
+            sweeps.run(scene, threads=threads)
+            times = [measure.seconds_of(sweeps.run, scene, threads=threads) for _ in range(runs)]
+            # The least: other work on the machine only ever adds.
+            found.append(Recorded(one.name, size, threads, min(times)))
+            print(f"{one.name:<20}{size:>10}{found[-1].seconds:>12.4f} s", flush=True)
+    return found
+
+
+def fitted(recorded: Sequence[Recorded]) -> dict[str, float]:
+    """Seconds of one core for each piece of work, by least squares of relative errors."""
+    work = [work_of(plan_of(each)) for each in recorded]
+    names = [name for name in rates.SECONDS if any(each.get(name) for each in work)]
+    parts = {
+        name: np.array(
+            [
+                each.get(name, 0.0) / (1 if name in rates.SERIAL else one.cores) / one.seconds
+                for each, one in zip(work, recorded, strict=True)
+            ]
+        )
+        for name in names
+    }
+    seconds = dict(rates.SECONDS)
+    while names:
+        # What the studies cannot tell apart from other work keeps its seconds.
+        kept = [part * seconds[name] for name, part in parts.items() if name not in names]
+        rest = np.ones(len(recorded)) - sum(kept)
+        matrix = np.stack([parts[name] for name in names], axis=1)
+        # Columns of one size, because the solver looks for digits in absolute numbers.
+        size = matrix.max(axis=0)
+        found, _ = nnls(matrix / size, rest)
+        if found.all():
+            return seconds | dict(zip(names, (found / size).tolist(), strict=True))
+        names = [name for name, value in zip(names, found, strict=True) if value]
+    return seconds
+
+
+def written(text: str, seconds: Mapping[str, float], recorded: Sequence[Recorded]) -> str:
+    """Text of `rates.py` with other numbers."""
+    before, rest = text.split("SECONDS: dict[str, float] = {\n", 1)
+    middle = rest[rest.index("}\n") : rest.index("RECORDED: tuple")]
+    after = rest[rest.index('"""What the seconds were fitted to') :]
+    lines = [f'    "{name}": {value:.3g},\n' for name, value in seconds.items()]
+    rows = [
+        f'    Recorded("{r.study}", {r.designs}, {r.cores}, {r.seconds:.4g}),\n' for r in recorded
+    ]
+    return (
+        f"{before}SECONDS: dict[str, float] = {{\n{''.join(lines)}{middle}"
+        f"RECORDED: tuple[Recorded, ...] = (\n{''.join(rows)})\n{after}"
+    )
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure, fit, write, and print what the fit makes of the measurements."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks rates", description=__doc__)
+    parser.add_argument("--part", type=float, default=1.0, help="of the designs of each study")
+    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("-o", "--output", type=Path, default=FILE)
+    options = parser.parse_args(arguments)
+    recorded = timed(options.threads, options.runs, options.part)
+    seconds = fitted(recorded)
+    options.output.write_text(
+        written(FILE.read_text(encoding="utf-8"), seconds, recorded), encoding="utf-8"
+    )
+    rates.SECONDS.update(seconds)
+    for each in recorded:
+        estimated = seconds_of_computing(plan_of(each), each.cores)
+        print(f"{each.study:<20}{each.designs:>10}{estimated / each.seconds:>8.2f} of its time")

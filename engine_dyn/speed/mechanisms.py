@@ -1,0 +1,136 @@
+"""What solves the designs of a part of a sweep: the mechanisms, which one is used, and how often.
+
+`dispatch` decides by `mechanism_of`, and so does whoever wants to know it beforehand. Whoever wants
+to know what was used afterwards calls `dispatch.solve` within `counted`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+
+from engine_dyn.speed.arguments import Choice
+from engine_dyn.speed.batch.front import can_solve
+from engine_dyn.speed.methods import METHODS
+from engine_dyn.types import Integers
+
+__all__ = [
+    "GENERAL",
+    "INTERPOLATED_TABLES",
+    "MECHANISMS",
+    "SHARED_TABLES",
+    "Tally",
+    "are_shared",
+    "counted",
+    "mechanism_of",
+    "tally_in_use",
+]
+
+SHARED_TABLES = "batch solver with shared tables"
+INTERPOLATED_TABLES = "batch solver with interpolated tables"
+GENERAL = "general solver"
+
+MECHANISMS = (SHARED_TABLES, INTERPOLATED_TABLES, GENERAL)
+
+MANY_TABLES, FEW_DESIGNS = 64, 64
+"""From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, tables are interpolated and not
+built: see `panels`. Results then differ by some 1e-9 from those with a table for each design."""
+
+
+def are_shared(tables: int, designs: int, special: bool) -> bool:
+    """Whether tables are built, and not interpolated.
+
+    Parameters
+    ----------
+    tables, designs : int
+        Number of tables of the whole sweep, and of designs for each.
+    special : bool
+        Whether tables depend on inputs over which they cannot be interpolated.
+    """
+    return tables < MANY_TABLES or designs >= FEW_DESIGNS or special
+
+
+def mechanism_of(
+    choice: Choice, plain: bool, shared: bool, curves: bool, equal_throws: bool
+) -> str:
+    """Return the mechanism that solves the designs of a part, one of `MECHANISMS`.
+
+    Parameters
+    ----------
+    choice : Choice
+        What all designs of the part have in common.
+    plain : bool
+        Whether there is neither a load over angle, nor one over speed, nor a driver.
+    shared : bool
+        See `are_shared`.
+    curves : bool
+        Whether curves over the crank angle are wanted.
+    equal_throws : bool
+        Whether all crank radii are the engine's.
+    """
+    if not (METHODS[choice.method].in_batch and plain and can_solve(choice)):
+        return GENERAL
+    return SHARED_TABLES if shared or curves or not equal_throws else INTERPOLATED_TABLES
+
+
+@dataclass
+class Tally:
+    """Numbers of designs by what solved them.
+
+    Attributes
+    ----------
+    designs : Counter
+        Designs given to each mechanism. Designs that are solved again, for their error or because
+        they missed the tolerance, count again.
+    deferred : int
+        Of those given to the batch solver, how many it deferred to the general one.
+    """
+
+    designs: Counter[str] = field(default_factory=Counter)
+    deferred: int = 0
+    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+
+    @property
+    def deferred_share(self) -> float:
+        """Fraction of the designs given to the batch solver that it deferred; NaN without any."""
+        given = self.designs.total() - self.designs[GENERAL]
+        return self.deferred / given if given else float("nan")
+
+    @property
+    def general_share(self) -> float:
+        """Fraction of all designs that the general solver solved; NaN without any."""
+        total = self.designs.total()
+        return (self.designs[GENERAL] + self.deferred) / total if total else float("nan")
+
+    def noting(self, deferred: Callable[[Integers, int], None]) -> Callable[[Integers, int], None]:
+        """Return a function that counts the designs and passes them on."""
+
+        def noted(chosen: Integers, threads: int) -> None:
+            with self._lock:
+                self.deferred += chosen.size
+            deferred(chosen, threads)
+
+        return noted
+
+
+_TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
+
+
+def tally_in_use() -> Tally | None:
+    """Return the tally of the innermost `counted` around the caller, or None."""
+    return _TALLY.get()
+
+
+@contextmanager
+def counted() -> Iterator[Tally]:
+    """Count the designs that this thread solves within the block, by what solves them."""
+    tally = Tally()
+    token = _TALLY.set(tally)
+    try:
+        yield tally
+    finally:
+        _TALLY.reset(token)

@@ -1,0 +1,71 @@
+"""What solves designs is counted, and does not change their numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn.speed.mechanisms import (
+    GENERAL,
+    INTERPOLATED_TABLES,
+    SHARED_TABLES,
+    Tally,
+    are_shared,
+    counted,
+    tally_in_use,
+)
+
+INERTIA = np.linspace(1.0, 3.0, 200)
+
+
+def solved(**tables: Any) -> tuple[Tally, Any]:
+    with counted() as tally:
+        found = sweeps.run({"engine": "ntua", "output": {"quantities": ["delta"]}, **tables})
+    return tally, found["delta"].values
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("tables", "mechanism"),
+    [
+        ({"axes": {"inertia": INERTIA.tolist()}}, SHARED_TABLES),
+        (
+            {"designs": {"inertia": INERTIA, "crank_ratio": np.linspace(0.2, 0.3, 200)}},
+            INTERPOLATED_TABLES,
+        ),
+        ({"axes": {"inertia": INERTIA.tolist()}, "solver": {"method": "newton"}}, GENERAL),
+    ],
+    ids=["shared", "interpolated", "general"],
+)
+def test_designs_are_counted(tables: dict[str, Any], mechanism: str) -> None:
+    tally, delta = solved(**tables)
+    assert dict(tally.designs) == {mechanism: 200}
+    assert tally.general_share == (1.0 if mechanism == GENERAL else tally.deferred / 200)
+    assert tally_in_use() is None
+    again = sweeps.run({"engine": "ntua", "output": {"quantities": ["delta"]}, **tables})
+    np.testing.assert_array_equal(delta, again["delta"])
+
+
+@pytest.mark.compiled
+def test_deferred_designs_are_counted() -> None:
+    """Engines that nearly stop within the cycle, or do, are none for the batch solver."""
+    tally, delta = solved(axes={"inertia": np.geomspace(0.02, 2.0, 200).tolist()})
+    assert 0 < tally.deferred < 200
+    assert tally.deferred_share == tally.general_share == tally.deferred / 200
+    assert np.isnan(delta).any()
+
+
+def test_a_tally_without_designs_has_no_shares() -> None:
+    with counted() as outer, counted() as inner:
+        assert tally_in_use() is inner
+    assert np.isnan([outer.deferred_share, outer.general_share]).all()
+
+
+def test_tables_are_shared_where_few_are_needed() -> None:
+    assert are_shared(1, 1, special=False)
+    assert are_shared(1000, 64, special=False)
+    assert are_shared(1000, 1, special=True)
+    assert not are_shared(1000, 1, special=False)
