@@ -111,7 +111,7 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
-    for heading in ("Ratios", "Aims", "Designs that share nothing", "Factorial scenes", "Traces"):
+    for heading in ("Ratios", "Studies", "Aims", "Designs that share nothing", "Factorial scenes", "Traces"):
         assert f"\n## {heading}\n" in text
     figures = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(figures) == 2
