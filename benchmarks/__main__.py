@@ -19,7 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import measure, own, peers, problem, report, study_rates, study_times
+from benchmarks import (
+    measure,
+    own,
+    peers,
+    problem,
+    report,
+    sampled_peers,
+    study_rates,
+    study_times,
+)
 from benchmarks.studies import STUDIES
 
 EXPONENTS, CYLINDERS = (2.0, 1.0, 0.0), (1, 4, 8)
@@ -62,6 +71,8 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
     big = problem.join(sample, problem.table(2_000 if quick else 400_000, seed=2))
     unshared = [case for case in others if case.series != report.SHARING]
     table = measure.compare([*own.cases(threads, quick), *unshared], big, exact, seconds)
+    log("sampled designs")
+    drawn = sampled_peers.compare(unshared, threads, quick, seconds)
     pool.close()
     length = min(len(big), report.default_of(table).timing.count)
     alone = measure.timed_alone(big.take(slice(0, length)), threads, runs)
@@ -139,7 +150,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
         processor=measure.processor(), lanes=measure.lanes(), threads=threads, quick=quick,
         versions=measure.versions(), absent=absent, agreement=agreement,
-        agreed=few.stop + len(some), table=table, table_alone=alone, scenes=scenes,
+        agreed=few.stop + len(some), table=table, table_alone=alone, sampled=drawn, scenes=scenes,
         numbers=numbers, by_threads=by_threads, by_cylinders=by_cylinders, traces=traces,
         flops=flops, flops_one=flops_one, writing=writing, latencies=latencies, memory=memory,
         big=large, studies=studies, took=time.perf_counter() - began,

@@ -33,11 +33,13 @@ from benchmarks.problem import (
     CRANKCASE,
     CYCLE,
     LEVER,
+    MOTORED,
     PRESSURE,
     RADIUS,
     STROKE,
     Designs,
     kinematics,
+    pressure_of,
 )
 from engine_dyn.types import Floats
 
@@ -159,12 +161,12 @@ _P = PRESSURE
 
 
 @compiled
-def pressure_at(phi: float) -> float:
+def pressure_at(phi: float, heat: float) -> float:
     """The closed-form pressure [Pa], for right-hand sides that are called angle by angle."""
     volume = 1.0 + (_P_RATIO - 1.0) * math.sin(0.5 * phi) ** 2
     bar = _P_COMPRESSION * ((_P_RATIO / volume) ** _P_POLYTROPIC - 1.0) * math.cos(0.25 * phi) ** 8
-    bar += _P_BURN * math.cos(0.25 * (phi - _P_BURN_ANGLE)) ** (2 * _P_BURN_ORDER)
-    bar += _P_AFTER * math.cos(0.25 * (phi - _P_AFTER_ANGLE)) ** (2 * _P_AFTER_ORDER)
+    bar += heat * _P_BURN * math.cos(0.25 * (phi - _P_BURN_ANGLE)) ** (2 * _P_BURN_ORDER)
+    bar += heat * _P_AFTER * math.cos(0.25 * (phi - _P_AFTER_ANGLE)) ** (2 * _P_AFTER_ORDER)
     return 1e5 * (_P_CHARGE + bar)
 
 
@@ -177,10 +179,10 @@ _P_AFTER, _P_AFTER_ANGLE, _P_AFTER_ORDER = _P.after, _P.after_angle, _P.after_or
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Of dq/dphi for single-cylinder designs of constant inertia, one column each.
+    """Of dq/dphi for designs of constant inertia and one number of cylinders, one column each.
 
-    drive = gas (p - p_crankcase) v - shape b v - friction;
-    `steps` is how many samples a period `kappa`'s mean torque took.
+    drive = sum over the cylinders of gas (p - p_crankcase) v - shape b v, less friction;
+    `heat` is the factor on the combustion's part of p.
     """
 
     ratio: Floats
@@ -189,44 +191,73 @@ class Coefficients:
     friction: Floats
     kappa: Floats
     half: Floats
+    heat: Floats
+    cylinders: int
+
+    NUMBERS = ("ratio", "gas", "shape", "friction", "kappa", "heat")
+
+    @property
+    def period(self) -> float:
+        """Angle between two firings [rad]."""
+        return CYCLE / self.cylinders
+
+    def take(self, index: Any) -> Coefficients:
+        """The designs at `index`."""
+        columns: dict[str, Any] = {n: getattr(self, n)[index] for n in (*self.NUMBERS, "half")}
+        return Coefficients(**columns, cylinders=self.cylinders)
 
 
 MEAN_PHI = np.arange(360) * CYCLE / 360
 """Equal steps integrate a smooth periodic torque to rounding: 2 degrees are enough here."""
-MEAN_PRESSURE = PRESSURE(MEAN_PHI) - CRANKCASE
+MEAN_MOTORED = MOTORED(MEAN_PHI) - CRANKCASE
+MEAN_BURNT = PRESSURE(MEAN_PHI) - MOTORED(MEAN_PHI)
 
 
 def coefficients(designs: Designs) -> Coefficients:
     """Reduced parameters, with the mean torque by quadrature."""
-    if designs.cylinders != 1 or designs.variable:
-        raise ValueError("this peer is written for one cylinder and constant inertia")
+    if designs.variable:
+        raise ValueError("this peer is written for constant inertia")
     v, _ = kinematics(MEAN_PHI, designs.ratio[:, None])
     scale = 2.0 / (designs.inertia * designs.speed**2)
+    mean = (v @ MEAN_MOTORED + designs.heat * (v @ MEAN_BURNT)) / MEAN_PHI.size
     return Coefficients(
         ratio=designs.ratio,
         gas=scale * LEVER,
         shape=2.0 * designs.mass * RADIUS**2 / designs.inertia,
         friction=scale * designs.friction,
-        kappa=scale * (LEVER * (v @ MEAN_PRESSURE) / MEAN_PHI.size - designs.friction),
+        kappa=scale * (designs.cylinders * LEVER * mean - designs.friction),
         half=0.5 * designs.exponent,
+        heat=designs.heat,
+        cylinders=designs.cylinders,
     )
 
 
 def drives(c: Coefficients, phi: Floats) -> Floats:
     """Drive of every design at the angles, shape (designs, angles)."""
-    v, b = kinematics(phi, c.ratio[:, None])
-    torque = (c.gas[:, None] * (PRESSURE(phi) - CRANKCASE) - c.shape[:, None] * b) * v
-    return np.asarray(torque - c.friction[:, None])
+    total = np.repeat(-c.friction[:, None], phi.size, axis=1)
+    for cylinder in range(c.cylinders):
+        angle = phi + cylinder * c.period
+        v, b = kinematics(angle, c.ratio[:, None])
+        pressure = pressure_of(angle, c.heat[:, None]) - CRANKCASE
+        total += (c.gas[:, None] * pressure - c.shape[:, None] * b) * v
+    return np.asarray(total)
 
 
 @compiled
-def drive_at(phi: float, ratio: float, gas: float, shape: float, friction: float) -> float:
+def drive_at(
+    phi: float, ratio: float, gas: float, shape: float, friction: float, heat: float,
+    cylinders: int,
+) -> float:  # fmt: skip
     """Drive of one design at one angle."""
-    sine, cosine = math.sin(phi), math.cos(phi)
-    root = math.sqrt(1.0 - (ratio * sine) ** 2)
-    v = sine * (1.0 + ratio * cosine / root)
-    b = cosine + ratio * (cosine**2 - sine**2 + ratio**2 * sine**4) / root**3
-    return (gas * (pressure_at(phi) - CRANKCASE) - shape * b) * v - friction
+    total = -friction
+    for cylinder in range(cylinders):
+        angle = phi + cylinder * CYCLE / cylinders
+        sine, cosine = math.sin(angle), math.cos(angle)
+        root = math.sqrt(1.0 - (ratio * sine) ** 2)
+        v = sine * (1.0 + ratio * cosine / root)
+        b = cosine + ratio * (cosine**2 - sine**2 + ratio**2 * sine**4) / root**3
+        total += (gas * (pressure_at(angle, heat) - CRANKCASE) - shape * b) * v
+    return total
 
 
 def finish(c: Coefficients, i: int, phi: Floats, q: Floats, drive: Floats) -> float:
@@ -242,27 +273,27 @@ def finish(c: Coefficients, i: int, phi: Floats, q: Floats, drive: Floats) -> fl
 
 @compiled
 def loop(
-    begin: int, end: int, sine: Floats, cosine: Floats, pressure: Floats, ratio: Floats,
-    mass: Floats, speed: Floats, inertia: Floats, friction: Floats, exponent: Floats,
-    cylinders: int, variable: bool, lever: float, radius: float, nodes: int, share: bool,
-    delta: Floats,
+    begin: int, end: int, sine: Floats, cosine: Floats, motored: Floats, burnt: Floats,
+    ratio: Floats, mass: Floats, speed: Floats, inertia: Floats, friction: Floats,
+    exponent: Floats, heat: Floats, cylinders: int, variable: bool, lever: float, radius: float,
+    nodes: int, share: bool, delta: Floats,
 ) -> None:  # fmt: skip
     """Designs begin .. end - 1; tables over the cycle hold nodes and midpoints.
 
-    `share`: torque shapes of the design before are kept if the crank ratio is the same, as one
-    would do in a factorial scene.
+    `share`: torque shapes of the design before are kept if crank ratio and load are the same, as
+    one would do in a factorial scene.
     """
     period = 4.0 * math.pi / cylinders
     h = period / nodes
     gas, shape, square = np.empty(2 * nodes + 1), np.empty(2 * nodes + 1), np.empty(2 * nodes + 1)
     drive, theta, bend = np.empty(2 * nodes + 1), np.ones(2 * nodes + 1), np.zeros(2 * nodes + 1)
     q, slope, along = np.empty(nodes + 1), np.empty(nodes), np.empty(nodes)
-    last = -1.0
+    last = last_heat = -1.0
     mean_gas = mean_square = 0.0
     for i in range(begin, end):
-        lam = ratio[i]
-        if not share or lam != last:
-            last = lam
+        lam, burning = ratio[i], heat[i]
+        if not share or lam != last or burning != last_heat:
+            last, last_heat = lam, burning
             mean_gas = mean_square = 0.0
             for j in range(2 * nodes):
                 g = s = w = 0.0
@@ -273,7 +304,7 @@ def loop(
                     b = cosine[at] + lam * (
                         cosine[at] ** 2 - sine[at] ** 2 + lam**2 * sine[at] ** 4
                     ) / (root * root * root)
-                    g += pressure[at] * v
+                    g += (motored[at] + burning * burnt[at]) * v
                     s += b * v
                     w += v * v
                 gas[j], shape[j], square[j] = g, s, w
@@ -370,14 +401,20 @@ def _power(u: float, half: float) -> float:
     return u**half
 
 
+def steps_of(nodes: int, cylinders: int) -> int:
+    """Steps over a firing period, of `nodes` over the cycle; many cylinders need a few."""
+    return max(nodes // cylinders, 24)
+
+
 def numba_loop(nodes: int, threads: int, share: bool = False) -> Solver:
     """The good hand-written loop with `nodes` steps over the cycle of one cylinder."""
 
     def solver(designs: Designs) -> Floats:
         z = designs.cylinders
-        steps = max(nodes // z, 24)  # nodes over a period; few cylinders need no more
+        steps = steps_of(nodes, z)
         phi = np.arange(2 * steps * z) * CYCLE / (2 * steps * z)
-        tables = np.sin(phi), np.cos(phi), PRESSURE(phi) - CRANKCASE
+        motored = MOTORED(phi)
+        tables = np.sin(phi), np.cos(phi), motored - CRANKCASE, PRESSURE(phi) - motored
         columns = [getattr(designs, name) for name in Designs.COLUMNS]
         delta = np.empty(len(designs))
 
@@ -394,15 +431,16 @@ def numba_loop(nodes: int, threads: int, share: bool = False) -> Solver:
 # NumPy: steps in Python, designs in arrays --------------------------------------------------------
 
 
-def numpy_steps(nodes: int, threads: int, block: int = 1000) -> Solver:
+def numpy_steps(whole: int, threads: int, block: int = 1000) -> Solver:
     """Runge-Kutta steps (exact decay at alpha = 2) over arrays of designs of one exponent."""
-    phi = np.arange(2 * nodes) * CYCLE / (2 * nodes)
-    h = CYCLE / nodes
 
     def some(designs: Designs) -> Floats:
         c = coefficients(designs)
         half = float(c.half[0])
         kappa = c.kappa
+        nodes = steps_of(whole, c.cylinders)
+        phi = np.arange(2 * nodes) * c.period / (2 * nodes)
+        h = c.period / nodes
         drive = np.ascontiguousarray(drives(c, phi).T)
         q = np.empty((nodes, len(designs)))
         value = np.ones(len(designs))
@@ -415,16 +453,16 @@ def numpy_steps(nodes: int, threads: int, block: int = 1000) -> Solver:
                 level -= np.log(level + q).sum(axis=0) / (1.0 / (level + q)).sum(axis=0)
             q += level
         elif half == 1.0:
-            whole, part = np.exp(-kappa * h), np.exp(-0.5 * kappa * h)
-            work = h / 6.0 * (whole * drive[::2] + 4.0 * part * drive[1::2]
+            decay, part = np.exp(-kappa * h), np.exp(-0.5 * kappa * h)
+            work = h / 6.0 * (decay * drive[::2] + 4.0 * part * drive[1::2]
                               + np.roll(drive[::2], -1, axis=0))  # fmt: skip
             value = np.zeros(len(designs))
             for j in range(nodes):
-                value = whole * value + work[j]
-            value /= -np.expm1(-kappa * CYCLE)
+                value = decay * value + work[j]
+            value /= -np.expm1(-kappa * c.period)
             for j in range(nodes):
                 q[j] = value
-                value = whole * value + work[j]
+                value = decay * value + work[j]
         else:
             start, along = np.ones(len(designs)), np.empty_like(q)
             for _ in range(MOST_SWEEPS):
@@ -505,23 +543,30 @@ def _numpy_delta(q: Floats, slope: Floats, width: float) -> Floats:
 # JAX ----------------------------------------------------------------------------------------------
 
 
-def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
+def jax_scan(whole: int, threads: int, block: int = 256) -> Solver:
     """`lax.scan` over Runge-Kutta steps, compiled by XLA, blocks of designs on all threads."""
     jax: Any = importlib.import_module("jax")
     jnp = jax.numpy
-    h = CYCLE / nodes
-    phi = np.arange(2 * nodes) * CYCLE / (2 * nodes)
-    pressure = PRESSURE(phi) - CRANKCASE
-    sine, cosine = np.sin(phi), np.cos(phi)
 
-    def some(half: float, ratio: Any, gas: Any, shape: Any, friction: Any, kappa: Any) -> Any:
+    def some(
+        half: float, cylinders: int, ratio: Any, gas: Any, shape: Any, friction: Any, kappa: Any,
+        heat: Any,
+    ) -> Any:  # fmt: skip
         """Columns of `block` designs."""
-        root = jnp.sqrt(1.0 - (ratio * sine[:, None]) ** 2)
-        v = sine[:, None] * (1.0 + ratio * cosine[:, None] / root)
-        b = cosine[:, None] + ratio * (
-            (cosine**2 - sine**2)[:, None] + ratio**2 * (sine**4)[:, None]
-        ) / (root**3)
-        drive = (gas * pressure[:, None] - shape * b) * v - friction
+        nodes, period = steps_of(whole, cylinders), CYCLE / cylinders
+        h = period / nodes
+        drive = -friction
+        for cylinder in range(cylinders):
+            phi = np.arange(2 * nodes) * period / (2 * nodes) + cylinder * period
+            motored = MOTORED(phi)
+            pressure = (motored - CRANKCASE)[:, None] + heat * (PRESSURE(phi) - motored)[:, None]
+            sine, cosine = np.sin(phi), np.cos(phi)
+            root = jnp.sqrt(1.0 - (ratio * sine[:, None]) ** 2)
+            v = sine[:, None] * (1.0 + ratio * cosine[:, None] / root)
+            b = cosine[:, None] + ratio * (
+                (cosine**2 - sine**2)[:, None] + ratio**2 * (sine**4)[:, None]
+            ) / (root**3)
+            drive = drive + (gas * pressure - shape * b) * v
         inputs = (drive[::2], drive[1::2], jnp.roll(drive[::2], -1, axis=0))
         if half == 0.0:
             simpson = h * ((inputs[0] + 4.0 * inputs[1] + inputs[2]) / 6.0 - kappa)
@@ -531,14 +576,14 @@ def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
                 level = level - jnp.log(level + q).sum(axis=0) / (1.0 / (level + q)).sum(axis=0)
             q = q + level
         elif half == 1.0:
-            whole, part = jnp.exp(-kappa * h), jnp.exp(-0.5 * kappa * h)
-            work = h / 6.0 * (whole * inputs[0] + 4.0 * part * inputs[1] + inputs[2])
+            fading, part = jnp.exp(-kappa * h), jnp.exp(-0.5 * kappa * h)
+            work = h / 6.0 * (fading * inputs[0] + 4.0 * part * inputs[1] + inputs[2])
 
             def decay(value: Any, gain: Any) -> Any:
-                return whole * value + gain, value
+                return fading * value + gain, value
 
             end, _ = jax.lax.scan(decay, jnp.zeros_like(kappa), work, unroll=8)
-            _, q = jax.lax.scan(decay, end / -jnp.expm1(-kappa * CYCLE), work, unroll=8)
+            _, q = jax.lax.scan(decay, end / -jnp.expm1(-kappa * period), work, unroll=8)
         else:
 
             def march(carry: Any, row: Any) -> Any:
@@ -554,10 +599,11 @@ def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
             q = q + step * along
         return q, inputs[0] - kappa * q**half
 
-    by_xla = jax.jit(some, static_argnums=0)
+    by_xla = jax.jit(some, static_argnums=(0, 1))
 
     def solver(designs: Designs) -> Floats:
         c = coefficients(designs)
+        h = c.period / steps_of(whole, c.cylinders)
         delta = np.empty(len(designs))
         parts = []
         for half in np.unique(c.half):
@@ -568,9 +614,10 @@ def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
             with jax.enable_x64(True):
                 for half, index in parts[begin:end]:
                     filled = np.resize(index, block)  # one shape, one compilation
-                    columns = [a[filled] for a in (c.ratio, c.gas, c.shape, c.friction, c.kappa)]
-                    q, slope = by_xla(half, *columns)
-                    delta[index] = _numpy_delta(np.asarray(q), np.asarray(slope), h)[: index.size]
+                    columns = [getattr(c, name)[filled] for name in c.NUMBERS]
+                    q, slope = by_xla(half, c.cylinders, *columns)
+                    found = _numpy_delta(np.asarray(q), np.asarray(slope), h)
+                    delta[index] = found[: index.size]
 
         in_threads(work, len(parts), threads)
         return delta
@@ -584,27 +631,28 @@ def jax_scan(nodes: int, threads: int, block: int = 256) -> Solver:
 @compiled
 def right_side(
     phi: float, state: Floats, ratio: float, gas: float, shape: float, friction: float,
-    kappa: float, half: float,
+    kappa: float, heat: float, half: float, cylinders: int,
 ) -> Floats:  # fmt: skip
     """The value q and its tangent; compiled, because SciPy calls it thousands of times."""
     load = kappa * state[0] ** half if half > 0.0 else kappa
     out = np.empty(2)
-    out[0] = drive_at(phi, ratio, gas, shape, friction) - load
+    out[0] = drive_at(phi, ratio, gas, shape, friction, heat, cylinders) - load
     out[1] = -half * load / state[0] * state[1] if half > 0.0 else 0.0
     return out
 
 
 def _scipy_ivp(designs: Designs, tolerance: float, nodes: int) -> Floats:
     c = coefficients(designs)
-    phi = np.arange(nodes) * CYCLE / nodes
+    nodes = steps_of(nodes, c.cylinders)
+    phi = np.arange(nodes) * c.period / nodes
     drive = drives(c, phi)
     delta = np.empty(len(designs))
     for i in range(len(designs)):
-        numbers = (c.ratio[i], c.gas[i], c.shape[i], c.friction[i], c.kappa[i], c.half[i])
+        numbers = (*(getattr(c, name)[i] for name in c.NUMBERS), c.half[i], c.cylinders)
 
         def run(start: float, where: Floats | None, numbers: Any = numbers) -> Any:
             return solve_ivp(
-                right_side, (0.0, CYCLE), [start, 1.0], method="DOP853", t_eval=where,
+                right_side, (0.0, c.period), [start, 1.0], method="DOP853", t_eval=where,
                 args=numbers, rtol=tolerance, atol=tolerance, max_step=0.35,
             )  # fmt: skip
 
@@ -623,13 +671,14 @@ def _scipy_ivp(designs: Designs, tolerance: float, nodes: int) -> Floats:
 
 def _scipy_bvp(designs: Designs, tolerance: float, mesh: int, nodes: int) -> Floats:
     c = coefficients(designs)
-    phi = np.arange(nodes) * CYCLE / nodes
+    nodes = steps_of(nodes, c.cylinders)
+    phi = np.arange(nodes) * c.period / nodes
     drive = drives(c, phi)
     delta = np.empty(len(designs))
-    guess = np.linspace(0.0, CYCLE, mesh)
+    guess = np.linspace(0.0, c.period, mesh)
     for i in range(len(designs)):
         half, kappa = c.half[i], c.kappa[i]
-        one = Coefficients(*(getattr(c, n)[[i]] for n in Coefficients.__dataclass_fields__))
+        one = c.take([i])
 
         if half == 0.0:
             # Any level is periodic: the closure takes the place of the boundary condition.
@@ -675,29 +724,30 @@ def numba_lsoda(tolerance: float, nodes: int, threads: int) -> Solver:
 
     @numba.cfunc(signature)
     def slope(phi: float, state: Any, out: Any, data: Any) -> None:
-        load = data[4]
-        if data[5] == 1.0:
+        load, half, cylinders = data[4], data[6], int(data[7])
+        if half == 1.0:
             load *= state[0]
-        elif data[5] == 0.5:
+        elif half == 0.5:
             load *= math.sqrt(state[0])
-        elif data[5] > 0.0:
-            load *= state[0] ** data[5]
-        out[0] = drive_at(phi, data[0], data[1], data[2], data[3]) - load
+        elif half > 0.0:
+            load *= state[0] ** half
+        drive = drive_at(phi, data[0], data[1], data[2], data[3], data[5], cylinders)
+        out[0] = drive - load
         out[1] = 0.0
-        if data[5] > 0.0:
-            out[1] = -data[5] * load / state[0] * state[1]
+        if half > 0.0:
+            out[1] = -half * load / state[0] * state[1]
 
     address = slope.address
-    phi = np.linspace(0.0, CYCLE, nodes + 1)
-    # LSODA would step over the combustion: it is stopped every 20 degrees in the first sweeps too.
-    coarse = np.linspace(0.0, CYCLE, 37)
 
     @numba.njit(nogil=True)
-    def march(begin: int, end: int, data: Floats, delta: Floats) -> None:
+    def march(
+        begin: int, end: int, phi: Floats, coarse: Floats, data: Floats, delta: Floats
+    ) -> None:
+        nodes = phi.size - 1
         state, one = np.empty(2), np.ones(nodes)
         q, rate = np.empty(nodes), np.empty(nodes)
         for i in range(begin, end):
-            kappa, half = data[i, 4], data[i, 5]
+            kappa, half = data[i, 4], data[i, 6]
             start = 1.0
             for _ in range(MOST_SWEEPS if half > 0.0 else 0):
                 state[0], state[1] = start, 1.0
@@ -712,15 +762,23 @@ def numba_lsoda(tolerance: float, nodes: int, threads: int) -> Solver:
             if half == 0.0:
                 q += level_of(q, one)
             for j in range(nodes):
-                drive = drive_at(phi[j], data[i, 0], data[i, 1], data[i, 2], data[i, 3])
+                drive = drive_at(
+                    phi[j], data[i, 0], data[i, 1], data[i, 2], data[i, 3], data[i, 5],
+                    int(data[i, 7]),
+                )  # fmt: skip
                 rate[j] = drive - kappa * q[j] ** half
             delta[i] = delta_of(q, rate, phi[1])
 
     def solver(designs: Designs) -> Floats:
         c = coefficients(designs)
-        data = np.stack([c.ratio, c.gas, c.shape, c.friction, c.kappa, c.half], axis=1)
+        columns = [*(getattr(c, name) for name in c.NUMBERS), c.half]
+        data = np.stack([*columns, np.full(len(designs), float(c.cylinders))], axis=1)
+        phi = np.linspace(0.0, c.period, steps_of(nodes, c.cylinders) + 1)
+        # LSODA would step over the combustion: it is stopped every 20 degrees in the first sweeps
+        # too.
+        coarse = np.linspace(0.0, c.period, 36 // c.cylinders + 2)
         delta = np.empty(len(designs))
-        in_threads(lambda a, b: march(a, b, data, delta), len(designs), threads)
+        in_threads(lambda a, b: march(a, b, phi, coarse, data, delta), len(designs), threads)
         return delta
 
     return solver
@@ -733,11 +791,9 @@ def heyoka_batch(tolerance: float, nodes: int, threads: int) -> Solver:
     """Taylor series of the differential equation, a batch of designs as SIMD lanes."""
     hy: Any = importlib.import_module("heyoka")
     batch = int(hy.recommended_simd_size())
-    phi = np.arange(nodes) * CYCLE / nodes
-    grid = np.repeat(phi[:, None], batch, axis=1)
-    made: dict[tuple[float, int], Any] = {}
+    made: dict[tuple[float, int, int], Any] = {}
 
-    def integrator(half: float) -> Any:
+    def integrator(half: float, cylinders: int) -> Any:
         # Powers as products: the series of a general power divides by its base, which is zero here.
         def raised(base: Any, order: int) -> Any:
             if order == 1:
@@ -745,24 +801,29 @@ def heyoka_batch(tolerance: float, nodes: int, threads: int) -> Solver:
             lower = raised(base, order // 2)
             return lower * lower * base if order % 2 else lower * lower
 
-        angle = hy.time
-        ratio, gas, shape, friction, kappa = (hy.par[i] for i in range(5))
-        sine, cosine = hy.sin(angle), hy.cos(angle)
-        root = hy.sqrt(1.0 - raised(ratio * sine, 2))
-        v = sine * (1.0 + ratio * cosine / root)
-        b = cosine + ratio * (
-            1.0 - 2.0 * raised(sine, 2) + ratio * ratio * raised(sine, 4)
-        ) / raised(root, 3)
+        ratio, gas, shape, friction, kappa, heat = (hy.par[i] for i in range(6))
         p = PRESSURE
-        volume = 1.0 + (p.ratio - 1.0) * raised(hy.sin(0.5 * angle), 2)
-        compressed = (p.ratio / volume) ** p.polytropic - 1.0
-        bar = p.compression * compressed * raised(hy.cos(0.25 * angle), 8)
-        for height, shift, order in (
-            (p.burn, p.burn_angle, p.burn_order),
-            (p.after, p.after_angle, p.after_order),
-        ):
-            bar += height * raised(hy.cos(0.25 * (angle - shift)), 2 * order)
-        drive = (gas * (1e5 * (p.charge + bar) - CRANKCASE) - shape * b) * v - friction
+
+        def drive_of(angle: Any) -> Any:
+            sine, cosine = hy.sin(angle), hy.cos(angle)
+            root = hy.sqrt(1.0 - raised(ratio * sine, 2))
+            v = sine * (1.0 + ratio * cosine / root)
+            b = cosine + ratio * (
+                1.0 - 2.0 * raised(sine, 2) + ratio * ratio * raised(sine, 4)
+            ) / raised(root, 3)
+            volume = 1.0 + (p.ratio - 1.0) * raised(hy.sin(0.5 * angle), 2)
+            compressed = (p.ratio / volume) ** p.polytropic - 1.0
+            bar = p.compression * compressed * raised(hy.cos(0.25 * angle), 8)
+            for height, shift, order in (
+                (p.burn, p.burn_angle, p.burn_order),
+                (p.after, p.after_angle, p.after_order),
+            ):
+                bar += heat * height * raised(hy.cos(0.25 * (angle - shift)), 2 * order)
+            return (gas * (1e5 * (p.charge + bar) - CRANKCASE) - shape * b) * v
+
+        drive = -1.0 * friction
+        for cylinder in range(cylinders):
+            drive += drive_of(hy.time + cylinder * CYCLE / cylinders)
         q, s = hy.make_vars("q", "s")
         load = kappa * q**half if half > 0.0 else kappa
         system = [(q, drive - load)]
@@ -771,19 +832,22 @@ def heyoka_batch(tolerance: float, nodes: int, threads: int) -> Solver:
             system.append((s, -half * load / q * s))
             state = np.ones((2, batch))
         return hy.taylor_adaptive_batch(
-            system, state, pars=np.zeros((5, batch)), tol=tolerance, compact_mode=True
+            system, state, pars=np.zeros((6, batch)), tol=tolerance, compact_mode=True
         )
 
-    def some(solver: Any, c: Coefficients, index: npt.NDArray[np.int64], half: float) -> Floats:
+    def some(
+        solver: Any, c: Coefficients, phi: Floats, index: npt.NDArray[np.int64], half: float
+    ) -> Floats:
+        grid = np.repeat(phi[:, None], batch, axis=1)
         filled = np.resize(index, batch)
-        for row, name in enumerate(("ratio", "gas", "shape", "friction", "kappa")):
+        for row, name in enumerate(c.NUMBERS):
             solver.pars[row] = getattr(c, name)[filled]
         start = np.zeros(batch) if half == 0.0 else np.ones(batch)
         if half > 0.0:
             for _ in range(MOST_SWEEPS):
                 solver.set_time(0.0)
                 solver.state[0], solver.state[1] = start, 1.0
-                solver.propagate_until(CYCLE)
+                solver.propagate_until(c.period)
                 step = (solver.state[0] - start) / (1.0 - solver.state[1])
                 start = start + step
                 if half == 1.0 or np.abs(step).max() < 0.1 * tolerance:
@@ -802,22 +866,22 @@ def heyoka_batch(tolerance: float, nodes: int, threads: int) -> Solver:
         for half in np.unique(c.half):
             index = np.flatnonzero(c.half == half)
             parts += [(float(half), index[i : i + batch]) for i in range(0, index.size, batch)]
+        steps, z = steps_of(nodes, c.cylinders), c.cylinders
+        phi = np.arange(steps) * c.period / steps
         halves = sorted({half for half, _ in parts})
         for half in halves:
-            if (half, 0) not in made:
-                made[half, 0] = integrator(half)
+            if (half, z, 0) not in made:
+                made[half, z, 0] = integrator(half, z)
                 for thread in range(1, 4 * threads):
-                    made[half, thread] = made[half, 0].__deepcopy__({})
+                    made[half, z, thread] = made[half, z, 0].__deepcopy__({})
 
         edges: dict[int, int] = {}
 
         def work(begin: int, end: int) -> None:
             thread = edges.setdefault(begin, len(edges))
             for half, index in parts[begin:end]:
-                q = some(made[half, thread], c, index, half)
-                chosen = Coefficients(
-                    *(getattr(c, n)[index] for n in Coefficients.__dataclass_fields__)
-                )
+                q = some(made[half, z, thread], c, phi, index, half)
+                chosen = c.take(index)
                 drive = drives(chosen, phi)
                 for lane in range(index.size):
                     delta[index[lane]] = finish(
@@ -839,10 +903,10 @@ def diffrax_adaptive(tolerance: float, nodes: int, threads: int, block: int = 64
     diffrax: Any = importlib.import_module("diffrax")
     jnp = jax.numpy
     p = PRESSURE
-    phi = np.linspace(0.0, CYCLE, nodes + 1)
 
     def drive_of(angle: Any, numbers: Any) -> Any:
-        ratio, gas, shape, friction = numbers[:4]
+        """Of one cylinder, without friction."""
+        ratio, gas, shape, heat = numbers[0], numbers[1], numbers[2], numbers[5]
         sine, cosine = jnp.sin(angle), jnp.cos(angle)
         root = jnp.sqrt(1.0 - (ratio * sine) ** 2)
         v = sine * (1.0 + ratio * cosine / root)
@@ -854,18 +918,24 @@ def diffrax_adaptive(tolerance: float, nodes: int, threads: int, block: int = 64
             * ((p.ratio / volume) ** p.polytropic - 1.0)
             * jnp.cos(0.25 * angle) ** 8
         )
-        bar += p.burn * jnp.cos(0.25 * (angle - p.burn_angle)) ** (2 * p.burn_order)
-        bar += p.after * jnp.cos(0.25 * (angle - p.after_angle)) ** (2 * p.after_order)
-        return (gas * (1e5 * bar - CRANKCASE) - shape * b) * v - friction
+        bar += heat * p.burn * jnp.cos(0.25 * (angle - p.burn_angle)) ** (2 * p.burn_order)
+        bar += heat * p.after * jnp.cos(0.25 * (angle - p.after_angle)) ** (2 * p.after_order)
+        return (gas * (1e5 * bar - CRANKCASE) - shape * b) * v
 
-    def one(half: float, numbers: Any) -> Any:
+    def one(half: float, cylinders: int, numbers: Any) -> Any:
+        period = CYCLE / cylinders
+        phi = np.linspace(0.0, period, steps_of(nodes, cylinders) + 1)
+
         def slope(angle: Any, state: Any, _: Any) -> Any:
             load = numbers[4] * state[0] ** half if half else numbers[4]
-            return jnp.stack([drive_of(angle, numbers) - load, -half * load / state[0] * state[1]])
+            drive = -numbers[3]
+            for cylinder in range(cylinders):
+                drive = drive + drive_of(angle + cylinder * period, numbers)
+            return jnp.stack([drive - load, -half * load / state[0] * state[1]])
 
         def run(start: Any, saved: Any) -> Any:
             return diffrax.diffeqsolve(
-                diffrax.ODETerm(slope), diffrax.Dopri8(), 0.0, CYCLE, None,
+                diffrax.ODETerm(slope), diffrax.Dopri8(), 0.0, period, None,
                 jnp.stack([start, jnp.ones_like(start)]), saveat=saved, max_steps=4096,
                 stepsize_controller=diffrax.PIDController(
                     rtol=tolerance, atol=tolerance, dtmax=0.35
@@ -879,12 +949,17 @@ def diffrax_adaptive(tolerance: float, nodes: int, threads: int, block: int = 64
         q = run(start, diffrax.SaveAt(ts=jnp.asarray(phi)))[:-1, 0]
         return q
 
-    by_xla = jax.jit(lambda half, numbers: jax.vmap(partial(one, half))(numbers), static_argnums=0)
+    by_xla = jax.jit(
+        lambda half, cylinders, numbers: jax.vmap(partial(one, half, cylinders))(numbers),
+        static_argnums=(0, 1),
+    )
 
     def solver(designs: Designs) -> Floats:
         c = coefficients(designs)
+        steps = steps_of(nodes, c.cylinders)
+        phi = np.linspace(0.0, c.period, steps + 1)
         drive = drives(c, phi[:-1])
-        numbers = np.stack([c.ratio, c.gas, c.shape, c.friction, c.kappa], axis=1)
+        numbers = np.stack([getattr(c, name) for name in c.NUMBERS], axis=1)
         delta = np.empty(len(designs))
         parts = []
         for half in np.unique(c.half):
@@ -894,7 +969,7 @@ def diffrax_adaptive(tolerance: float, nodes: int, threads: int, block: int = 64
         def work(begin: int, end: int) -> None:
             with jax.enable_x64(True):
                 for half, index in parts[begin:end]:
-                    q = np.asarray(by_xla(half, numbers[np.resize(index, block)]))
+                    q = np.asarray(by_xla(half, c.cylinders, numbers[np.resize(index, block)]))
                     for lane, i in enumerate(index):
                         # A torque load: the level comes from the closure alone.
                         row = q[lane] - 1.0 if half == 0.0 else q[lane]
@@ -919,7 +994,7 @@ def _python_euler(designs: Designs, most_cycles: int) -> Floats:
     width = CYCLE / 720.0
     pressures = [float(p) for p in PRESSURE(np.radians(np.arange(-360.0, 360.0)))]
     for i in range(len(designs)):
-        ratio, mass, speed, inertia, friction, alpha = (
+        ratio, mass, speed, inertia, friction, alpha, _ = (
             float(getattr(designs, name)[i]) for name in Designs.COLUMNS
         )
         torque = []

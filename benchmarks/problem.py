@@ -16,12 +16,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
+from engine_dyn.pressure.family import ROW_STEP
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.types import Floats, Integers
 from oracle.designs import SmoothPressure
@@ -41,6 +43,12 @@ PRESSURE = SmoothPressure(
     after=6.0, after_angle=math.radians(45.0), after_order=30,
 )  # fmt: skip
 
+MOTORED = replace(PRESSURE, burn=0.0, after=0.0)
+"""The same without combustion."""
+
+LEAST_HEAT = 0.4
+"""Smallest factor on the combustion's part of the pressure; the largest is 1, full load."""
+
 EXPONENTS = (0.0, 1.0, 1.6, 2.0)
 """Load exponents mixed in the table."""
 
@@ -50,7 +58,11 @@ SAMPLES = 1024
 
 @dataclass(frozen=True)
 class Designs:
-    """Columns of designs, each of one length: SI units, speed in rad/s."""
+    """Columns of designs, each of one length: SI units, speed in rad/s.
+
+    `heat` is the factor on the combustion's part of the pressure, 1 at full load; `friction` is
+    the torque of the whole engine.
+    """
 
     ratio: Floats
     mass: Floats
@@ -58,10 +70,11 @@ class Designs:
     inertia: Floats
     friction: Floats
     exponent: Floats
+    heat: Floats
     cylinders: int = 1
     variable: bool = False
 
-    COLUMNS = ("ratio", "mass", "speed", "inertia", "friction", "exponent")
+    COLUMNS = ("ratio", "mass", "speed", "inertia", "friction", "exponent", "heat")
 
     def __len__(self) -> int:
         return self.ratio.size
@@ -108,6 +121,7 @@ class Scene:
             inertia=self.inertia[inertia],
             friction=self.cylinders * self.friction * alike,
             exponent=self.exponent * alike,
+            heat=alike,
             cylinders=self.cylinders,
             variable=self.variable,
         )
@@ -158,7 +172,24 @@ def table(size: int, exponents: Sequence[float] = EXPONENTS, seed: int = 1) -> D
         inertia=np.exp(random.uniform(math.log(1.5), math.log(8.0), size)),
         friction=random.uniform(15.0, 45.0, size),
         exponent=np.resize(np.asarray(exponents), size),
+        heat=np.ones(size),
     )
+
+
+def sampled(size: int, cylinders: int, seed: int = 3) -> Designs:
+    """Random designs of one number of cylinders at any load, exponent 2."""
+    designs = table(size, (2.0,), seed=1000 * seed + cylinders)
+    heat = np.random.default_rng(1000 * seed + cylinders + 500).uniform(LEAST_HEAT, 1.0, size)
+    return replace(
+        designs, heat=heat, friction=cylinders * designs.friction, cylinders=cylinders,
+        inertia=cylinders * designs.inertia,
+    )  # fmt: skip
+
+
+def pressure_of(phi: Any, heat: Any) -> Floats:
+    """Pressure [Pa] at crank angles [rad], with a factor on what the combustion adds."""
+    motored = MOTORED(phi)
+    return np.asarray(motored + heat * (PRESSURE(phi) - motored))
 
 
 def join(first: Designs, second: Designs) -> Designs:
@@ -170,15 +201,20 @@ def join(first: Designs, second: Designs) -> Designs:
     return replace(first, **columns)
 
 
-def diagram() -> Diagram:
+def diagram(heat: float = 1.0) -> Diagram:
     """The pressure every half degree, as a file would give it."""
-    degrees, bar = points_of(PRESSURE)
+    degrees, bar = points_of(lambda phi: pressure_of(phi, heat))
     return diagram_from_points(np.radians(degrees), bar * 1e5, CYCLE)
 
 
 def family() -> Family:
     """The diagram alone, as a family of one."""
     return family_from_diagrams([0.0], [diagram()])
+
+
+def family_of_loads() -> Family:
+    """The diagrams of least and full heat, so near in load that all between are their sums."""
+    return family_from_diagrams([0.0, ROW_STEP], [diagram(LEAST_HEAT), diagram()])
 
 
 def own_inputs(source: Scene | Designs, one: Family) -> dict[str, Any]:
@@ -196,9 +232,12 @@ def own_inputs(source: Scene | Designs, one: Family) -> dict[str, Any]:
             "cylinders": source.cylinders,
             "inertia_model": "variable" if source.variable else "constant",
         }
-    gas = mean_gas_torque(inputs["crank_ratio"], 0.0, one)
+    row: Any = 0.0
+    if isinstance(source, Designs) and one.row_count > 1:
+        row = (source.heat - LEAST_HEAT) / (1.0 - LEAST_HEAT)
+    gas = mean_gas_torque(inputs["crank_ratio"], row, one)
     return {
-        "family": one, "row": 0.0, "scale": 1.0, "crankcase_pressure": CRANKCASE, "bore": BORE,
+        "family": one, "row": row, "scale": 1.0, "crankcase_pressure": CRANKCASE, "bore": BORE,
         "double_radius": STROKE, "offset": 0.0,
         "mean_torque": source.cylinders * LEVER * gas - inputs["friction_torque"], **inputs,
     }  # fmt: skip
@@ -230,7 +269,7 @@ def _reference(designs: Designs, samples: int) -> Floats:
     for cylinder in range(designs.cylinders):
         angle = phi + cylinder * period
         v, b = kinematics(angle, designs.ratio[:, None])
-        gas += LEVER * (PRESSURE(angle) - CRANKCASE) * v
+        gas += LEVER * (pressure_of(angle, designs.heat[:, None]) - CRANKCASE) * v
         shape += b * v
         square += v * v
     column = {name: getattr(designs, name)[:, None] for name in designs.COLUMNS}
@@ -299,7 +338,8 @@ def agreement(designs: Designs, delta: Floats) -> float:
     for i in range(len(designs)):
         one = designs.take([i])
         design = Design(
-            pressure=PRESSURE, bore=BORE, stroke=STROKE, crank_ratio=float(one.ratio[0]),
+            pressure=partial(pressure_of, heat=float(one.heat[0])), bore=BORE, stroke=STROKE,
+            crank_ratio=float(one.ratio[0]),
             reciprocating_mass=float(one.mass[0]), inertia=float(one.inertia[0]),
             speed_rpm=float(one.speed[0]) * 30.0 / math.pi, cylinders=one.cylinders,
             load_exponent=float(one.exponent[0]), friction_torque=float(one.friction[0]),

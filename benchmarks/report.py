@@ -52,6 +52,7 @@ class Measured:
     agreed: int
     table: list[Result]
     table_alone: Timing
+    sampled: list[Result]
     scenes: list[SceneResult]
     numbers: dict[str, list[Timing]]
     by_threads: dict[str, list[tuple[int, Timing]]]
@@ -243,28 +244,49 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
         "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
         "cannot remove.",
         "",
-        *ratios_section(m), *studies_section(m.studies), *targets_section(m),
+        *ratios_section(m), *studies_section(m.studies), *sampled_section(m), *targets_section(m),
         *machines_section(machines), *table_section(m),
         *scenes_section(m), *scaling_section(m), *rest_section(m),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 
-def ratios_section(m: Measured) -> list[str]:
-    """Ratios first."""
-    ours = default_of(m.table)
+def times_faster(results: Sequence[Result]) -> list[list[str]]:
+    """How many times as many designs a second `auto` solves as each peer does at `AIM`."""
+    ours = default_of(results)
     body = []
-    for series in series_of(m.table):
+    for series in series_of(results):
         if series in OWN or series == SHARING:
             continue
-        seconds = seconds_at(of_series(m.table, series), AIM)
-        best = min(of_series(m.table, series), key=lambda r: r.errors.worst)
+        seconds = seconds_at(of_series(results, series), AIM)
+        best = min(of_series(results, series), key=lambda r: r.errors.worst)
         note = (
             number(seconds * ours.timing.rate) if math.isfinite(seconds)
             else f"not reached (best {small(best.errors.worst)}, then "
             f"{number(ours.timing.rate / best.timing.rate)})"
         )  # fmt: skip
         body.append([series, note])
+    return body
+
+
+def sampled_section(m: Measured) -> list[str]:
+    """Peers on sampled designs."""
+    return [
+        "## Sampled designs, beside other solvers", "",
+        "Crank ratio, reciprocating mass, speed, inertia, friction, load and number of cylinders "
+        "(one to eight) drawn at random, load exponent 2 (`benchmarks/sampled_peers.py`). Over "
+        "load, the pressure of the combustion grows in proportion. Peers solve the designs of each "
+        "number of cylinders together. Times faster, at a worst error of "
+        f"{AIM:g} of the peer:", "",
+        *rows(["peer", "times faster"], times_faster(m.sampled)), "",
+        *rows(HEAD, [result_row(r, default_of(m.sampled)) for r in m.sampled]), "",
+    ]  # fmt: skip
+
+
+def ratios_section(m: Measured) -> list[str]:
+    """Ratios first."""
+    ours = default_of(m.table)
+    body = times_faster(m.table)
     lines = [
         "## Ratios",
         "",
@@ -299,9 +321,10 @@ def ratios_section(m: Measured) -> list[str]:
     return [
         *lines, *rows(head, body), "",
         "![Time for a design against the error](figures/bench_work_precision.png)", "",
-        "*Worst relative error of delta against time for a design, all threads. Left: table of "
-        "designs that share nothing. Right: a factorial scene, alpha 2, one cylinder. Methods "
-        "that left designs unsolved are drawn hollow.*", "",
+        "*Worst relative error of delta against time for a design, all threads. a: table of "
+        "designs that share nothing. b: sampled designs, one to eight cylinders, any load. c: a "
+        "factorial scene, alpha 2, one cylinder. Methods that left designs unsolved are drawn "
+        "hollow.*", "",
     ]  # fmt: skip
 
 
@@ -554,15 +577,14 @@ LOOKS: dict[str, tuple[str, str]] = {
 
 def work_precision(m: Measured) -> Figure:
     """Time for a design against error."""
-    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
-    axes = figure.subplots(1, 2, sharex=True, sharey=True)
     wide = [s for s in m.scenes if len(series_of(s.peers)) > 2] or m.scenes
-    panels = [("a  Designs that share nothing", m.table)]
+    panels = [("a  Designs that share nothing", m.table), ("b  Sampled designs", m.sampled)]
     if wide:
-        load = wide[0].scene.exponent
         panels.append(
-            (f"b  Factorial scene, α = {load:g}, one cylinder", [*wide[0].ours, *wide[0].peers])
+            (f"c  Factorial, α = {wide[0].scene.exponent:g}", [*wide[0].ours, *wide[0].peers])
         )
+    figure = Figure(figsize=(3.4 * len(panels), 4.4), layout="constrained")
+    axes = figure.subplots(1, len(panels), sharex=True, sharey=True)
     drawn: dict[str, Any] = {}
     for ax, (title, results) in zip(axes, panels, strict=False):
         for series in series_of(results):

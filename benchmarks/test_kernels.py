@@ -13,6 +13,7 @@ import pytest
 
 import sweeps
 from benchmarks import own, problem
+from benchmarks.studies import STUDIES, Study
 from engine_dyn import periodic_speed
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.torque import torque_extremes
@@ -44,6 +45,16 @@ def test_method(benchmark: Any, method: str) -> None:
     source = problem.table(4, (1.0, 2.0))  # picard repeats hundreds of cycles
     own.answer(source, THREADS, method=method)
     assert np.isfinite(benchmark(own.answer, source, THREADS, method=method)["delta"]).all()
+
+
+@pytest.mark.parametrize("one", STUDIES, ids=lambda one: one.name)
+def test_study(benchmark: Any, one: Study) -> None:
+    """Every kind of study, and so every mechanism that solves designs."""
+    scene = one.build(200 if one.modelled else 2000)
+    sweeps.run(scene, threads=THREADS)
+    found = benchmark(sweeps.run, scene, threads=THREADS)
+    benchmark.extra_info["designs"] = found["delta"].size
+    assert np.isfinite(found["delta"]).all()
 
 
 def test_traces(benchmark: Any) -> None:

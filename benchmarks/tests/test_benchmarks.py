@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import engines, measure, own, peers, problem, report
+from benchmarks import engines, measure, own, peers, problem, report, sampled_peers
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -74,6 +74,30 @@ def test_peers_solve_the_same_table(processes: peers.Processes) -> None:
     assert exact.min() > 0.0
 
 
+@pytest.mark.parametrize("cylinders", [1, 3, 8])
+def test_peers_solve_sampled_designs(cylinders: int, processes: peers.Processes) -> None:
+    designs = problem.sampled(4, cylinders)
+    exact = problem.reference(designs)
+    assert problem.agreement(designs.take([0]), exact[:1]) < 1e-10
+    np.testing.assert_allclose(sampled_peers.answer([designs], 1), exact, rtol=1e-6)
+    found, _ = peers.cases(1, processes, quick=True)
+    for case in found:
+        if case.series in ("JAX scan", "Diffrax", "heyoka", "Euler in Python"):
+            continue
+        errors = measure.errors_of(case.solve(designs), exact)
+        assert errors.worst < (1e-3 if "90 steps" in case.setting else 2e-5), case
+
+
+def test_sampled_designs_of_all_numbers_of_cylinders_at_once() -> None:
+    some = sampled_peers.groups(24)
+    assert [each.cylinders for each in some] == list(range(1, 9))
+    expected = [sampled_peers.answer([each], 1) for each in some]
+    found = sampled_peers.answer(some, 1)
+    np.testing.assert_allclose(found, np.concatenate(expected), rtol=1e-8)
+    exact = np.concatenate([problem.reference(each) for each in some])
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
+
+
 def test_time_at_an_error_is_interpolated() -> None:
     def result(worst: float, seconds: float) -> measure.Result:
         errors = measure.Errors(worst, worst, worst, 0.0, 10)
@@ -111,7 +135,10 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
-    for heading in ("Ratios", "Studies", "Aims", "Designs that share nothing", "Factorial scenes", "Traces"):
+    for heading in (
+        "Ratios", "Studies", "Sampled designs, beside other solvers", "Aims",
+        "Designs that share nothing", "Factorial scenes", "Traces",
+    ):  # fmt: skip
         assert f"\n## {heading}\n" in text
     figures = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(figures) == 2
