@@ -75,6 +75,8 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
             return np.array(value, dtype=np.float64)
         return plain(value.tolist(), name, depth + 1)
     if isinstance(value, list | tuple):
+        if set(map(type, value)) <= {int, float, str}:  # also lists of millions, without a loop
+            return list(value)
         return [plain(item, name, depth + 1) for item in value]
     if isinstance(value, np.generic):
         return value.item()
@@ -228,8 +230,11 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
     if not raw:
         raise SceneError(f"{where} = []: no values; at least one is needed")
-    if set(map(type, raw)) == {float}:  # a long list, most likely from Python
-        values = np.array(raw)
+    if set(map(type, raw)) <= {float, int}:  # a list may be long: no code of Python for each value
+        try:
+            values = np.array(raw, dtype=np.float64)
+        except OverflowError:  # which is told of a single value below
+            values = np.array([np.nan])
         if np.isfinite(values).all():
             return values
     return np.array(

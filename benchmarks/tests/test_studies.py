@@ -62,6 +62,18 @@ def test_calls_of_python_do_not_grow_with_the_number_of_designs(one: Study) -> N
     assert many - few <= ALLOWED * (designs[1] - designs[0]), (few, many)
 
 
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_lists_of_designs_are_read_without_a_loop_in_python() -> None:
+    """As a scene's file has them."""
+    scenes = [study("sampled").build(size) for size in (FEW, MANY)]
+    for scene in scenes:
+        scene["designs"] = {name: column.tolist() for name, column in scene["designs"].items()}
+        sweeps.run(scene, threads=1)
+    few, many = (calls_of_python(scene) for scene in scenes)
+    assert many - few <= ALLOWED * (MANY - FEW), (few, many)
+
+
 def test_a_study_is_known_by_its_name() -> None:
     assert study("sampled").name == "sampled"
     with pytest.raises(ValueError, match="no study; there are one_table, "):
