@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.types import Floats
@@ -29,9 +29,9 @@ class Engine:
         Value of each parameter that the engine gives, in the parameter's file unit.
     family : Family or FamilyGrid
         Indicator diagrams over load, or over load and speed.
-    cycles : tuple of callables, optional
-        For each diagram of the family, in its order, what makes it again with other fields (SI) of
-        its modelled cycle; None where a diagram is not so modelled.
+    cycles : tuple of ModelledDiagram, optional
+        For each diagram of the family, in its order, the cycle by the first law that it is modelled
+        by; None where a diagram is not so modelled.
     pressure_scale : tuple of arrays, optional
         Speed [rpm] and the factor on the diagram at that speed; linear in between.
     firing_order : tuple of int, optional
@@ -54,7 +54,7 @@ class Engine:
     values: Mapping[str, float]
     family: Family | FamilyGrid
     pressure_scale: tuple[Floats, Floats] | None = None
-    cycles: tuple[Callable[..., Diagram], ...] | None = None
+    cycles: tuple[ModelledDiagram, ...] | None = None
     firing_order: tuple[int, ...] | None = None
     own_cylinders: Cylinders | None = None
     load_table: TorqueOverAngle | TorqueOverSpeed | None = None

@@ -53,6 +53,7 @@ from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
@@ -326,13 +327,16 @@ def extremes(
             some = keys[:, begin : begin + TABLES_AT_ONCE]
             mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
             parts = np.full((some.shape[1], PARTS, 2, samples), np.nan)
-            # those of one pressure and one bearing are made together
-            for where, count, number in sorted(set(zip(*some[2:].tolist(), strict=True))):
+            # Those of one bearing are made together, and those of one pressure unless there are
+            # many of them.
+            key = 3 if isinstance(family, CycleTable) else 2
+            for *one, count, number in sorted(set(zip(*some[key:].tolist(), strict=True))):
                 engine = by_count[int(count)]
                 if _exists(load, engine, int(number)):
-                    alike = np.equal(some[2:].T, (where, count, number))
+                    alike = np.equal(some[key:].T, (*one, count, number))
                     these = np.flatnonzero(alike.all(axis=1))
                     ratios, besides = some[:2, these, None]
+                    where = one[0] if one else some[2, these, None]
                     made = LOADS[load](phi, engine, ratios, besides, family, where, int(number))
                     parts[these] = np.moveaxis(made, 1, -1)
             found = np.empty((3, mine.size))

@@ -33,16 +33,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.compilation import kernel, on_stack
 from engine_dyn.forces.mechanism import GRAVITY, banks_of
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.arrangement import TURN
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.slider_crank import offset_velocity_at, sine_of_top, turned
+from engine_dyn.pressure.curves import on_threads
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
-from engine_dyn.types import Complexes, Floats
+from engine_dyn.types import Complexes, Floats, Integers
 
 __all__ = [
     "INERTIA",
@@ -70,6 +74,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 ORDERS_AT_ONCE, RATIOS_AT_ONCE = 64, 256
 MANY_RATIOS = 64
 """More crank ratios than that are taken from the series of the velocity."""
+DESIGNS_AT_ONCE, POINTS_OF_PIECE = 128, 512
 MOST_KEPT = 4_000_000
 """Values of waves that are kept from one diagram to the next."""
 
@@ -189,6 +194,9 @@ def gas_harmonics(
     weight = columns[2] - first
     result = np.zeros((columns.shape[1], nu.size), dtype=np.complex128)
     waves = _Waves(nu, period)
+    if isinstance(family, CycleTable):
+        waves.of_rows(family, columns, first, weight, pressure_factor, result)
+        return _along_orders(result, orders, shape)
     needed = {*np.unique(first).tolist(), *np.unique(first[weight > 0.0] + 1).tolist()}
     for index in sorted(needed):
         diagram = row_with_factor(family, index, pressure_factor)
@@ -236,11 +244,53 @@ class _Waves:
         gamma = kinematic_series.velocity_coefficients(orders[:, None], ratios)
         return np.asarray(sines @ gamma)
 
+    def of_rows(
+        self, family: CycleTable, columns: Floats, row: Integers, weight: Floats, factor: float,
+        result: Complexes,
+    ) -> None:  # fmt: skip
+        """Harmonics of designs that have diagrams of their own, by a kernel.
+
+        `columns` are crank ratio and offset of each; `row` and `weight` tell its two rows.
+        """
+        self._take_nodes(family.angle)
+        family.curves(np.concatenate([row, row[weight > 0.0] + 1]))  # all at once
+        size = self.orders.size
+        angle = self.orders[:, None] * self.phi
+        waves = np.cos(angle), np.sin(angle)
+        turn = np.sin(self.phi), np.cos(self.phi)
+        for begin in range(0, row.size, DESIGNS_AT_ONCE):
+            here = slice(begin, begin + DESIGNS_AT_ONCE)
+            pressure = family.sampled(row[here], self.phi, factor)[0]
+            some = np.flatnonzero(weight[here])
+            if some.size:
+                share = weight[here][some, None]
+                above = family.sampled(row[here][some] + 1, self.phi, factor)[0]
+                pressure[some] = (1.0 - share) * pressure[some] + share * above
+            real, imaginary = np.zeros((2, pressure.shape[0], size))
+            ratio, offset = (np.ascontiguousarray(column[here]) for column in columns[:2])
+
+            def work(
+                first: int, last: int, pressure: Floats = pressure, ratio: Floats = ratio,
+                offset: Floats = offset, real: Floats = real, imaginary: Floats = imaginary,
+            ) -> None:  # fmt: skip
+                mine = slice(first, last)
+                _transform_rows(
+                    pressure[mine], ratio[mine], offset[mine], *turn, self.weight, *waves,
+                    real[mine], imaginary[mine],
+                )  # fmt: skip
+
+            on_threads(pressure.shape[0], work, family.threads)
+            result[here] = (2.0 / self.period) * (real - 1j * imaginary)
+
+    def _take_nodes(self, knots: Floats) -> None:
+        """Nodes and weights between some knots."""
+        if self.knots is None or not np.array_equal(knots, self.knots):
+            self.knots, self.kept = knots, []
+            self.phi, self.weight = _nodes(knots, float(self.orders.max()), self.period)
+
     def _work(self, diagram: Diagram) -> Floats:
         """Pressure times weights at the nodes."""
-        if self.knots is None or not np.array_equal(diagram.angle, self.knots):
-            self.knots, self.kept = diagram.angle, []
-            self.phi, self.weight = _nodes(diagram, float(self.orders.max()), self.period)
+        self._take_nodes(diagram.angle)
         return np.asarray(self.weight * np.asarray(diagram(self.phi)) * (2.0 / self.period))
 
     def _transform(self, curves: Floats) -> Complexes:
@@ -263,9 +313,37 @@ class _Waves:
             yield wave
 
 
-def _nodes(diagram: Diagram, highest: float, period: float) -> tuple[Floats, Floats]:
+@kernel
+def _transform_rows(
+    pressure: Floats, ratio: Floats, offset: Floats, sine: Floats, cosine: Floats, weight: Floats,
+    cosines: Floats, sines: Floats, real: Floats, imaginary: Floats,
+) -> None:  # fmt: skip
+    """Add up pressure times velocity times waves, for every design and order.
+
+    Piece by piece of the cycle, so that the waves of a piece stay in the cache; the sums of a
+    design do not depend on the others.
+    """
+    work = on_stack(POINTS_OF_PIECE)
+    for begin in range(0, weight.size, POINTS_OF_PIECE):
+        count = min(POINTS_OF_PIECE, weight.size - begin)
+        for design in range(ratio.size):
+            top = sine_of_top(ratio[design], offset[design])
+            upright = math.sqrt(1.0 - top * top)
+            for i in range(count):
+                s, c = turned(sine[begin + i], cosine[begin + i], top, upright)
+                velocity = offset_velocity_at(s, c, ratio[design], offset[design])
+                work[i] = pressure[design, begin + i] * weight[begin + i] * velocity
+            for order in range(cosines.shape[0]):
+                one, other = 0.0, 0.0
+                for i in range(count):
+                    one += work[i] * cosines[order, begin + i]
+                    other += work[i] * sines[order, begin + i]
+                real[design, order] += one
+                imaginary[design, order] += other
+
+
+def _nodes(knots: Floats, highest: float, period: float) -> tuple[Floats, Floats]:
     """Nodes and weights of Gauss quadrature over one cycle, on the pieces of the spline."""
-    knots = diagram.angle
     step = np.diff(knots, append=knots[0] + period)
     longest = min(LONGEST_PIECE, MOST_TURN_OF_PIECE / highest)
     parts = np.ceil(step / longest).astype(int)

@@ -17,6 +17,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats
@@ -49,6 +50,8 @@ def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float
     `phi`, `row` and `scale` broadcast. See `family.Family.locate` for rows, `motored` for the
     factor of a cylinder.
     """
+    if isinstance(family, CycleTable):
+        return np.asarray(family.pressures(phi, row, factor) * scale)
     phi, row = np.broadcast_arrays(np.asarray(phi, float), np.asarray(row, float))
     result = np.empty(phi.shape)
     for value in np.unique(row):
@@ -181,7 +184,7 @@ def _friction_of_one(
             of_these = [row[here, None] for row in distinct]
             found[:, here] = mean_parts(
                 lambda angle: parts(angle, member, of_these),  # noqa: B023
-                gas.family.row(0).period,
+                gas.family.period,
             )
         return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
 

@@ -3,6 +3,8 @@
 diagram, point_checks    one curve through points, and whether points are an indicator diagram
 family, family_grid      curves over load, and over load and speed
 first_law, first_law_fields, first_law_kernel    modelled cycles of engines, by the first law
+collocation              intervals of high order, by which these are followed
+cycle_table, curves      families of many modelled cycles, and the kernels that make their rows
 diesel_cycle, compressor, pump    modelled cycles by simpler rules
 motored                  cylinders that do not burn, or burn less or more
 """

@@ -107,6 +107,11 @@ class RowsOfDiagrams:
     _rows: dict[int, Diagram]
 
     @property
+    def period(self) -> float:
+        """Angle of the cycle [rad]."""
+        raise NotImplementedError
+
+    @property
     def row_count(self) -> int:
         """Number of rows of the table."""
         raise NotImplementedError
@@ -156,6 +161,11 @@ class Family(RowsOfDiagrams):
     loads: Floats
     diagrams: tuple[Diagram, ...]
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def period(self) -> float:
+        """Angle of the cycle [rad]."""
+        return self.diagrams[0].period
 
     @property
     def low(self) -> float:

@@ -73,6 +73,11 @@ class FamilyGrid(RowsOfDiagrams):
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
 
     @property
+    def period(self) -> float:
+        """Angle of the cycle [rad]."""
+        return self.columns[0].period
+
+    @property
     def loads(self) -> Floats:
         """Given loads [percent], strictly ascending."""
         return self.columns[0].loads

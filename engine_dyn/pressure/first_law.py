@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 from engine_dyn import status
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.first_law_fields import (
     FOUR_STROKE_UNITS,
@@ -324,6 +325,7 @@ def tabulate(
     kind: type[_ClosedCycle],
     values: Mapping[str, Any],
     step_degrees: float = 0.5,
+    threads: int = 1,
 ) -> Diagrams:
     """Tabulate a batch of cycles.
 
@@ -336,6 +338,8 @@ def tabulate(
         all. Fields with a default may be missing.
     step_degrees : float
         Step of the table [degree]; the cycle must be a multiple of it.
+    threads : int
+        Largest number of threads; numbers do not depend on it.
 
     Returns
     -------
@@ -377,7 +381,14 @@ def tabulate(
     if good.size:
         cases = _cases(kind, columns, wall)
         sine, cosine = np.sin(angle), np.cos(angle)
-        integrate(cases, good, kind.period, angle, sine, cosine, pressure, slope, summary, outcome)
+
+        def work(begin: int, end: int) -> None:
+            integrate(
+                cases, good[begin:end], kind.period, angle, sine, cosine, pressure, slope, summary,
+                outcome,
+            )  # fmt: skip
+
+        on_threads(good.size, work, threads)
     rest = {name: summary[:, i].reshape(shape) for i, name in enumerate(_SUMMARY)}
     return Diagrams(
         angle,

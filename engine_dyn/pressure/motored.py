@@ -30,6 +30,7 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family, peaks_between
 from engine_dyn.types import Floats
@@ -114,6 +115,14 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
     whole = family.row(row)
     if factor == 1.0:
         return whole
+    if isinstance(family, CycleTable):
+        base = family.motored.row(row)
+        return Diagram(
+            whole.angle,
+            base.pressure + factor * (whole.pressure - base.pressure),
+            base.slope + factor * (whole.slope - base.slope),
+            whole.period,
+        )
     known = _rows.setdefault(family, {})
     if (row, factor) not in known:
         if family not in _motored:
@@ -137,6 +146,8 @@ def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Flo
     """Return p_max [Pa] at each place of the family's table for a cylinder with this factor."""
     if factor == 1.0:
         return family.peak_between(place)
+    if isinstance(family, CycleTable):
+        return family.peaks(place, factor)
     return peaks_between(place, lambda row: row_with_factor(family, row, factor).pressure)
 
 

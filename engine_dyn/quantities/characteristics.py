@@ -63,7 +63,7 @@ PARAMETERS = (
             "characteristic_torque", "characteristic_share", "variant_of", "speed", "family",
             "cycle", "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale",
             "bore", "double_radius", "cylinders", "cylinder_set", "cylinders_by_count",
-            "displacement", "period", "stroke_share", "cycle_known", "mean_piston_speed",
+            "displacement", "period", "stroke_share", "all_cycles_known", "mean_piston_speed",
             "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
             "friction_mean_piston_speed_square", "auxiliary_torque",
         ),

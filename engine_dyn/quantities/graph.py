@@ -75,7 +75,6 @@ _CONSTANTS = tuple(
     for name, long_name in (
         ("family", "indicator diagrams over load"),
         ("cycle", "which of the scene's modelled cycles"),
-        ("cycle_known", "1, NaN where the parameters are no cycle"),
         ("period", "angle of one cycle"),
         ("closure", "what the nominal speed is the mean of"),
         ("tolerance", "relative error of delta aimed at"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import peak_of_cylinders
 from engine_dyn.quantities.arithmetic import balance_of, quotient
@@ -15,6 +16,9 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.units import BAR, RPM
 
 __all__ = ["NODES"]
+
+BYTES_OF_CYCLE = 40_000
+"""Size of a modelled diagram and of its samples for work tables: their blocks hold few hundred."""
 
 
 def _known(load: Any, family: Any) -> Any:
@@ -31,23 +35,38 @@ def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
     return family.place(_known(load, family), speed)
 
 
+def _cycle_known(row: Any, family: CycleTable) -> Any:
+    return np.where(family.known(row), 1.0, np.nan)
+
+
+def _all_cycles_known(cycle: Any, family: CycleTable) -> Any:
+    return np.where(family.diagrams_known(cycle).all(axis=-1), 1.0, np.nan)
+
+
 def _scale(speed: Any, scale_table: Any) -> Any:
     return np.interp(np.asarray(speed) / RPM, *scale_table)
 
 
-def _scales(name: str, when: str) -> tuple[Node, Node]:
-    """Factor on the diagram at this speed, for given cycles and for those of the scene."""
+def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
+    """Factor on the diagram, NaN where the parameters are no cycle, which `known` tells."""
     return (
         Node(
+            name, "", "1", "factor on the diagram, NaN where the parameters are no cycle",
+            public=False, needs=(known,), when=f"one_scale {when}",
+            make=lambda **needs: needs[known],
+        ),
+        Node(
             name, "", "1", "factor on the diagram at this speed", public=False,
-            needs=("speed", "scale_table"), make=_scale, when=f"given_cycles {when}",
+            needs=("speed", "scale_table"), make=_scale,
+            when=f"given_cycles scale_over_speed {when}",
             source="diesel_105x137: curve times peak pressure over speed",
         ),
         Node(
             name, "", "1",
             "factor on the diagram at this speed, NaN where the parameters are no cycle",
-            public=False, needs=("speed", "scale_table", "cycle_known"), when=f"own_cycles {when}",
-            make=lambda speed, scale_table, cycle_known: cycle_known * _scale(speed, scale_table),
+            public=False, needs=("speed", "scale_table", known),
+            when=f"own_cycles scale_over_speed {when}",
+            make=lambda speed, scale_table, **needs: needs[known] * _scale(speed, scale_table),
         ),
     )  # fmt: skip
 
@@ -93,8 +112,26 @@ NODES: tuple[Node, ...] = (
         when="own_cycles", needs=("place", "cycle", "family"),
         make=lambda place, cycle, family: family.row_of(cycle, place),
     ),
-    *_scales("pressure_scale", "given_load"),
-    *_scales("diagram_scale", "characteristic"),
+    Node(
+        "cycle_known", "", "1", "1, NaN where the parameters are no cycle", public=False,
+        when="given_cycles", make=lambda: 1.0,
+    ),
+    Node(
+        "cycle_known", "", "1", "1, NaN where the parameters are no cycle", public=False,
+        needs=("row", "family"), when="own_cycles", make=_cycle_known,
+        width=BYTES_OF_CYCLE,
+    ),
+    Node(
+        "all_cycles_known", "", "1", "1, NaN where the parameters are no cycle at some load",
+        public=False, when="given_cycles", make=lambda: 1.0,
+    ),
+    Node(
+        "all_cycles_known", "", "1", "1, NaN where the parameters are no cycle at some load",
+        public=False, needs=("cycle", "family"), when="own_cycles",
+        make=_all_cycles_known, width=BYTES_OF_CYCLE,
+    ),
+    *_scales("pressure_scale", "cycle_known", "given_load"),
+    *_scales("diagram_scale", "all_cycles_known", "characteristic"),
     Node(
         "pressure_scale", "", "1",
         "factor on the diagram, NaN where none gives the characteristic's torque", public=False,

@@ -49,6 +49,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
+    {
+        "one_scale": "the diagrams are those of all speeds, or those of each are given",
+        "scale_over_speed": "a factor on the engine's diagrams depends on the speed",
+    },
     {law.name: law.meaning for law in LAWS},
     {
         "no_driver": "the engine drives the load",

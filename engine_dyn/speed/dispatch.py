@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.arguments import Choice, Problem
 from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
@@ -124,7 +125,7 @@ class Sweep:
     def keys(self) -> list[npt.NDArray[Any]]:
         """What must be the same for all designs of a part: see `_problem_of`."""
         rank, driven = len(self.shape), self.driven
-        period = self.family.row(0).period
+        period = self.family.period
         gear = aligned(np.asarray(self.inputs["gear_ratio"], dtype=float), rank)
         exponent = aligned(np.asarray(self.inputs["exponent"], dtype=float), rank)
         return [
@@ -221,7 +222,7 @@ def solve(
     shape = shape_of(*inputs.values(), *chosen, cylinders)
     rank, size = len(shape), math.prod(shape)
     if driven.over_angle is not None:
-        period = family.row(0).period
+        period = family.period
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)
     if sharing is None:
         tables = math.prod(shape_of(*(inputs[name] for name in TABLE_NAMES)))
@@ -240,7 +241,9 @@ def solve(
         tolerance=float(tolerance),
         driven=driven,
         general=general,
-        shared=are_shared(*sharing, special=_own_tables(inputs)),
+        shared=are_shared(
+            *sharing, special=_own_tables(inputs) or isinstance(family, CycleTable)
+        ),
         angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
         threads=threads or os.cpu_count() or 1,
     )
@@ -369,7 +372,7 @@ def _problem_of(
         method, kind, bool(variable), sweep.closure, sweep.tolerance,
         ITERATED * sweep.tolerance if iterated is None else iterated,
     )  # fmt: skip
-    period = sweep.family.row(0).period
+    period = sweep.family.period
     cylinders = cylinders_of(int(part.take(sweep.sets).flat[0]), period, sweep.cylinders_by_count)
     fewest = finer * max(nodes, nodes_of_load)
     # Torque and load repeat together as often as both do.

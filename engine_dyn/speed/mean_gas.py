@@ -14,6 +14,7 @@ import numpy as np
 
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch import panels
 from engine_dyn.speed.batch.mean_gas import mean_gas_between, panels_of
@@ -56,7 +57,8 @@ def mean_gas_torque(
     member = Member(0.0, pressure_factor, 1.0)
     row_of, grid = row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
     rates = np.empty(6 * FEWEST_NODES)
-    if (ratios.size if tables is None else tables) < MANY_MEANS or offset:
+    few = (ratios.size if tables is None else tables) < MANY_MEANS
+    if few or offset or isinstance(family, CycleTable):
         mean_gas_of_pairs(ratios, offsets, places, row_of, grid, rates, result)
         return result.reshape(row.shape)
     # The mean is smooth in the crank ratio, so few points in each panel (see `panels`) suffice.

@@ -64,7 +64,7 @@ def torque_extremes(
     shape = shape_of(*inputs.values(), counts)
     row = aligned(np.asarray(inputs["row"], dtype=float), len(shape))
     sets = aligned(counts, len(shape))
-    period = family.row(0).period
+    period = family.period
     gear = np.zeros((1,) * len(shape))
     if driven.over_angle is not None:
         inputs["gear_ratio"] = whole_ratio(driven.over_angle, inputs["gear_ratio"], period)

@@ -10,6 +10,7 @@ import numpy as np
 import psutil
 
 from engine_dyn.loads.driven_machine import repeats_of
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.speed.methods import CLOSURES, METHOD_NAMES, STEPPING
@@ -17,6 +18,7 @@ from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
+from sweeps.planning.leaves import LOOKED_AT, cycles_known
 from sweeps.planning.memory import memory_bytes
 from sweeps.planning.plan import Plan, Stage
 from sweeps.planning.rates import SECONDS, SERIAL, START, WRITING
@@ -75,8 +77,11 @@ def text(plan: Plan) -> str:
 
 def _no_cycles(plan: Plan) -> list[str]:
     """Line on the combinations of parameters that are no possible cycle; empty without any."""
-    known = np.asarray(plan.leaves["cycle_known"].data)
-    impossible = int(np.isnan(known).sum())
+    table = plan.leaves["family"].data
+    if not isinstance(table, CycleTable) or table.combinations > LOOKED_AT:
+        return []
+    known = cycles_known(table, plan.leaves, np.arange(table.combinations))
+    impossible = int((~known).sum())
     if not impossible:
         return []
     keys = ", ".join(plan.scene.cycle_keys)

@@ -16,8 +16,9 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.pressure.family_grid import FamilyGrid, FamilyStack
+from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.graph import (
     CONSTANTS,
@@ -31,14 +32,18 @@ from engine_dyn.quantities.graph import (
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
 
-__all__ = ["Value", "given_values", "leaves_of", "points_of"]
+__all__ = ["LOOKED_AT", "Value", "cycles_known", "given_values", "leaves_of", "points_of"]
+
+LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
+"""Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
+none is is refused before it runs."""
 
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
@@ -157,10 +162,10 @@ def leaves_of(
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
         family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
-    family, leaves["cycle"], leaves["cycle_known"] = _with_cycles(scene, family, leaves)
-    if engine.pressure_scale is None or scene.indicator is not None:
+    family, leaves["cycle"] = _with_cycles(scene, family, leaves)
+    if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
         follows = scene.characteristic is not None  # the scale then tells whether it is reached
-        leaves["diagram_scale" if follows else "pressure_scale"] = leaves["cycle_known"]
+        leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
     leaves |= {name: Value(np.float64(value)) for name, value in _neutral(words).items()}
     driven = driven_machine(scene)
     if not driven.geared:
@@ -209,43 +214,56 @@ def _neutral(words: Sequence[str]) -> dict[str, float]:
 
 def _with_cycles(
     scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
-) -> tuple[Family, Value, Value]:
-    """Family with the modelled cycles of the scene; place and existence of each design's cycle.
+) -> tuple[Family, Value]:
+    """Family with the modelled cycles of the scene, and which of them each design has.
 
-    Existence is 1, or NaN for combinations of parameters that give no cycle; their place is 0.
+    Raises
+    ------
+    SceneError
+        Where none of the first `LOOKED_AT` combinations of parameters is a cycle.
     """
-
-    def of_speeds(found: Family | FamilyGrid) -> Family:
-        return found.at_speeds(leaves["speed"].si) if isinstance(found, FamilyGrid) else found
-
+    if isinstance(family, FamilyGrid):
+        family = family.at_speeds(leaves["speed"].si)
     keys = scene.cycle_keys
     if not keys:
-        plain = of_speeds(family)
-        if scene.characteristic is not None and type(plain) is Family:
+        if scene.characteristic is not None and type(family) is Family:
             # The load may vary along several axes, which only a stack's rows may.
-            plain = FamilyStack.of([plain])
-        return plain, Value(np.zeros(())), Value(np.float64(1.0))
+            family = FamilyStack.of([family])
+        return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
-    cycles = scene.engine.cycles or ()
-    members: list[Family] = []
-    place = np.zeros(len(distinct))
-    known = np.full(len(distinct), np.nan)
-    refused: ValueError | None = None
-    for i, combination in enumerate(distinct.tolist()):
-        fields = dict(zip(keys, combination, strict=True))
-        cycle = iter(cycles)
-        try:
-            member = of_speeds(family.each(lambda _: next(cycle)(**fields)))  # noqa: B023
-        except ValueError as error:
-            refused = refused or error
-            continue
-        place[i], known[i] = len(members), 1.0
-        members.append(member)
-    if not members:
-        name = scene.path.name if scene.path else "scene"
-        raise SceneError(f"{name}: {scene.engine.name}: {refused}") from None
-    all_known = Value(np.float64(1.0)) if refused is None else Value(known[number], dims)
-    return FamilyStack.of(members), Value(place[number], dims), all_known
+    changes = {key: np.ascontiguousarray(distinct[:, i]) for i, key in enumerate(keys)}
+    where = ("load", "speed") if isinstance(family, FamilyAtSpeeds) else ("load",)
+    axes = {*dims, *(d for key in where if key in leaves for d in leaves[key].dims)}
+    several = len(axes) > 1 or scene.characteristic is not None
+    table = CycleTable.of(family, scene.engine.cycles or (), changes, several_axes=several)
+    _check_some_cycle(scene, table, leaves)
+    return table, Value(number.astype(float), dims)
+
+
+def cycles_known(table: CycleTable, leaves: Mapping[str, Value], number: Integers) -> Booleans:
+    """Whether combinations of parameters are cycles where the scene needs them.
+
+    At its load and speed; where these vary or follow from others, whether any diagram is a cycle.
+    """
+    load = leaves.get("load")
+    if load is None or load.dims or leaves["speed"].dims:
+        return np.asarray(table.diagrams_known(number).any(axis=-1))
+    if isinstance(table.own, FamilyAtSpeeds):
+        place = table.place(load.si, leaves["speed"].si)
+    else:
+        place = np.add(*table.locate(load.si))
+    return table.known(table.row_of(number, place))
+
+
+def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Value]) -> None:
+    """Refuse a scene whose first combinations of parameters all are no cycle."""
+    table = table.emptied()
+    for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
+        some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
+        if cycles_known(table, leaves, some).any():
+            return
+    name = scene.path.name if scene.path else "scene"
+    raise SceneError(f"{name}: {scene.engine.name}: {table.refusal(0)}")
 
 
 def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:

@@ -23,6 +23,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius
+from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
@@ -44,7 +45,7 @@ from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, cylinders_of_keys, read_cylinder_keys
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
-from sweeps.reading.modelled_diagrams import KINDS, Rebuild, modelled_diagram, no_more, taken
+from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
 from sweeps.reading.referred_files import keep, kept, kept_files, referred
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
@@ -270,7 +271,7 @@ class _Entry(NamedTuple):
     load: float
     speed: float | None
     diagram: Diagram
-    again: Rebuild | None
+    again: ModelledDiagram | None
 
 
 def _diagram(
@@ -317,7 +318,7 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
         raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
 
 
-def _cycles(diagrams: list[_Entry]) -> tuple[Rebuild, ...] | None:
+def _cycles(diagrams: list[_Entry]) -> tuple[ModelledDiagram, ...] | None:
     """What makes each diagram again, in the family's order; None unless all can be."""
     in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
     found = tuple(d.again for d in in_order if d.again is not None)

@@ -6,7 +6,7 @@ What a cycle needs of the engine itself (`crank_ratio`, its offset, and for the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, fields, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.pressure import compressor, diesel_cycle, pump
 from engine_dyn.pressure.compressor import CompressorCycle
+from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
@@ -23,7 +24,7 @@ from engine_dyn.pressure.pump import PumpCycle
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "Kind", "Rebuild", "modelled_diagram", "no_more", "taken"]
+__all__ = ["KINDS", "Kind", "modelled_diagram", "no_more", "taken"]
 
 
 class Kind(NamedTuple):
@@ -58,9 +59,6 @@ KINDS: Mapping[str, Kind] = {
 }
 """Kinds of modelled diagrams by their names in files."""
 
-Rebuild = Callable[..., Diagram]
-"""Makes a diagram again, with other values (SI) of fields of its cycle."""
-
 STEP = 0.5
 """Degrees between two points of a diagram."""
 
@@ -69,7 +67,7 @@ _OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
 
 def modelled_diagram(
     name: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
-) -> tuple[Diagram, Rebuild | None]:
+) -> tuple[Diagram, ModelledDiagram | None]:
     """Model the diagram of a [[diagram]] table.
 
     Parameters
@@ -89,8 +87,8 @@ def modelled_diagram(
     -------
     diagram : Diagram
         The modelled diagram.
-    rebuild : callable, optional
-        Makes it again with other values; for cycles by the first law.
+    again : ModelledDiagram, optional
+        What makes it again with other values; for cycles by the first law.
 
     Raises
     ------
@@ -115,8 +113,8 @@ def modelled_diagram(
     step = number(rest["step"], f"{where} step") if "step" in rest else STEP
     try:
         cycle = kind.cycle(**fields_given)
-        rebuild = partial(_rebuilt, cycle, step) if kind.by_first_law else None
-        return _diagram_of(cycle, step), rebuild
+        again = ModelledDiagram(cycle, step) if kind.by_first_law else None
+        return _diagram_of(cycle, step), again
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
 
@@ -164,10 +162,6 @@ def _offset_ratio(
         return offset / float(crank_radius_of_ratio(values["stroke"], crank_ratio, offset))
     except ValueError as error:
         raise SceneError(f"{where} {mentioned(error)}") from None
-
-
-def _rebuilt(cycle: Any, step: float, **changes: float) -> Diagram:
-    return _diagram_of(replace(cycle, **changes), step)
 
 
 @lru_cache(maxsize=256)

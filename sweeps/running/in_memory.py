@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
@@ -118,6 +119,9 @@ def computed(
         The block, and the outputs that it contains (see `blocks.holds`), in SI units: the same
         bits however the plan is cut.
     """
+    family = plan.leaves["family"].data
+    if isinstance(family, CycleTable):
+        family.use_threads(threads)
     once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
     each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
     dims = {name: plan.dims(name) for name in plan.outputs}

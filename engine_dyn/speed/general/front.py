@@ -87,10 +87,10 @@ class GeneralSolver:
         problem, angles = self.problem, self.problem.angles
         if not angles.size:
             return NO_CURVES
-        torque_period = problem.family.row(0).period / problem.repeats
+        torque_period = problem.family.period / problem.repeats
         place = np.mod(angles, torque_period) / problem.width
         node = np.minimum(np.floor(place + 1e-9).astype(np.int64), problem.nodes - 1)
-        period = problem.family.row(0).period
+        period = problem.family.period
         return Curves(
             node=node,
             fraction=np.maximum(place - node, 0.0),
@@ -100,7 +100,7 @@ class GeneralSolver:
 
 def samples_of(family: Family, rows: Integers, engine: Cylinders) -> Samples:
     """Pressure at each cylinder's own angle for every sample of the thesis's method."""
-    period = family.row(0).period
+    period = family.period
     angle = -0.5 * period + np.arange(round(period / SAMPLE_WIDTH)) * SAMPLE_WIDTH
     count = len(engine.members)
     if engine.plain:  # in the order of firing

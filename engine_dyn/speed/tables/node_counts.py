@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from engine_dyn.compilation import kernel
 from engine_dyn.loads.driven_machine import TorqueOverAngle, repeats_of
 from engine_dyn.loads.friction import FRICTIONLESS
+from engine_dyn.pressure.curves import on_threads
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyStack
@@ -22,10 +26,12 @@ from engine_dyn.speed.tables.work_tables import (
     QUINTIC,
     TABLE_ROWS,
     Blend,
+    Grid,
+    bounds_of,
     build_equal,
     make_grid,
 )
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [
     "fewest_nodes",
@@ -35,6 +41,9 @@ __all__ = [
     "row_map",
     "rows_needed",
 ]
+
+ROWS_AT_ONCE = 256
+"""Rows whose samples exist at a time."""
 
 
 def may_be(value: Any) -> bool:
@@ -71,7 +80,14 @@ def fewest_nodes(family: Family, row: Floats, tolerance: float) -> Integers:
     allows one. All rows then have as many nodes as the roughest of all given diagrams needs.
     """
     over_speed = isinstance(family, FamilyAtSpeeds | FamilyStack)
+    if isinstance(family, CycleTable) and family.several_axes:
+        return np.full((1,) * row.ndim, _nodes_of_examples(family, tolerance))
     needed = rows_needed(row)
+    if isinstance(family, CycleTable):
+        found = _nodes_of_rows(family, needed, tolerance)
+        below, above = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
+        places = np.searchsorted(needed, below), np.searchsorted(needed, above)
+        return np.maximum(found[places[0]], found[places[1]])
     used = family.diagrams if over_speed else [family.row(i) for i in needed.tolist()]
     nodes = [_nodes_of_diagram(diagram, tolerance) for diagram in used]
     if over_speed or row.size == 1:
@@ -119,6 +135,66 @@ def nodes_of_load(load: TorqueOverAngle, ratio: float, period: float, tolerance:
             break
         steps *= 2
     return steps
+
+
+_examples: WeakKeyDictionary[CycleTable, dict[float, int]] = WeakKeyDictionary()
+
+
+def _nodes_of_examples(family: CycleTable, tolerance: float) -> int:
+    """Nodes that the roughest of a table's examples needs."""
+    known = _examples.setdefault(family, {})
+    if tolerance not in known:
+        # Not among the rows that the table keeps, which are those of the sweep's blocks.
+        table = family.emptied()
+        table.use_threads(family.threads)
+        rows = table.examples()
+        pieces = np.array_split(rows, -(-rows.size // ROWS_AT_ONCE))
+        known[tolerance] = max(int(_nodes_of_rows(table, p, tolerance).max()) for p in pieces)
+    return known[tolerance]
+
+
+def _nodes_of_rows(family: CycleTable, rows: Integers, tolerance: float) -> Integers:
+    """As `_nodes_of_diagram`, of rows of a table."""
+
+    def find() -> Integers:
+        nodes = np.full(rows.size, MOST_NODES)
+        coarse, steps = np.arange(rows.size), FEWEST_NODES
+        while steps < MOST_NODES and coarse.size:
+            grid = make_grid(family, rows[coarse], steps)
+            enough = np.empty(coarse.size, dtype=np.bool_)
+
+            def work(begin: int, end: int) -> None:
+                resolved(
+                    begin, end, family.period / steps, tolerance, grid,  # noqa: B023
+                    np.empty((TABLE_ROWS, steps)), np.empty((4, steps)),  # noqa: B023
+                    np.empty(6 * steps), enough,  # noqa: B023
+                )  # fmt: skip
+
+            on_threads(coarse.size, work, family.threads)
+            nodes[coarse[enough]] = steps
+            coarse = coarse[~enough]
+            steps *= 2
+        return nodes
+
+    return np.asarray(family.remembered(("nodes", rows.tobytes(), tolerance), find))
+
+
+@kernel
+def resolved(
+    begin: int, end: int, width: float, tolerance: float, grid: Grid, table: Floats,
+    middles: Floats, rates: Floats, enough: Booleans,
+) -> None:  # fmt: skip
+    """Whether the nodes of a grid are enough for each of its diagrams, see `_nodes_of_diagram`."""
+    nodes = table.shape[1]
+    for row in range(begin, end):
+        blend = Blend(row, row, 0.0, 1.0, 0.0, FRICTIONLESS)
+        build_equal(0.3, blend, nodes, width, grid, table, middles, rates)
+        low, high = bounds_of(table[GAS_WORK])
+        least, most = bounds_of(table[GAS_WORK_MIDDLE])
+        falling, rising = bounds_of(table[GAS_WORK_TILT])
+        swing = high - low
+        within = max(-least, most) <= 30.0 * tolerance * swing
+        enough[row] = within and 2.0 * QUINTIC * max(-falling, rising) <= tolerance * swing
 
 
 @lru_cache(maxsize=4096)

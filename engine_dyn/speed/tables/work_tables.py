@@ -44,6 +44,7 @@ from engine_dyn.loads.friction import (
     varies_at,
     weighted_sum_at,
 )
+from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
@@ -152,10 +153,16 @@ def make_grid(
 
     `members` are the representative cylinders.
     """
-    period = family.row(int(rows[0])).period
+    period = family.period
     turns = _joined([_turns(period, steps, member.phase) for member in members])
     masses = np.array([member.mass_factor for member in members])
     radii = np.array([member.radius_factor for member in members])
+    if isinstance(family, CycleTable):
+        curves = family.remembered(
+            ("grid", rows.tobytes(), steps, members),
+            lambda: _sampled_rows(family, rows, steps, members),
+        )
+        return Grid(*(*curves, *turns, masses, radii))
     if rows.size <= FEW_ROWS:
         cached = [
             _joined(
@@ -182,6 +189,24 @@ def make_grid(
             mine = out[:, place * angle.size : (place + 1) * angle.size]
             values_at(diagrams, angle, mine, slopes)
     return Grid(*(*of_rows, *turns, masses, radii))
+
+
+def _sampled_rows(
+    family: CycleTable, rows: Integers, steps: int, members: tuple[Member, ...]
+) -> list[Floats]:
+    """As `_sampled` of many rows, those of all members behind each other."""
+    found: list[list[Floats]] = [[], [], [], []]
+    for member in members:
+        node, middle, quadrature = _angles(family.period, steps, member.phase)
+        factor = member.pressure_factor
+        pieces = (
+            *family.sampled(rows, node, factor, slopes=True),
+            family.sampled(rows, middle, factor)[0],
+            family.sampled(rows, quadrature, factor)[0],
+        )
+        for whole, piece in zip(found, pieces, strict=True):
+            whole.append(piece)
+    return [one[0] if len(one) == 1 else np.concatenate(one, axis=1) for one in found]
 
 
 def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:

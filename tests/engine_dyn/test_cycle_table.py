@@ -1,0 +1,236 @@
+"""Tables of modelled cycles: rows made in batches are those that families make one by one."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn.pressure import collocation, cycle_table
+from engine_dyn.pressure.curves import Curves, sampled
+from engine_dyn.pressure.cycle_table import CycleTable, ModelledDiagram
+from engine_dyn.pressure.family import family_from_diagrams
+from engine_dyn.pressure.family_grid import grid_from_diagrams
+from engine_dyn.pressure.first_law import FourStrokeCycle
+from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
+from engine_dyn.units import DEGREE
+from tests.support.cycles import SPARK, WALL, built
+
+BAR = 1e5
+LOADS = [30.0, 60.0, 100.0]
+STARTS = np.array([-30.0, -18.0, -5.0]) * DEGREE
+HEATS = np.array([9.0, 12.0, 14.0]) * BAR
+
+
+def cycles(speed: float = 1800.0) -> list[ModelledDiagram]:
+    values = {**SPARK, **WALL["woschni"], "speed": speed}
+    return [
+        ModelledDiagram(built(FourStrokeCycle, values, intake_pressure=p), 0.5)
+        for p in (0.5, 0.7, 0.95)
+    ]
+
+
+def changed(number: int) -> dict[str, float]:
+    return {"combustion_start": float(STARTS[number]), "heat": float(HEATS[number])}
+
+
+@pytest.fixture
+def table() -> CycleTable:
+    own = family_from_diagrams(LOADS, [one() for one in cycles()])
+    return CycleTable.of(own, cycles(), {"combustion_start": STARTS, "heat": HEATS})
+
+
+def families() -> list[Any]:
+    return [family_from_diagrams(LOADS, [one(**changed(i)) for one in cycles()]) for i in range(3)]
+
+
+def test_rows_are_those_of_each_family(table: CycleTable) -> None:
+    """Given diagrams to the bit; between them to what rounding leaves of the spline."""
+    rows = table.own.row_count
+    for number, family in enumerate(families()):
+        for row in (0, 7, 60, 101, rows - 1):
+            found, expected = table.row(number * rows + row), family.row(row)
+            given = row in (0, 60, rows - 1)
+            np.testing.assert_allclose(
+                found.pressure, expected.pressure, rtol=0.0 if given else 1e-13
+            )
+            largest = np.abs(expected.slope).max()
+            np.testing.assert_allclose(
+                found.slope, expected.slope, atol=0.0 if given else 1e-11 * largest
+            )
+
+
+def test_peaks_and_pressures_between_rows(table: CycleTable) -> None:
+    load = np.array([[41.3, 77.77, 100.0]])
+    number = np.arange(3)[:, None]
+    place = table.row_of(number, np.add(*table.locate(load)))
+    peaks, phi = table.peak_between(place), np.linspace(-6.0, 6.0, 41)
+    pressures = table.pressures(phi, place[..., None])
+    for i, family in enumerate(families()):
+        np.testing.assert_allclose(peaks[i], family.peak(load[0]), rtol=1e-9)
+        for j, one in enumerate(load[0]):
+            np.testing.assert_allclose(pressures[i, j], family.at(one)(phi), rtol=1e-9)
+
+
+def test_a_place_does_not_depend_on_the_number_of_the_combination(table: CycleTable) -> None:
+    place = np.add(*table.locate(np.array([41.3, 55.555])))
+    for number in (0, 7, 1_000_003):
+        assert (table.row_of(number, place) - number * table.own.row_count == table.row_of(0, place)
+                ).all()  # fmt: skip
+
+
+def test_bits_do_not_depend_on_what_is_made_together(table: CycleTable) -> None:
+    rows = np.array([0, 3, 60, 200, 290, 405, 422])
+    whole = table.curves(rows)
+    for chosen in (rows[::-1], rows[2:3], rows[[1, 5]]):
+        alone = table.emptied()
+        alone.use_threads(1)
+        found = alone.curves(chosen)
+        places = np.searchsorted(rows, chosen)
+        np.testing.assert_array_equal(
+            found.pressure[found.rows], whole.pressure[whole.rows[places]]
+        )
+        np.testing.assert_array_equal(found.slope[found.rows], whole.slope[whole.rows[places]])
+
+
+def test_a_cylinder_that_burns_less(table: CycleTable) -> None:
+    place = table.row_of(1, np.add(*table.locate(np.array([45.2, 60.0]))))
+    family = families()[1]
+    family = family_from_diagrams(
+        LOADS,
+        [
+            type(d)(
+                d.angle, d.pressure, d.slope, d.period,
+                lambda c=c: c(combustion_start=float(STARTS[1]), heat=0.0),
+            )
+            for d, c in zip(family.diagrams, cycles(), strict=True)
+        ],
+    )  # fmt: skip
+    expected = peak_with_factor(np.add(*family.locate(np.array([45.2, 60.0]))), family, 0.4)
+    np.testing.assert_allclose(peak_with_factor(place, table, 0.4), expected, rtol=1e-9)
+    row = int(place[1])
+    found = row_with_factor(table, row, 0.4)
+    own = row_with_factor(family, 60, 0.4)
+    np.testing.assert_allclose(found.pressure, own.pressure, rtol=1e-12)
+
+
+def test_diagrams_over_speed() -> None:
+    speeds = np.array([1000.0, 1800.0]) * math.pi / 30.0
+    of_speeds = [cycles(1000.0)[:2], cycles(1800.0)[:2]]
+
+    def grid(**changes: float) -> Any:
+        return grid_from_diagrams(
+            [
+                (load, float(speed), one(**changes))
+                for speed, column in zip(speeds, of_speeds, strict=True)
+                for load, one in zip(LOADS[:2], column, strict=True)
+            ]
+        )
+
+    turning = np.array([1000.0, 1234.5, 1800.0]) * math.pi / 30.0
+    in_order = [one for column in of_speeds for one in column]
+    table = CycleTable.of(
+        grid().at_speeds(turning), in_order, {"combustion_start": STARTS, "heat": HEATS}
+    )
+    for number in range(3):
+        own = grid(**changed(number)).at_speeds(turning)
+        for load, speed in ((30.0, 0), (44.4, 1), (60.0, 1), (51.0, 2)):
+            place = own.place(load, turning[speed])
+            found = table.peak_between(table.row_of(number, place))
+            np.testing.assert_allclose(found, own.peak_between(place), rtol=1e-9)
+
+
+def test_what_is_no_cycle_touches_no_other(table: CycleTable) -> None:
+    heats = np.array([9.0, 150.0, 14.0]) * BAR
+    mixed = CycleTable.of(table.own, table.cycles, {"combustion_start": STARTS, "heat": heats})
+    place = mixed.row_of(np.arange(3), np.add(*mixed.locate(41.3)))
+    assert mixed.known(place).tolist() == [True, False, True]
+    assert np.isfinite(mixed.peak_between(place)).all()
+    assert mixed.peak_between(place)[0] == table.peak_between(place[:1])[0]
+    assert "heat = 150 bar: must be less, the gas becomes hotter" in mixed.refusal(1)
+    assert not mixed.diagrams_known(np.array([1])).any()
+
+
+def test_few_rows_are_kept(table: CycleTable, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cycle_table, "BYTES_KEPT", 40 * 1440 * 8)
+    rows = np.arange(table.row_count)
+    whole = [table.curves(rows[i : i + 20]) for i in range(0, 200, 10)]
+    for i, curves in enumerate(whole):
+        again = table.curves(rows[10 * i : 10 * i + 20])
+        np.testing.assert_array_equal(again.pressure[again.rows], curves.pressure[curves.rows])
+        assert again.pressure.shape[0] <= 40
+
+
+def test_a_table_without_its_rows_is_pickled(table: CycleTable) -> None:
+    table.curves(np.arange(50))
+    written = pickle.dumps(table)
+    again = pickle.loads(written)
+    assert len(written) < 400_000
+    np.testing.assert_array_equal(again.row(150).pressure, table.row(150).pressure)
+
+
+def test_cycles_with_unequal_steps_have_common_knots() -> None:
+    some = [cycles()[0], cycles()[1]._replace(step=1.0)]
+    own = family_from_diagrams(LOADS[:2], [one() for one in some])
+    table = CycleTable.of(own, some, {"heat": HEATS})
+    assert table.angle.size == 4 * 720
+    fine = some[1]._replace(step=0.25)(heat=float(HEATS[2]))
+    found = table.row(2 * table.own.row_count + 60)
+    np.testing.assert_array_equal(found.pressure, fine.pressure)
+
+
+def test_samples_are_those_of_the_diagram(table: CycleTable) -> None:
+    diagram = table.row(300)
+    phi = np.concatenate([np.linspace(-20.0, 20.0, 333), diagram.angle[:5]])
+    values, slopes = table.sampled(np.array([5, 300]), phi, slopes=True)
+    np.testing.assert_allclose(values[1], diagram(phi), rtol=1e-12)
+    largest = np.abs(diagram.slope).max()
+    np.testing.assert_allclose(slopes[1], diagram.derivative(phi), atol=1e-9 * largest)
+
+
+def test_sampling_repeats_with_the_period() -> None:
+    knots = np.arange(16) * (math.tau / 16) - math.pi
+    curves = Curves(
+        np.cos(knots)[None], -np.sin(knots)[None], np.ones(1, dtype=bool), np.zeros(1, dtype=int)
+    )
+    phi = np.linspace(-10.0, 10.0, 57)
+    values, _ = sampled(curves, phi, math.tau, 1)
+    np.testing.assert_allclose(values[0], np.cos(phi), atol=2e-4)
+
+
+# Collocation
+
+
+def test_an_interval_of_a_linear_equation() -> None:
+    """y' = -k (y - cos phi) has a known solution: one step of Newton's method finds it."""
+    n, k, start, width, first = collocation.POINTS, 5.0, 0.3, 0.4, 2.0
+    solution = collocation.Solution(*(np.zeros(n) for _ in range(6)))
+    collocation.guess(solution, first, 0.0, width)
+    phi = start + width * collocation.PLACES
+
+    def exact(angle: Any) -> Any:
+        forced = (k * k * np.cos(angle) + k * np.sin(angle)) / (1.0 + k * k)
+        at_first = (k * k * np.cos(start) + k * np.sin(start)) / (1.0 + k * k)
+        return forced + (first - at_first) * np.exp(-k * (angle - start))
+
+    solution.rates[:] = -k * (solution.values - np.cos(phi))
+    solution.slopes[:] = -k
+    end, _ = collocation.improve(solution, first, width)
+    assert end == pytest.approx(exact(start + width), rel=1e-13)
+    middle = collocation.fit(solution, first, width)
+    for x in (-1.0, -0.4, 0.3, 1.0):
+        value, rate = collocation.curve_at(solution, middle, width, x)
+        angle = start + 0.5 * width * (1.0 + x)
+        assert value == pytest.approx(exact(angle), rel=1e-12)
+        assert rate == pytest.approx(-k * (exact(angle) - math.cos(angle)), rel=1e-9)
+
+
+@pytest.mark.parametrize("x", [0.0, 1e-9, -0.3, 2.0, -6.0, 6.0])
+def test_short_series(x: float) -> None:
+    assert collocation.short_exp(x) == pytest.approx(math.exp(x), rel=1e-14)
+    sine, cosine = collocation.short_turn(x / 20.0)
+    assert sine == pytest.approx(math.sin(x / 20.0), rel=1e-15)
+    assert cosine == pytest.approx(math.cos(x / 20.0), rel=1e-15)

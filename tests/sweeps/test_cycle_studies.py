@@ -1,0 +1,158 @@
+"""Studies of many modelled cycles: any number, in blocks, the same bits however they are cut."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn.pressure.cycle_table import CycleTable
+from sweeps.planning import blocks
+from sweeps.planning.blocks import cut
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.running import in_memory
+from sweeps.running.streaming import stream
+from sweeps.scene.reading import read_scene
+
+pytestmark = pytest.mark.compiled
+
+QUANTITIES = ("delta", "omega_max", "torque_max", "imep", "peak_pressure", "status")
+
+
+def study(
+    count: int, quantities: tuple[str, ...] = QUANTITIES, *, loads: bool = False, **more: Any
+) -> dict[str, Any]:
+    """Scene of `count` designs drawn at random; the first ones are the same for any count."""
+    rng = np.random.default_rng(5)
+    drawn = rng.uniform(size=(count, 3))
+    designs = {
+        "combustion_start": (-35.0 + 25.0 * drawn[:, 0]).tolist(),
+        "compression_ratio": (8.0 + 4.0 * drawn[:, 1]).tolist(),
+        "heat": (15.0 + 18.0 * drawn[:, 2]).tolist(),
+    }
+    if loads:
+        designs["load"] = [[30.0, 100.0, 64.3, 77.0][i % 4] for i in range(count)]
+    asked = {"quantities": list(quantities), "angle_step": 30.0}
+    return {"engine": "si_four_87x101", "designs": designs, "output": asked, **more}
+
+
+def some_of(scene: dict[str, Any], places: Any) -> dict[str, Any]:
+    columns = {key: np.asarray(column)[places].tolist() for key, column in scene["designs"].items()}
+    return {**scene, "designs": columns}
+
+
+def assert_same(found: Any, expected: Any, places: Any) -> None:
+    for name, values in found.data_vars.items():
+        np.testing.assert_array_equal(values.values, expected[name].values[places], err_msg=name)
+
+
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blocks, "LIMIT", 10e6)
+
+
+@pytest.mark.parametrize("loads", [False, True])
+def test_bits_of_a_design(monkeypatch: pytest.MonkeyPatch, loads: bool) -> None:
+    """Alone, permuted, by one thread and in blocks."""
+    names = (*QUANTITIES, "crank_pin_load_max", "gas_torque_order", "pressure", "omega")
+    scene = study(150, names if loads else (*QUANTITIES, "delta_error"), loads=loads)
+    whole = sweeps.run(scene)
+    assert (whole["status"] == 0).all()
+    assert not cut(make_plan(read_scene(scene)))
+    permuted = np.random.default_rng(1).permutation(150)
+    for places in ([17], [3, 99, 120, 149], permuted):
+        assert_same(sweeps.run(some_of(scene, places)), whole, places)
+    assert_same(sweeps.run(scene, threads=1), whole, slice(None))
+    small_blocks(monkeypatch)
+    assert cut(make_plan(read_scene(scene)))["design"] <= 75
+    assert_same(sweeps.run(scene), whole, slice(None))
+
+
+def test_any_number_of_cycles_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """More than 1024 were refused. The archive has the bits of a run in memory, and of shards."""
+    scene = study(1500)
+    plan = make_plan(read_scene(scene))
+    assert 100 < cut(plan)["design"] < 1000
+    whole = in_memory.run(scene)
+    assert (whole["status"] == 0).all()
+    done = stream(scene, tmp_path / "x.nc", memory=100e6)
+    assert done.blocks > 1
+    with sweeps.open(tmp_path / "x.nc") as archive:
+        assert_same(archive[list(QUANTITIES)], whole, slice(None))
+    part = in_memory.compute(shard(plan, 2, 3))
+    for name in ("delta", "imep"):
+        expected = in_memory.compute(plan)[name][500:1000]
+        np.testing.assert_array_equal(part[name], expected)
+
+
+def test_few_rows_are_kept_in_a_long_study() -> None:
+    plan = make_plan(read_scene(study(1500, ("imep", "peak_pressure"))))
+    table = plan.leaves["family"].data
+    assert isinstance(table, CycleTable)
+    length = cut(plan)["design"]
+    for _ in in_memory.computed(plan, cut(plan), blocks.blocks(plan, cut(plan))):
+        for kept in (table._state.rows, table._state.diagrams):
+            assert kept.numbers.size <= 2 * length
+
+
+def calls(scene: dict[str, Any]) -> int:
+    """Calls of Python functions while a scene that has been planned is computed."""
+    plan, count = make_plan(read_scene(scene)), 0
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(note)
+    try:
+        in_memory.compute(plan, threads=1)
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+@pytest.mark.parametrize(
+    ("quantities", "most"),
+    [
+        (("delta", "torque_max", "imep", "peak_pressure"), 60),
+        (("gas_torque_order",), 200),
+        (("pressure",), 60),
+        (("piston_pin_load_max",), 800),
+    ],
+)
+def test_no_python_once_per_design(
+    monkeypatch: pytest.MonkeyPatch, quantities: tuple[str, ...], most: int
+) -> None:
+    """In one block; orders and the loads of bearings are found in pieces of 128 and 64 designs."""
+    monkeypatch.setattr(blocks, "LIMIT", 1e9)
+    few, many = study(64, quantities), study(320, quantities)
+    calls(few), calls(many)
+    assert calls(many) - calls(few) < most
+
+
+def test_only_the_diagrams_of_a_load_have_to_be_cycles() -> None:
+    """At 30 percent load this heat makes the gas too hot, at 100 percent it does not."""
+    heats = [20.0, 38.0, 45.0]
+    scene = {"engine": "si_four_87x101", "output": {"quantities": ["imep", "status"]}}
+    full = sweeps.run({**scene, "designs": {"heat": heats, "load": [100.0] * 3}})
+    least = sweeps.run({**scene, "designs": {"heat": heats, "load": [30.0] * 3}})
+    assert full["status"].values.tolist() == [0, 0, 0]
+    assert least["status"].values.tolist() == [0, 4, 4]
+    assert np.isnan(least["imep"].values).tolist() == [False, True, True]
+
+
+def test_several_axes_of_cycles() -> None:
+    """A grid over two parameters and the load is its designs."""
+    axes = {"heat": [18.0, 26.0], "combustion_start": [-30.0, -20.0, -12.0], "load": [50.0, 100.0]}
+    scene = {"engine": "si_four_87x101", "output": {"quantities": list(QUANTITIES)}}
+    grid = sweeps.run({**scene, "axes": axes})
+    each = np.stack([a.reshape(-1) for a in np.meshgrid(*axes.values(), indexing="ij")])
+    listed = sweeps.run({**scene, "designs": dict(zip(axes, each.tolist(), strict=True))})
+    for name in QUANTITIES:
+        np.testing.assert_allclose(
+            grid[name].values.reshape(-1), listed[name].values, rtol=1e-12, err_msg=name
+        )
