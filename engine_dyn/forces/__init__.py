@@ -3,6 +3,7 @@
 torque           torque of gas and masses over the crank angle
 mechanism        forces on piston, wall, rod, crank pin and frame
 bearings         loads of pins and journals over the cycle
+main_journals    those of main journals, for many diagrams
 harmonics        orders of the torque
 superposition    sums of curves over the cylinders
 balance          shaking forces and moments, counterweights, balance shafts

@@ -49,6 +49,7 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.forces import mechanism, torque
+from engine_dyn.forces.main_journals import journal_parts
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
@@ -76,7 +77,7 @@ PARTS = 4
 SAMPLE = np.pi / 360.0
 """Half a degree: spacing of the angles at which peaks are looked for; a parabola refines them."""
 
-TABLES_AT_ONCE = 64
+TABLES_AT_ONCE, MANY_TABLES_AT_ONCE = 64, 160
 DESIGNS_AT_ONCE = 65536
 
 EXTREMES = np.dtype([("peak", np.float64), ("mean", np.float64), ("angle", np.float64)])
@@ -318,23 +319,38 @@ def extremes(
     columns = np.atleast_1d(*columns)
     result = np.full(columns[0].size, np.nan, dtype=EXTREMES)
     samples = round(period / SAMPLE)
-    phi = -0.5 * period + np.arange(samples) * (period / samples)
+    phi: Floats = np.asarray(-0.5 * period + np.arange(samples) * (period / samples))
+    many = isinstance(family, CycleTable)
+    at_once = MANY_TABLES_AT_ONCE if many else TABLES_AT_ONCE
     for index in _pieces(columns[0].size):
         place = np.unravel_index(index, columns[0].shape)
         here = np.stack([column[place] for column in columns])
         keys, table = _distinct(here[:5])
-        for begin in range(0, keys.shape[1], TABLES_AT_ONCE):
-            some = keys[:, begin : begin + TABLES_AT_ONCE]
+        if many:  # those of one bearing beside each other
+            order = np.lexsort(keys[3:])
+            keys, table = keys[:, order], np.argsort(order)[table]
+        memory = np.empty((min(at_once, keys.shape[1]), PARTS, 2, samples))
+        for begin in range(0, keys.shape[1], at_once):
+            some = keys[:, begin : begin + at_once]
             mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
-            parts = np.full((some.shape[1], PARTS, 2, samples), np.nan)
+            parts = memory[: some.shape[1]]
             # Those of one bearing are made together, and those of one pressure unless there are
             # many of them.
-            key = 3 if isinstance(family, CycleTable) else 2
+            key = 3 if many else 2
             for *one, count, number in sorted(set(zip(*some[key:].tolist(), strict=True))):
                 engine = by_count[int(count)]
-                if _exists(load, engine, int(number)):
-                    alike = np.equal(some[key:].T, (*one, count, number))
-                    these = np.flatnonzero(alike.all(axis=1))
+                alike = np.equal(some[key:].T, (*one, count, number))
+                these = np.flatnonzero(alike.all(axis=1))
+                if not _exists(load, engine, int(number)):
+                    parts[these] = np.nan
+                elif isinstance(family, CycleTable) and load == "main_journal":
+                    ratio, side, row_of = (
+                        np.array(column, dtype=np.float64) for column in some[:3, these]
+                    )
+                    parts[these] = journal_parts(
+                        phi, engine, ratio, side, row_of, family, int(number)
+                    )
+                else:
                     ratios, besides = some[:2, these, None]
                     where = one[0] if one else some[2, these, None]
                     made = LOADS[load](phi, engine, ratios, besides, family, where, int(number))

@@ -260,12 +260,8 @@ class _Waves:
         turn = np.sin(self.phi), np.cos(self.phi)
         for begin in range(0, row.size, DESIGNS_AT_ONCE):
             here = slice(begin, begin + DESIGNS_AT_ONCE)
-            pressure = family.sampled(row[here], self.phi, factor)[0]
-            some = np.flatnonzero(weight[here])
-            if some.size:
-                share = weight[here][some, None]
-                above = family.sampled(row[here][some] + 1, self.phi, factor)[0]
-                pressure[some] = (1.0 - share) * pressure[some] + share * above
+            place = (row[here] + weight[here])[:, None]
+            pressure = family.pressures(self.phi, place, factor)
             real, imaginary = np.zeros((2, pressure.shape[0], size))
             ratio, offset = (np.ascontiguousarray(column[here]) for column in columns[:2])
 

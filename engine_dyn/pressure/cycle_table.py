@@ -264,8 +264,14 @@ class CycleTable(Family):
 
     def pressures(self, phi: ArrayLike, place: ArrayLike, factor: float = 1.0) -> Floats:
         """Pressure [Pa] at crank angles of the diagrams at places in the table, broadcasting."""
-        wanted = np.asarray(place, dtype=np.float64)
+        wanted, phi = np.asarray(place, dtype=np.float64), np.asarray(phi, dtype=np.float64)
         values, number = np.unique(wanted, return_inverse=True)
+        if phi.ndim and phi.size == phi.shape[-1] and (not wanted.ndim or wanted.shape[-1] == 1):
+            curves_at = self._sampled_between(values, phi.reshape(-1), factor)
+            shape = np.broadcast_shapes(phi.shape, wanted.shape)
+            if not np.array_equal(number.reshape(-1), np.arange(values.size)):
+                curves_at = curves_at[number.reshape(-1)]
+            return curves_at.reshape(shape)
         below, weight = _split(values)
         above = below + (weight > 0.0)
         distinct = np.unique(np.concatenate([below, above]))
@@ -289,6 +295,18 @@ class CycleTable(Family):
         if factor != 1.0:
             base = self.motored.pressures(phi, place)
             found = base + factor * (found - base)
+        return found
+
+    def _sampled_between(self, place: Floats, phi: Floats, factor: float) -> Floats:
+        """Pressure at the same angles for all places, shape (places, angles)."""
+        below, weight = _split(place)
+        some = np.flatnonzero(weight)
+        self.curves(np.concatenate([below, below[some] + 1]))  # all at once
+        found = self.sampled(below, phi, factor)[0]
+        if some.size:
+            share = weight[some, None]
+            above = self.sampled(below[some] + 1, phi, factor)[0]
+            found[some] = (1.0 - share) * found[some] + share * above
         return found
 
     def peak_between(self, place: ArrayLike) -> Floats:

@@ -150,7 +150,7 @@ def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float
         METHOD_NAMES.index(method), kind, model == "variable", CLOSURES.index(scene.closure),
         scene.tolerance, 0.0,
     )  # fmt: skip
-    special = "offset" in words or "uniform_friction" not in words
+    special = "offset" in words or "uniform_friction" not in words or "own_cycles" in words
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
     tables, designs = plan.leaves["sharing"].data
     return mechanism_of(
