@@ -40,13 +40,14 @@ __all__ = ["CycleTable", "ModelledDiagram"]
 BYTES_KEPT = 100e6
 """Size of the rows that are kept beyond those of the last request."""
 
-MEMOS_KEPT = 3
+MEMOS_KEPT, BYTES_OF_MEMO = 3, 40e6
+"""Samples of rows that are kept, because several tables of work need the same."""
 
 PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES. A place is the sum of a row and its fraction, which
 so is the same whatever the number of the combination is; loads are rounded to 2e-8 percent."""
 
-EXAMPLES = 1024
+EXAMPLES = 256
 """Combinations that are looked at where something has to be decided for all."""
 
 COMMON_STEP = 0.25
@@ -350,13 +351,17 @@ class CycleTable(Family):
         return CycleTable.of(self.own, without, changes, several_axes=self.several_axes)
 
     def remembered(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """What `make` gives, kept for the next call with this key; few are kept."""
+        """Arrays that `make` gives, kept for the next call with this key; few are kept."""
         memos = self._state.memos
-        if key not in memos:
-            while len(memos) >= MEMOS_KEPT:
-                memos.pop(next(iter(memos)))
-            memos[key] = make()
-        return memos[key]
+        if key in memos:
+            return memos[key]
+        made = make()
+        size = sum(array.nbytes for array in (made if isinstance(made, list) else [made]))
+        while memos and (len(memos) >= MEMOS_KEPT or size > BYTES_OF_MEMO):
+            memos.pop(next(iter(memos)))
+        if size <= BYTES_OF_MEMO:
+            memos[key] = made
+        return made
 
     def row(self, index: int) -> Diagram:
         """Diagram of one row; for many, see `curves`."""
