@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from engine_dyn.forces.torque import pressure
 from engine_dyn.geometry.cylinders import Member
 from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
@@ -90,3 +91,21 @@ def test_grid_of_many_rows_is_that_of_each(family: Family) -> None:
         alone = make_grid(family, np.array([row]), 720, members)
         for name in ("at_node", "slope_at_node", "at_middle", "at_quadrature"):
             np.testing.assert_array_equal(getattr(together, name)[place], getattr(alone, name)[0])
+
+
+@pytest.mark.parametrize("own_angles", [False, True])
+def test_pressures_of_many_designs(family: Family, places: Floats, own_angles: bool) -> None:
+    phi = np.linspace(-6.0, 6.0, 37)
+    angles = phi + 0.01 * places[..., None] if own_angles else phi
+    found = pressure(angles, family, places[..., None], 1.1, 0.4)
+    assert found.shape == (*places.shape, 37)
+    for place in ((0, 0), (1, 0), (5, 3), (39, 9)):
+        row = int(places[place])
+        share = places[place] - row
+        angle = angles[place] if own_angles else phi
+        expected = (1.0 - share) * row_with_factor(family, row, 0.4)(angle)
+        if share:
+            expected += share * row_with_factor(family, row + 1, 0.4)(angle)
+        np.testing.assert_array_equal(found[place], expected * 1.1)
+    alone = pressure(phi[3], family, places[1, 0], 1.0)
+    assert alone == family.row(family.row_count - 1)(phi[3])
