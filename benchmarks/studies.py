@@ -229,7 +229,7 @@ STUDIES = (
           by_rate(150_000, 500_000)),
     Study("wanted_delta", "wanted delta, sampled", inverse, 50_000, by_rate(300_000)),
     Study("modelled", "spark ignition: combustion start, compression ratio, heat sampled",
-          modelled, 1000, by_rate(5_000, 20_000), modelled=True),
+          modelled, 5000, by_rate(5_000, 20_000), modelled=True),
     Study("grid_errors", "grid, alpha 2, with delta_error",
           partial(grid, exponent=2.0, more=("delta_error",)), 800_000,
           Aim("grid_alpha_2", 0.4, 0.5)),

@@ -241,9 +241,7 @@ def solve(
         tolerance=float(tolerance),
         driven=driven,
         general=general,
-        shared=are_shared(
-            *sharing, special=_own_tables(inputs) or isinstance(family, CycleTable)
-        ),
+        shared=are_shared(*sharing, special=_own_tables(inputs) or isinstance(family, CycleTable)),
         angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
         threads=threads or os.cpu_count() or 1,
     )
