@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.tables.work_tables import Grid
+from engine_dyn.speed.tables.work_tables import Grid, make_grid
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["Choice", "Curves", "Problem"]
@@ -84,8 +85,6 @@ class Problem:
         Periods of the torque in a cycle.
     width : float
         Angle between two nodes [rad].
-    grid : Grid
-        Pressure at the nodes.
     angles : ndarray
         Angles [rad] at which curves are wanted; empty where none are.
     results : Results
@@ -104,10 +103,21 @@ class Problem:
     nodes: int
     repeats: int
     width: float
-    grid: Grid
     angles: Floats
     results: Results
     threads: int
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Pressure at the nodes; made when it is first needed."""
+        members = self.cylinders.representatives_of(self.repeats)
+        return make_grid(self.family, self.rows, self.nodes * self.repeats, members)
+
+    @property
+    def points(self) -> int:
+        """Nodes of a cycle, of all representative cylinders."""
+        members = self.cylinders.representatives_of(self.repeats)
+        return self.nodes * self.repeats * len(members)
 
     @property
     def designs_of_table(self) -> int:

@@ -54,7 +54,7 @@ from engine_dyn.speed.tables.node_counts import (
     row_map,
     rows_needed,
 )
-from engine_dyn.speed.tables.work_tables import make_grid, steps_per_cycle
+from engine_dyn.speed.tables.work_tables import steps_per_cycle
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
 
@@ -326,7 +326,7 @@ def _solve_once(
         rest = solver.solve_chosen if tally is None else tally.noting(solver.solve_chosen)
         batch = BatchSolver(problem, refinement, rest)
         if mechanism == INTERPOLATED_TABLES:
-            batch.solve_by_interpolation(progress, parts=1 if iterated is None else 2)
+            batch.solve_by_harmonics(progress, finer=iterated is not None)
         else:
             batch.solve_by_tables(progress)
     return found, results.deferred
@@ -402,7 +402,6 @@ def _problem_of(
         nodes=steps // times,
         repeats=times,
         width=period / steps,
-        grid=make_grid(sweep.family, rows, steps, cylinders.representatives_of(times)),
         angles=sweep.angles,
         results=results,
         threads=sweep.threads,

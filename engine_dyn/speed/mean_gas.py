@@ -8,26 +8,36 @@ that of the motored diagram.
 
 from __future__ import annotations
 
+import threading
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
+from engine_dyn.geometry.velocity_harmonics import (
+    FEW_TERMS,
+    LARGEST_RATIO,
+    MANY_TERMS,
+    order_of,
+    weights_of_samples,
+)
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch import panels
-from engine_dyn.speed.batch.mean_gas import mean_gas_between, panels_of
+from engine_dyn.speed.batch.mean_gas import mean_gas_of_harmonics, means_of_diagrams
 from engine_dyn.speed.tables.mean_gas import mean_gas_of_pairs
 from engine_dyn.speed.tables.node_counts import may_be, row_map, rows_needed
 from engine_dyn.speed.tables.work_tables import FEWEST_NODES, make_grid
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
 
-MANY_MEANS, POINTS_OF_MEANS = 512, 10
-"""From MANY_MEANS on, mean torques are interpolated between POINTS_OF_MEANS crank ratios in each
-panel; the error is rounding."""
+MANY_MEANS = 512
+"""From so many on, mean torques are sums over harmonics of the velocity; the error is rounding."""
+
+ROWS_AT_ONCE = 64
+"""Diagrams whose pressures are tabulated at a time."""
 
 
 def mean_gas_torque(
@@ -42,8 +52,9 @@ def mean_gas_torque(
 
     docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the
     gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
-    three-point Gauss-Legendre on half degrees. Means of many are interpolated; `tables` is the
-    number of pairs of crank ratio and row of the whole sweep, where these are a block of it.
+    three-point Gauss-Legendre on half degrees. Means of many are sums over the harmonics of the
+    velocity; `tables` is the number of pairs of crank ratio and row of the whole sweep, where these
+    are a block of it.
     """
     offset = may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
@@ -53,28 +64,54 @@ def mean_gas_torque(
     # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
     ratios, offsets, places = (np.array(v).reshape(-1) for v in (crank_ratio, offset_ratio, row))
     result = np.empty(ratios.size)
-    rows = rows_needed(places)
     member = Member(0.0, pressure_factor, 1.0)
-    row_of, grid = row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
-    rates = np.empty(6 * FEWEST_NODES)
-    few = (ratios.size if tables is None else tables) < MANY_MEANS
-    if few or offset or isinstance(family, CycleTable):
-        mean_gas_of_pairs(ratios, offsets, places, row_of, grid, rates, result)
-        return result.reshape(row.shape)
-    # The mean is smooth in the crank ratio, so few points in each panel (see `panels`) suffice.
-    number = np.empty(ratios.size, dtype=np.int64)
-    panels_of(ratios, number)
-    used = np.flatnonzero(np.bincount(number))
-    points = panels.points_of(used, POINTS_OF_MEANS)
-    means = np.zeros((panels.MOST_PANELS, POINTS_OF_MEANS, rows.size))
-    at = np.tile(points[used, 0].reshape(-1), rows.size)
-    of_rows = np.repeat(rows.astype(float), used.size * POINTS_OF_MEANS)
-    found = np.empty(at.size)
-    mean_gas_of_pairs(at, np.zeros(at.size), of_rows, row_of, grid, rates, found)
-    shape = (rows.size, used.size, POINTS_OF_MEANS)
-    means[used] = np.moveaxis(found.reshape(shape), 0, -1)
-    mean_gas_between(ratios, places, number, row_of, points, means, result)
+    alone = np.ones(ratios.size, dtype=np.bool_)
+    many = (ratios.size if tables is None else tables) >= MANY_MEANS
+    if many and not offset and not isinstance(family, CycleTable):
+        alone = ~((ratios >= 0.0) & (ratios <= LARGEST_RATIO[MANY_TERMS]))
+        together = ~alone
+        found = np.empty(int(together.sum()))
+        means = _means_of(family, member, rows_needed(places))
+        mean_gas_of_harmonics(
+            ratios[together], places[together], means, *weights_of_samples(FEW_TERMS),
+            *weights_of_samples(MANY_TERMS), found,
+        )  # fmt: skip
+        result[together] = found
+    if alone.any():
+        rows = rows_needed(places[alone])
+        row_of, grid = row_map(family, rows), make_grid(family, rows, FEWEST_NODES, (member,))
+        rates, found = np.empty(6 * FEWEST_NODES), np.empty(int(alone.sum()))
+        mean_gas_of_pairs(ratios[alone], offsets[alone], places[alone], row_of, grid, rates, found)
+        result[alone] = found
     return result.reshape(row.shape)
+
+
+_kept: WeakKeyDictionary[Family, dict[float, Floats]] = WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+def _means_of(family: Family, member: Member, rows: Integers) -> Floats:
+    """Means of the diagrams times harmonics, (row, term), NaN where not needed so far.
+
+    They are kept with the family, because the next block of a sweep needs them again.
+    """
+    with _lock:
+        of_family = _kept.setdefault(family, {})
+        means = of_family.get(member.pressure_factor)
+        if means is None:
+            means = np.full((family.row_count + 1, MANY_TERMS), np.nan)
+        missing = rows[np.isnan(means[rows, 0])]
+        if missing.size:
+            means = means.copy()  # what another thread reads stays
+            for begin in range(0, missing.size, ROWS_AT_ONCE):
+                some = missing[begin : begin + ROWS_AT_ONCE]
+                grid = make_grid(family, some, FEWEST_NODES, (member,))
+                angle = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
+                orders = [order_of(term) for term in range(MANY_TERMS)]
+                sines = np.sin(np.multiply.outer(orders, angle))
+                means_of_diagrams(grid.at_quadrature, sines, some, means)
+        of_family[member.pressure_factor] = means
+        return means
 
 
 def mean_gas_of_equal_throws(

@@ -8,7 +8,7 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.fields import INPUTS
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Product", "count_of", "offsets_at", "value_at"]
+__all__ = ["Product", "count_of", "offsets_at", "value_at", "varies", "varying_offsets_at"]
 
 
 class Product(NamedTuple):
@@ -64,6 +64,33 @@ def offsets_at(
         index //= size
         for i in range(INPUTS):
             offsets[i] += product.strides[axis, i] * here
+
+
+@inlined
+def varies(field: int, product: Product) -> bool:
+    """Whether an input, or the place of the results, differs between designs."""
+    steps = 0
+    for axis in range(product.strides.shape[0]):
+        steps += abs(product.strides[axis, field])
+    return steps > 0
+
+
+@inlined
+def varying_offsets_at(
+    table: int, other: int, fields: Integers, product: Product, offsets: Integers
+) -> None:
+    """As `offsets_at`, for some fields, at flat index `table` and `other` over both kinds of axes."""
+    for i in range(fields.size):
+        offsets[fields[i]] = product.value_start[fields[i]]
+    for kind in range(2):
+        axes, index = (product.table_axes, table) if kind == 0 else (product.other_axes, other)
+        for back in range(axes.size):
+            axis = axes[axes.size - 1 - back]
+            size = product.shape[axis]
+            here = product.positions[product.position_start[axis] + index % size]
+            index //= size
+            for i in range(fields.size):
+                offsets[fields[i]] += product.strides[axis, fields[i]] * here
 
 
 @inlined

@@ -14,7 +14,7 @@ from engine_dyn.compilation import (
     wide_vectors,
 )
 from engine_dyn.speed.arguments import Choice
-from engine_dyn.speed.batch import hills, lanes, panels, traces
+from engine_dyn.speed.batch import harmonics, hills, lanes, traces
 from engine_dyn.speed.batch.levels import CHUNK, Levels, fill_levels
 from engine_dyn.speed.batch.scratch import BlockScratch
 from engine_dyn.speed.fields import (
@@ -27,7 +27,14 @@ from engine_dyn.speed.fields import (
     ROW,
     SCALE,
 )
-from engine_dyn.speed.product import Product, count_of, offsets_at, value_at
+from engine_dyn.speed.product import (
+    Product,
+    count_of,
+    offsets_at,
+    value_at,
+    varies,
+    varying_offsets_at,
+)
 from engine_dyn.speed.results import (
     DELTA,
     DELTA_ERROR,
@@ -57,8 +64,8 @@ __all__ = [
     "is_left",
     "keys_of",
     "march_lanes",
-    "march_panels",
     "solve_block",
+    "solve_own",
     "store_block",
     "take_common",
     "take_designs",
@@ -342,55 +349,54 @@ def write_traces(
 
 
 @kernel
-def keys_of(
-    begin: int, end: int, rows: int, parts: int, product: Product, keys: Integers
-) -> None:  # fmt: skip
-    """Panel and row of the designs begin .. end - 1 as one number: panel * rows + row.
+def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -> None:
+    """Interval of crank ratios and row of the designs begin .. end - 1: interval * rows + row.
 
-    `parts` as in `panels.panel_at`.
+    Negative for a crank ratio in no interval.
     """
     designs = count_of(product.other_axes, product)
     for index in range(begin, end):
         ratio = value_at(CRANK_RATIO, index // designs, product)
         row = int(math.floor(value_at(ROW, index // designs, product)))
-        keys[index - begin] = panels.panel_at(ratio, parts) * rows + row
+        interval = harmonics.interval_at(ratio)
+        keys[index - begin] = interval * rows + row if interval >= 0 else -1
 
 
 @kernel
-def march_panels(
+def solve_own(
     form: lanes.Form,
     inertia: lanes.Inertia,
     begin: int,
     order: Integers,
     keys: Integers,
     rows: int,
-    table_of: Integers,
-    unit_of: Integers,
-    points: Floats,
+    place_of: Integers,
+    last_row: int,
     width_of_lanes: int,
     ratio: int,
     width: float,
     product: Product,
-    bases: panels.Panels,
+    works: harmonics.Works,
     choice: Choice,
     results: Results,
     scratch: BlockScratch,
     levels: Levels,
-    left: Integers,
+    deferred: Integers,
 ) -> int:
-    """Solve designs that share no table by `lanes`; return how many are left to `march`.
+    """Solve designs that have no table in common; return how many are deferred.
 
     `order` are places behind `begin` sorted by their `keys` (see `keys_of`), so that the designs of
-    a block share the tables that their own are interpolated from: `table_of` a key, `unit_of` a
-    panel, with `points` (panel, POINTS). `levels` is memory for `panels.make_own`'s levels. Other
-    arguments as `march_lanes`.
+    a block lie between the same two diagrams: `place_of` each row among the `works`. `levels` is
+    memory of `harmonics.make_own`. Other arguments as `march_lanes`.
     """
     wide_vectors()
     width_of_lanes &= WHOLE
     values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
-    nodes = bases.coarse.shape[1] * ratio
+    nodes = levels.coarse.shape[0] * ratio
     # Made here, so that the compiler knows that they do not overlap.
     s, chosen = on_stack(NUMBERS), indices_on_stack(LANES)
+    ratios, before, behind = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    crankcase = on_stack(LANES)
     size = (nodes // ratio + 2 * lanes.PAD) * lanes.LANES
     of_rest = size if len(form) > 2 else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
@@ -401,13 +407,24 @@ def march_panels(
     lows = rows_on_stack(nodes // ratio // CHUNK * lanes.LANES)
     lanes.clear(s, changes, us, rs, tops, lows, chosen)
     designs = count_of(product.other_axes, product)
+    # Inputs that no axis changes are read once: of thirty, few vary.
+    offsets_at(0, product.table_axes, product, product.value_start, shared)
+    offsets_at(0, product.other_axes, product, shared, at)
+    varying, count = scratch.varying, 0
+    for field in range(product.strides.shape[1]):
+        if varies(field, product):
+            varying[count] = field
+            count += 1
+        elif BORE <= field <= MEAN_TORQUE:
+            row_of_field = (field - BORE) * lanes.LANES
+            s[row_of_field : row_of_field + lanes.LANES] = values[at[field]]
+    varying = varying[:count]
     leaving = 0
     place = 0
     while place < order.size:
         key = keys[order[place]]
-        panel = key // rows
-        first, unit = table_of[key], unit_of[panel]
-        second = table_of[key + 1] if table_of[key + 1] >= 0 else first
+        interval, row = key // rows, key % rows
+        first, second = place_of[row], place_of[min(row + 1, last_row)]
         count = 1
         while (
             count < lanes.LANES and place + count < order.size and keys[order[place + count]] == key
@@ -415,26 +432,32 @@ def march_panels(
             count += 1
         for k in range(lanes.LANES):
             index = begin + order[place + min(k, count - 1)]
-            offsets_at(index // designs, product.table_axes, product, product.value_start, shared)
-            offsets_at(index % designs, product.other_axes, product, shared, at)
-            for field in range(BORE, MEAN_TORQUE + 1):
-                s[(field - BORE) * lanes.LANES + k] = values[at[field]]
+            varying_offsets_at(index // designs, index % designs, varying, product, at)
+            for i in range(varying.size):
+                field = varying[i]
+                if BORE <= field <= MEAN_TORQUE:
+                    s[(field - BORE) * lanes.LANES + k] = values[at[field]]
             places[k] = at[OUTPUT]
-            row = values[at[ROW]]
-            panels.take_table(
-                k, values[at[CRANK_RATIO]], row - math.floor(row), values[at[SCALE]],
-                values[at[CRANKCASE_PRESSURE]], first, second, unit, points[panel], bases, s,
-            )  # fmt: skip
-        panels.fill_block(form, width_of_lanes, first, second, unit, bases, levels, s)
+            weight, scale = values[at[ROW]] - row, values[at[SCALE]]
+            ratios[k] = values[at[CRANK_RATIO]]
+            before[k] = scale * (1.0 - weight)
+            behind[k] = scale * weight
+            crankcase[k] = values[at[CRANKCASE_PRESSURE]]
+            s[lanes.ROW_TABLE + k] = first
+            s[lanes.NEXT_TABLE + k] = second
+        harmonics.fill_block(
+            form, width_of_lanes, interval, first, second, ratios, before, behind, crankcase,
+            works, levels, s,
+        )  # fmt: skip
+        numbers = works.numbers[interval, 1]
         solve_block(
             form, inertia, count, width_of_lanes, ratio, width,
-            bases.numbers[unit + 1, panels.TORQUE_RANGE],
-            bases.numbers[unit + 1, panels.LEAST], lanes.LEFT, choice, results, places, levels, s,
-            changes, us, rs, tops, lows, chosen,
+            numbers[harmonics.TORQUE_RANGE], numbers[harmonics.LEAST], lanes.LEFT, choice, results,
+            places, levels, s, changes, us, rs, tops, lows, chosen,
         )  # fmt: skip
         for k in range(count):
             if is_left(k, places, results, s):
-                left[leaving] = begin + order[place + k]
+                deferred[leaving] = begin + order[place + k]
                 leaving += 1
         place += count
     return leaving

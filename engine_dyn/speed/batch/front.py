@@ -9,12 +9,12 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.speed.arguments import Choice, Problem
-from engine_dyn.speed.batch import lanes, panels, traces
-from engine_dyn.speed.batch.driver import keys_of, march_lanes, march_panels, write_traces
+from engine_dyn.speed.batch import harmonics, lanes, traces
+from engine_dyn.speed.batch.driver import keys_of, march_lanes, solve_own, write_traces
 from engine_dyn.speed.batch.scratch import BlockScratch, make_block_scratch
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.pieces import FEWEST, PIECE, Progress, run_pieces, shared_by
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["FEWEST_IN_LANES", "REFINEMENTS", "BatchSolver", "can_solve", "refinement_for"]
 
@@ -23,9 +23,6 @@ FEW_CYLINDERS, SMALL_EXPONENT, REFINEMENTS = 2, 2.0, (8, 4)
 and beyond either: the load counts by its fraction of the period over one coarse interval, and by
 how steeply it grows. Twice as many would do for most designs with a linear load, but leave errors
 of 2e-6 where it is strong."""
-
-PANEL_BYTES = 64_000_000
-"""Shared tables that are kept at a time."""
 
 PIECE_IN_LANES = 65536
 """Designs of one call at most in lanes: each begins with a table, as long as a thousand designs, or
@@ -104,7 +101,7 @@ class BatchSolver:
         run_pieces(problem.size, job, problem.threads, progress, largest, fewest)
 
     def _scratch(self) -> BlockScratch:
-        steps = self.problem.grid.node_sine.size
+        steps = self.problem.points
         return make_block_scratch(self.problem.nodes, steps, self.refinement)
 
     def _form(self) -> tuple[lanes.Form, lanes.Inertia]:
@@ -138,76 +135,77 @@ class BatchSolver:
                 write_traces(inertia, *of_lanes, scratch, angles, kept, *curves)
         self.deferred(deferred[:count], threads)
 
-    def solve_by_interpolation(self, progress: Progress | None, parts: int) -> None:
-        """Solve all designs, with tables of their own that are interpolated between shared ones.
+    def solve_by_harmonics(self, progress: Progress | None, finer: bool) -> None:
+        """Solve all designs, each with a curve of its own, added up from works against harmonics.
 
-        These are built for as many panels and rows at a time as PANEL_BYTES hold. `parts` as in
-        `panels.panel_at`.
+        With `finer`, from as many harmonics as there are.
         """
         problem, product = self.problem, self.problem.product
-        rows = problem.family.row_count + 1
-        seen = np.zeros(panels.MOST_PANELS * rows, dtype=np.bool_)
+        rows = problem.family.row_count
+        seen = np.zeros(harmonics.INTERVAL_COUNT * rows + 1, dtype=np.bool_)
 
         def look(begin: int, end: int) -> None:
             keys = np.empty(end - begin, dtype=np.int64)
-            keys_of(begin, end, rows, parts, product, keys)
+            keys_of(begin, end, rows, product, keys)
             seen[keys] = True
 
         run_pieces(problem.size, look, problem.threads, None, PIECE_IN_LANES, PIECE_IN_LANES)
+        beyond, seen[-1] = seen[-1], False
         wanted = np.flatnonzero(seen)
+        few = wanted < harmonics.FEW_INTERVALS * (0 if finer else rows)
+        if few.any():
+            told = progress if few.all() else None
+            self._solve_with_terms(harmonics.FEW_TERMS, wanted[few], rows, told)
+        if not few.all():
+            self._solve_with_terms(harmonics.MANY_TERMS, wanted[~few], rows, progress)
+        if beyond:
+            self._defer_beyond(rows)
+
+    def _solve_with_terms(
+        self, terms: int, wanted: Integers, rows: int, progress: Progress | None
+    ) -> None:
+        """Solve the designs of some keys, for which so many harmonics suffice."""
+        problem, product = self.problem, self.problem.product
+        members = problem.cylinders.representatives_of(problem.repeats)
         threads = problem.threads // shared_by(problem.size, problem.threads, FEWEST_IN_LANES)
-        small = np.min_scalar_type(wanted[-1])  # short numbers sort in one pass
-        most = max(4, PANEL_BYTES // panels.bytes_of_table(problem.nodes, self.refinement) // 3)
-        for group in np.array_split(wanted, -(-wanted.size // most)):
-            low, high = int(group[0]), int(group[-1])
-            tables = self._shared_tables(group, rows, parts)
+        small = np.min_scalar_type(harmonics.INTERVAL_COUNT * rows)  # short numbers sort faster
+        with harmonics.curves_of(
+            problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
+            self.refinement, terms,
+        ) as curves:  # fmt: skip
+            of_row = wanted[np.argsort(wanted % rows, kind="stable")]
+            groups = np.array_split(of_row, -(-of_row.size // max(1, curves.most // 2)))
+            for number, group in enumerate(groups):
+                curves.provide(
+                    problem.family, group // rows, group % rows, rows - 1, problem.threads
+                )
+                mine = np.zeros(harmonics.INTERVAL_COUNT * rows + 1, dtype=np.bool_)
+                mine[group] = True
 
-            def job(
-                begin: int, end: int, low: int = low, high: int = high,
-                tables: tuple[Integers, Integers, Floats, panels.Panels] = tables,
-            ) -> None:  # fmt: skip
-                bases = tables[-1]
-                levels = panels.make_own(problem.nodes, self.refinement, bases.fine)
-                keys = np.empty(end - begin, dtype=np.int64)
-                keys_of(begin, end, rows, parts, product, keys)
-                order = np.argsort(keys.astype(small), kind="stable")
-                first, last = np.searchsorted(keys, [low, high + 1], sorter=order)
-                deferred = np.empty(last - first, dtype=np.int64)
-                count = march_panels(
-                    *self._form(), begin, order[first:last], keys, rows, *tables[:-1],
-                    lanes.LANES, self.refinement, problem.width, product, bases, problem.choice,
-                    problem.results, self._scratch(), levels, deferred,
-                )  # fmt: skip
-                self.deferred(np.sort(deferred[:count]), threads)
+                def job(
+                    begin: int, end: int, mine: Booleans = mine, curves: harmonics.Curves = curves
+                ) -> None:
+                    keys = np.empty(end - begin, dtype=np.int64)
+                    keys_of(begin, end, rows, product, keys)
+                    order = np.argsort(keys.astype(small), kind="stable")
+                    order = order[mine[keys[order]]]
+                    deferred = np.empty(order.size, dtype=np.int64)
+                    count = solve_own(
+                        *self._form(), begin, order, keys, rows, curves.place_of, rows - 1,
+                        lanes.LANES, self.refinement, problem.width, product, curves.works,
+                        problem.choice, problem.results, self._scratch(),
+                        harmonics.make_own(problem.nodes, self.refinement, curves.works), deferred,
+                    )  # fmt: skip
+                    self.deferred(np.sort(deferred[:count]), threads)
 
-            told = progress if high == wanted[-1] else None
-            run_pieces(problem.size, job, problem.threads, told, PIECE_IN_LANES, FEWEST_IN_LANES)
+                told = progress if number == len(groups) - 1 else None
+                run_pieces(
+                    problem.size, job, problem.threads, told, PIECE_IN_LANES, FEWEST_IN_LANES
+                )
 
-    def _shared_tables(
-        self, keys: Integers, rows: int, parts: int
-    ) -> tuple[Integers, Integers, Floats, panels.Panels]:
-        """Shared tables of some keys: number of each key's and each panel's, points, tables."""
-        problem, nodes, refinement = self.problem, self.problem.nodes, self.refinement
-        row_of, steps = problem.row_of, problem.grid.node_sine.size
-        # The row behind a key's is the other end of what designs blend; the last one has none.
-        both = np.union1d(keys, keys[row_of[keys % rows + 1] >= 0] + 1)
-        used = np.unique(keys // rows)
-        of_key = np.full(panels.MOST_PANELS * rows + 1, -1, dtype=np.int64)
-        of_key[both] = np.arange(both.size)
-        of_panel = np.full(panels.MOST_PANELS, -1, dtype=np.int64)
-        of_panel[used] = both.size + 2 * np.arange(used.size)
-        points = panels.points_of(used, lanes.POINTS, parts)
-        bases = panels.make_panels(both.size + 2 * used.size, nodes, refinement)
-        work = [(int(of_key[k]), int(row_of[k % rows]), int(k // rows)) for k in both]
-        work += [(int(of_panel[p]), -1, int(p)) for p in used]
-
-        def build(begin: int, end: int) -> None:
-            memory = panels.make_build(nodes, steps, refinement)
-            for number, row, panel in work[begin:end]:
-                panels.build_panel(
-                    number, row, points[panel, 0], problem.width, refinement, problem.grid, bases,
-                    *memory,
-                )  # fmt: skip
-
-        run_pieces(len(work), build, problem.threads, None, fewest=8)
-        return of_key, of_panel, points, bases
+    def _defer_beyond(self, rows: int) -> None:
+        """Defer the designs whose crank ratio is in no interval."""
+        problem = self.problem
+        keys = np.empty(problem.size, dtype=np.int64)
+        keys_of(0, problem.size, rows, problem.product, keys)
+        self.deferred(np.flatnonzero(keys < 0), problem.threads)

@@ -21,6 +21,7 @@ from engine_dyn.compilation import (
     turn_pairs,
     wide_vectors,
 )
+from engine_dyn.speed.batch.harmonics import own_pair, own_pairs
 from engine_dyn.speed.batch.lanes import (
     BETA,
     BOTTOM,
@@ -29,7 +30,6 @@ from engine_dyn.speed.batch.lanes import (
     BOTTOM_RIPPLE,
     BOTTOM_TILT,
     CODE,
-    CRANKCASE,
     ERROR,
     ETA,
     EULER,
@@ -43,13 +43,9 @@ from engine_dyn.speed.batch.lanes import (
     LOW,
     MISS,
     MOVED,
-    NEXT_SHARE,
     NEXT_TABLE,
     PAD,
     PEAK,
-    POINT,
-    POINTS,
-    ROW_SHARE,
     ROW_TABLE,
     SLACK,
     SQUARE_MEAN,
@@ -59,7 +55,6 @@ from engine_dyn.speed.batch.lanes import (
     TOP_LAST,
     TOP_RIPPLE,
     TOP_TILT,
-    UNIT_TABLE,
     Form,
     Inertia,
     constant,
@@ -209,29 +204,20 @@ VALUES, SLOPES, INTEGRALS, MIDDLES = 0, 1, 2, 3
 
 
 @formula
-def pair_at(place: int, pair: int, k: int, fine: Floats, s: Floats) -> tuple[float, float]:
-    """One of the pairs of a fine node.
-
-    A lane with a table of its own has them by interpolation in the crank ratio: the tables of the
-    panel's ratios, weighted (`panels`).
-    """
+def pair_at(
+    place: int, pair: int, k: int, fine: Floats, mix: Floats, s: Floats
+) -> tuple[float, float]:
+    """One of the pairs of a fine node; a lane with curves of its own adds them up."""
     if fine.ndim == 2:
         return fine[place, 2 * pair], fine[place, 2 * pair + 1]
-    first, second, unit = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k]), int(s[UNIT_TABLE + k])
-    here, after = fine[first, place, pair], fine[second, place, pair]
-    under, square = fine[unit, place, pair], fine[unit + 1, place, pair]
-    a, b, c = s[ROW_SHARE + k], s[NEXT_SHARE + k], s[CRANKCASE + k]
-    gas = squares = 0.0
-    for i in range(POINTS):
-        weight = s[POINT + i * LANES + k]
-        gas += weight * (a * here[i] + b * after[i] - c * under[i])
-        squares += weight * square[i]
-    return gas, squares
+    first, second = int(s[ROW_TABLE + k]), int(s[NEXT_TABLE + k])
+    return own_pair(place, pair, k, first, second, fine, mix)
 
 
 @formula
 def read_pairs(
-    count: int, pair: int, places: Integers, lanes: int, fine: Floats, s: Floats, found: Floats
+    count: int, pair: int, places: Integers, lanes: int, fine: Floats, mix: Floats, s: Floats,
+    found: Floats,
 ) -> None:  # fmt: skip
     """Pairs of fields of every lane's fine node, `count` of them from `pair` on, as rows of lanes.
 
@@ -246,10 +232,10 @@ def read_pairs(
             else:
                 turn_eights(fine, 2 * pair, places, k, found)
         return
+    first, second = int(s[ROW_TABLE]), int(s[NEXT_TABLE])  # the same for all lanes
     for i in range(count):
         gas, squares = found[2 * i * LANES :], found[(2 * i + 1) * LANES :]
-        for k in range(lanes):
-            gas[k], squares[k] = pair_at(places[k], pair + i, k, fine, s)
+        own_pairs(pair + i, places, lanes, first, second, fine, mix, gas, squares)
 
 
 @formula
@@ -358,7 +344,7 @@ def peaks_near(
     Without a branch, so that lanes stay vectors although each looks at a place of its own.
     """
     wide_vectors()
-    fine, coarse = levels.fine, levels.coarse
+    coarse = levels.coarse
     nodes = coarse.shape[0]
     share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
     values, bumps, roughs = on_stack(LANES), on_stack(LANES), on_stack(LANES)
@@ -404,7 +390,7 @@ def peaks_near(
     )
     for k in range(lanes):
         places[k] = ratio * (chosen[k] + 1)
-    read_pairs(1, SLOPES, places, lanes, fine, s, pairs)
+    read_pairs(1, SLOPES, places, lanes, levels.fine, levels.mix, s, pairs)
     for k in range(lanes):
         node = chosen[k]
         g, eta, a, kappa = s[GAS + k], s[ETA + k], s[HALF + k], s[KAPPA + k]
@@ -432,11 +418,11 @@ def peaks_near(
         starts[k] = ratio * (first + 1)
     read_nodes(8, places, lanes, coarse, eights)
     read_nodes(4, behind, lanes, coarse, fours)
-    read_pairs(2, SLOPES, starts, lanes, fine, s, more_fours)
+    read_pairs(2, SLOPES, starts, lanes, levels.fine, levels.mix, s, more_fours)
     if len(form) > 2:
         for k in range(lanes):
             places[k] = starts[k] + ratio
-        read_pairs(1, SLOPES, places, lanes, fine, s, more_pairs)
+        read_pairs(1, SLOPES, places, lanes, levels.fine, levels.mix, s, more_pairs)
     for k in range(lanes):
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
         turn = eta if len(inertia) == 2 else 0.0
@@ -485,7 +471,7 @@ def peaks_near(
     while part > 0:
         for k in range(lanes):
             behind[k] = places[k] + part
-        read_pairs(1, SLOPES, behind, lanes, fine, s, pairs)
+        read_pairs(1, SLOPES, behind, lanes, levels.fine, levels.mix, s, pairs)
         for k in range(lanes):
             t = float(behind[k] - starts[k])
             slope = s[GAS + k] * pairs0[k] - s[ETA + k] * pairs1[k]
@@ -497,8 +483,8 @@ def peaks_near(
         part //= 2
     for k in range(lanes):
         behind[k] = places[k] + 1
-    read_pairs(4, VALUES, places, lanes, fine, s, eights)
-    read_pairs(2, VALUES, behind, lanes, fine, s, fours)
+    read_pairs(4, VALUES, places, lanes, levels.fine, levels.mix, s, eights)
+    read_pairs(2, VALUES, behind, lanes, levels.fine, levels.mix, s, fours)
     for k in range(lanes):
         g, eta, beta = s[GAS + k], s[ETA + k], s[BETA + k]
         turn = eta if len(inertia) == 2 else 0.0
@@ -631,7 +617,7 @@ def clear_hills(
     Wherever the extreme can be, between two coarse nodes, the slope has one zero at most, and if
     that is an extreme, one of the two nodes was taken for a hill.
     """
-    fine, coarse, chunk = levels.fine, levels.coarse, levels.chunk
+    coarse, chunk = levels.coarse, levels.chunk
     turn = s[ETA + k] if len(inertia) == 2 else 0.0
     best = upward * s[(HIGH if upward > 0.0 else LOW) + k]
     for group in range(chunk.shape[0]):
@@ -661,7 +647,7 @@ def clear_hills(
             ahead = 0.0
             for i in range(ratio + 1):
                 t = i / ratio
-                dp, dv = pair_at(ratio * (node + 1) + i, SLOPES, k, fine, s)
+                dp, dv = pair_at(ratio * (node + 1) + i, SLOPES, k, levels.fine, levels.mix, s)
                 slope = s[GAS + k] * dp - s[ETA + k] * dv - (dy0 + t * (dy2 - dy0))
                 slope -= (u0 + t * (u2 - u0)) * turn * dv
                 slope *= upward

@@ -111,26 +111,21 @@ MOST_NODES = 1024
 """Most coarse nodes of a period, before they are rounded up: a block's u and r are on the stack."""
 
 # Numbers of a design, one row of lanes each.
-POINTS = 6
 SERIES_TERMS = 11
-ROWS = 74
-FIELDS = ROWS + POINTS
+FIELDS = 70
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
     EULER_FAR, CLOSED, ALIAS, ALIAS_SPEED, SQUARE_MEAN, LEVEL, BENT, SHIFT, START, WORK_END,
     REST_END, RUNNING, HIGH, LOW, CHANGE, LAST, REST_SUM, FROZEN, CODE, MEAN, MOVED, TOP,
-    BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, UNIT_TABLE,
-    ROW_SHARE, NEXT_SHARE, CRANKCASE, SWING, LOOSE, TURNS, FIRST_SUM, SPEED_SUM, SLACK, THIN,
+    BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, SWING,
+    LOOSE, TURNS, FIRST_SUM, SPEED_SUM, SLACK, THIN,
     TOP_HILLS, BOTTOM_HILLS, PRODUCT, TOP_RIPPLE, BOTTOM_RIPPLE, TOP_TILT, BOTTOM_TILT, MOVING,
     MOVES, KEEPS, MORE,
-) = (row * LANES for row in range(ROWS))  # fmt: skip
+) = (row * LANES for row in range(FIELDS))  # fmt: skip
 
 NUMBERS = FIELDS * LANES
 """Numbers of a block, all rows."""
-
-POINT = ROWS * LANES
-"""Weights of the crank ratios between which a lane's own table is interpolated."""
 
 SERIES_ROWS = SERIES_TERMS * LANES
 """Memory for the coefficients of q^a from u^2 on."""

@@ -115,13 +115,17 @@ class Levels(NamedTuple):
 
     `coarse` is (coarse node, NODE_FIELDS), `chunk` the largest deviations of a chunk of them,
     `fine` (fine node, FINE_FIELDS) with one coarse interval before the first node and behind the
-    last, so that nobody wraps.
+    last, so that nobody wraps. `mix` (weight, lane), flat, are the numbers by which lanes with
+    curves of their own add them up, see `harmonics`, and `units` is memory for
+    that; both are empty for a table.
     """
 
     coarse: Floats
     chunk: Floats
     fine: Floats
     constants: Floats
+    mix: Floats
+    units: Floats
 
 
 def make_levels(nodes: int, ratio: int) -> Levels:
@@ -132,6 +136,8 @@ def make_levels(nodes: int, ratio: int) -> Levels:
         chunk=np.zeros((coarse // CHUNK, NODE_FIELDS)),
         fine=np.zeros((nodes + 2 * ratio, FINE_FIELDS)),
         constants=np.zeros(CONSTANTS),
+        mix=np.zeros(0),
+        units=np.zeros((0, 0, 0)),
     )
 
 

@@ -51,8 +51,10 @@ from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
+    "END_WEIGHT",
     "FEWEST_NODES",
     "GAUSS_POINTS",
+    "MIDDLE_WEIGHT",
     "MOST_NODES",
     "Blend",
     "Grid",
@@ -70,7 +72,7 @@ MOST_NODES = 23040
 
 _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
-_WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+END_WEIGHT, MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
 """Three-point Gauss-Legendre quadrature on [0, 1], docs/method.md (49)."""
 
 
@@ -345,7 +347,7 @@ def stroke_friction_weights(
     boundary = mixed = hydrodynamic = skirt = 0.0
     # All points get the weight of the outer ones, then the middle ones what they lack, because
     # only loops without branches become vectors.
-    weight = 3.0 * _WEIGHTS[0] / count
+    weight = 3.0 * END_WEIGHT / count
     for i in range(count):
         s, c = turned(sine[i], cosine[i], top, upright)
         speeds[i] = offset_velocity_at(s, c, ratio, offset)
@@ -355,7 +357,7 @@ def stroke_friction_weights(
         mixed += weight * parts[1]
         hydrodynamic += weight * parts[2]
         skirt += weight * parts[3]
-    weight = 3.0 * (_WEIGHTS[1] - _WEIGHTS[0]) / count
+    weight = 3.0 * (MIDDLE_WEIGHT - END_WEIGHT) / count
     for i in range(1, count, 3):
         load = before * first[i] + behind * second[i] + lift
         parts = stroke_friction_parts_at(load, speeds[i], sine[i])
@@ -432,7 +434,7 @@ def rates_of_member(
 @inlined
 def work_of_half(rates: Floats, place: int) -> float:
     """Mean rate over half an interval from `place` on: Gauss-Legendre, docs/method.md (49)."""
-    return _WEIGHTS[0] * (rates[place] + rates[place + 2]) + _WEIGHTS[1] * rates[place + 1]
+    return END_WEIGHT * (rates[place] + rates[place + 2]) + MIDDLE_WEIGHT * rates[place + 1]
 
 
 @inlined

@@ -1,0 +1,998 @@
+"""Work curves of designs that have no table in common: sums over harmonics of the piston velocity.
+
+The work of the gas is linear in the reduced velocity, and this is a sum of few sines whose factors
+depend on the crank ratio alone (`engine_dyn.geometry.velocity_harmonics`). So the work P of a
+pressure p at any crank ratio is a sum of its works against these sines, docs/method.md (113):
+
+    P(phi) = sum_t gamma_t(lambda) P_t(phi),    P_t = int sum_i p_i sin(k_t phi_i) dphi
+
+There is one set of curves P_t for each diagram of a family, and one for a pressure of 1, on which
+the crankcase pressure acts; the sum V of the squared velocities is a sum of cosines. They are
+summed over the cylinders once. Neither a crank ratio, nor a scale of the pressure, nor a diagram
+between two others needs another curve: a design adds up its own from `Works`.
+
+What is not linear in the curves is bounded, by its largest value over an interval of crank ratios:
+how far a curve rises above its chord between two coarse nodes, for example. The interval, and how
+many terms are added up, follow from the crank ratio of a design alone, so its numbers cannot depend
+on what else is in the sweep.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from engine_dyn.compilation import (
+    SQUARE_SIDE,
+    formula,
+    inlined,
+    kernel,
+    on_stack,
+    turn_eights,
+    wide_vectors,
+)
+from engine_dyn.geometry.cylinders import Member
+from engine_dyn.geometry.velocity_harmonics import (
+    FEW_TERMS,
+    LARGEST_RATIO,
+    MANY_TERMS,
+    order_of,
+    squares_of,
+    weights_of_samples,
+)
+from engine_dyn.loads.friction import FRICTIONLESS
+from engine_dyn.pressure.family import Family
+from engine_dyn.speed.batch.lanes import (
+    LANES,
+    SWING,
+    Form,
+)
+from engine_dyn.speed.batch.levels import (
+    ALIAS_P,
+    ALIAS_V,
+    ALIASED,
+    CHUNK,
+    CONSTANTS,
+    CUBES,
+    FOURTHS,
+    HIGHEST_SLOPE,
+    HIGHEST_SLOPE_V,
+    NODE_FIELDS,
+    P_ABOVE,
+    P_BELOW,
+    PP,
+    PV,
+    RIPPLE,
+    RIPPLE_V,
+    SQUARES,
+    TILT,
+    TILT_V,
+    V_ABOVE,
+    V_BELOW,
+    VV,
+    WORK,
+    Levels,
+    P,
+    V,
+    fill_levels,
+    make_levels,
+)
+from engine_dyn.speed.pieces import run_pieces
+from engine_dyn.speed.tables import work_tables
+from engine_dyn.speed.tables.work_tables import (
+    END_WEIGHT,
+    MIDDLE_WEIGHT,
+    SHAPE,
+    SQUARE,
+    TABLE_ROWS,
+    TORQUE,
+    Blend,
+    Grid,
+    bounds_of,
+    make_grid,
+)
+from engine_dyn.types import Booleans, Floats, Integers
+
+__all__ = [
+    "BEYOND",
+    "FEW_TERMS",
+    "FEW_INTERVALS",
+    "INTERVAL_COUNT",
+    "LEAST",
+    "MANY_TERMS",
+    "TORQUE_RANGE",
+    "Curves",
+    "Works",
+    "curves_of",
+    "fill_block",
+    "interval_at",
+    "make_own",
+    "own_pair",
+    "own_pairs",
+]
+
+INTERVALS = (0.0, 0.15, 0.25, 0.35, LARGEST_RATIO[FEW_TERMS], 0.6, LARGEST_RATIO[MANY_TERMS])
+"""Ends of the intervals of crank ratios over which bounds hold."""
+
+INTERVAL_COUNT = len(INTERVALS) - 1
+FEW_INTERVALS = INTERVALS.index(LARGEST_RATIO[FEW_TERMS])
+"""Intervals that FEW_TERMS suffice for."""
+
+BEYOND = -1
+"""Interval of a crank ratio for which no number of terms is provided."""
+
+BOUND = 1.05
+"""Factor on bounds that were taken at the ends and in the middle of an interval only."""
+
+NUMBERS = 4
+TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
+"""Bounds of a curve: range of its torque, its steepest slope, its least value, and the largest
+fraction of it that the coarse nodes see wrongly."""
+
+ABOVE, BELOW, RIPPLES, TILTS = range(4)
+"""Bounds of a chunk of coarse nodes, see `levels`."""
+
+UNIT, FIRST_SQUARE, SQUARE_WORKS = 0, 1, 2
+WORKS_BEFORE_ROWS = 1 + SQUARE_WORKS
+"""Places in `Works`: the work of a pressure of 1; twice as many terms of the squared velocity, in
+two places; behind them the diagrams."""
+
+BOUNDS_BEFORE_ROWS = 2
+"""Places in the bounds: of a pressure of 1, and of the squared velocity."""
+
+TERM_ROWS, SAMPLE_ROWS = MANY_TERMS * LANES, (3 * MANY_TERMS // 2) * LANES
+
+SAME, TINY = 1e-11, 1e-14
+"""Relative and absolute difference of works that differ by rounding only."""
+
+ROWS_AT_ONCE = 64
+"""Diagrams whose pressures are tabulated at a time."""
+
+LARGEST_BYTES, KEPT_BYTES = 48_000_000, 96_000_000
+"""Works of one arrangement, and those of all arrangements of a family that are kept."""
+
+SIDE, SIDE_ROWS = 8, 8 * LANES
+"""Terms that are written out: sums of eight products become vectors."""
+
+
+class Works(NamedTuple):
+    """Works against harmonics, as kernels take them.
+
+    Attributes
+    ----------
+    fine : ndarray, shape (place, fine node, 4 terms)
+        Value of every term, then slopes, antiderivatives and middles, as the fine level of
+        `levels`.
+    coarse : ndarray, shape (place, coarse node, 2, term)
+        Value, and integral over the interval behind the node.
+    alias : ndarray, shape (place, term)
+        Mean over the fine less that over the coarse nodes.
+    chunk : ndarray, shape (interval, bound, chunk, 4)
+        ABOVE, BELOW, RIPPLES and TILTS of a chunk of coarse nodes.
+    numbers : ndarray, shape (interval, bound, NUMBERS)
+        Bounds of the whole curve.
+    sine, cosine, weights : ndarray
+        As of `velocity_harmonics.weights_of_samples`.
+    image : ndarray of int, shape (2, coarse node)
+        The first coarse node, and the first interval, where the work of a pressure of 1 and the
+        squared velocity are the same, see `images_of`.
+    """
+
+    fine: Floats
+    coarse: Floats
+    alias: Floats
+    chunk: Floats
+    numbers: Floats
+    sine: Floats
+    cosine: Floats
+    weights: Floats
+    image: Integers
+
+
+@inlined
+def interval_at(ratio: float) -> int:
+    """Interval in which a crank ratio lies; BEYOND where none does."""
+    if not 0.0 <= ratio <= INTERVALS[INTERVAL_COUNT]:
+        return BEYOND
+    number = 0
+    for i in range(1, INTERVAL_COUNT):
+        number += 1 if ratio > INTERVALS[i] else 0
+    return number
+
+
+# --- building -------------------------------------------------------------------------------------
+
+
+@inlined
+def store_term(
+    place: int, term: int, width: float, ratio: int, value: Floats, slope: Floats, middle: Floats,
+    works: Works,
+) -> None:  # fmt: skip
+    """Write one curve, and its antiderivative, to the fine and the coarse nodes of `works`.
+
+    `value` and `slope` are those at the nodes, `middle` what a cubic through them misses in the
+    middle of the interval behind: docs/method.md (52). The antiderivative integrates the cubics and
+    their middles.
+    """
+    nodes = value.size
+    fine, coarse = works.fine[place], works.coarse[place]
+    terms = coarse.shape[2]
+    slopes, integrals, middles = terms + term, 2 * terms + term, 3 * terms + term
+    running = mean = mean_value = mean_coarse = 0.0
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        fine[ratio + j, term] = value[j]
+        fine[ratio + j, slopes] = slope[j]
+        fine[ratio + j, integrals] = running
+        fine[ratio + j, middles] = middle[j]
+        mean += running
+        mean_value += value[j]
+        mean_coarse += value[j] if j % ratio == 0 else 0.0
+        running += width * (
+            0.5 * (value[j] + value[after]) + width / 12.0 * (slope[j] - slope[after])
+            + 8.0 / 15.0 * middle[j]
+        )  # fmt: skip
+    # What is left over a period is the mean of the curve between its nodes, near rounding.
+    drift = running / nodes
+    mean = mean / nodes - drift * 0.5 * (nodes - 1)
+    for j in range(nodes):
+        fine[ratio + j, integrals] -= mean + drift * j
+    for pair in range(4):
+        column = pair * terms + term
+        for i in range(ratio):
+            fine[i, column] = fine[nodes + i, column]
+            fine[nodes + ratio + i, column] = fine[ratio + i, column]
+    for n in range(nodes // ratio):
+        here = ratio * (n + 1)
+        coarse[n, 0, term] = fine[here, term]
+        coarse[n, 1, term] = fine[here + ratio, integrals] - fine[here, integrals]
+    works.alias[place, term] = (mean_value - ratio * mean_coarse) / nodes
+
+
+@kernel
+def build_diagram(
+    place: int, row: int, width: float, ratio: int, sines: Floats, grid: Grid, works: Works,
+    terms: Floats,
+) -> None:  # fmt: skip
+    """Works of diagram `row` of the grid against all terms, docs/method.md (113).
+
+    `sines` is (term, 7, cylinder and step): the sine of each term at the six quadrature points of
+    an interval and at its node. `terms` is scratch (5, node); a period is that many nodes.
+    """
+    value, slope, middle, work, before = terms[0], terms[1], terms[2], terms[3], terms[4]
+    nodes = value.size
+    pressure, at_node = grid.at_quadrature[row], grid.at_node[row]
+    for term in range(works.coarse.shape[3]):
+        for j in range(nodes):
+            slope[j] = 0.0
+            work[j] = 0.0
+            before[j] = 0.0
+        sine = sines[term]
+        first = 0
+        while first < at_node.size:
+            for j in range(nodes):
+                step = first + j
+                here = 6 * step
+                half = work_of_half_of(pressure, here, sine, step, 0)
+                work[j] += 0.5 * width * (half + work_of_half_of(pressure, here + 3, sine, step, 3))
+                before[j] += 0.5 * width * half
+                slope[j] += at_node[step] * sine[6, step]
+            first += nodes
+        total = 0.0
+        for j in range(nodes):
+            total += work[j]
+        rate = total / (nodes * width)
+        running = mean = 0.0
+        for j in range(nodes):
+            value[j] = running
+            middle[j] = running + before[j] - 0.5 * rate * width
+            mean += running
+            running += work[j] - rate * width
+            slope[j] -= rate
+        mean /= nodes
+        for j in range(nodes):
+            value[j] -= mean
+            middle[j] -= mean
+        take_middle(width, value, slope, middle)
+        store_term(place, term, width, ratio, value, slope, middle, works)
+
+
+@formula
+def work_of_half_of(pressure: Floats, place: int, sine: Floats, step: int, point: int) -> float:
+    """Mean of pressure times sine over half an interval: docs/method.md (49)."""
+    return (
+        END_WEIGHT
+        * (pressure[place] * sine[point, step] + pressure[place + 2] * sine[point + 2, step])
+        + MIDDLE_WEIGHT * pressure[place + 1] * sine[point + 1, step]
+    )
+
+
+@inlined
+def take_middle(width: float, value: Floats, slope: Floats, middle: Floats) -> None:
+    """Take off `middle` what the cubic Hermite interpolant has there, docs/method.md (52)."""
+    nodes = value.size
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        middle[j] -= 0.5 * (value[j] + value[after]) + 0.125 * width * (slope[j] - slope[after])
+
+
+@kernel
+def build_common(
+    width: float, ratio: int, phases: Floats, masses: Floats, works: Works, terms: Floats
+) -> None:
+    """Works of a pressure of 1, and the squared velocity, which have closed forms.
+
+    `phases` and `masses` are those of all cylinders; `terms` is scratch as in
+    `build_diagram`.
+    """
+    value, slope, middle = terms[0], terms[1], terms[2]
+    nodes, count = value.size, works.coarse.shape[3]
+    for number in range((1 + SQUARE_WORKS) * count):
+        square = number >= count
+        order = float(number - count + 1 if square else order_of(number))
+        for j in range(nodes):
+            value[j] = 0.0
+            slope[j] = 0.0
+            middle[j] = 0.0
+        for member in range(phases.size):
+            factor = masses[member] if square else -1.0 / order
+            for j in range(nodes):
+                angle = order * (j * width + phases[member])
+                value[j] += factor * math.cos(angle)
+                slope[j] -= factor * order * math.sin(angle)
+                middle[j] += factor * math.cos(angle + 0.5 * order * width)
+        mean = 0.0
+        for j in range(nodes):
+            mean += value[j]
+        mean /= nodes
+        for j in range(nodes):
+            value[j] -= mean
+            middle[j] -= mean
+        take_middle(width, value, slope, middle)
+        place = FIRST_SQUARE + (number - count) // count if square else UNIT
+        store_term(place, number % count, width, ratio, value, slope, middle, works)
+
+
+@kernel
+def build_bounds(
+    interval: int,
+    bound: int,
+    row: int,
+    ends: Floats,
+    width: float,
+    ratio: int,
+    grid: Grid,
+    works: Works,
+    table: Floats,
+    middles: Floats,
+    rates: Floats,
+    levels: Levels,
+) -> None:
+    """Bounds of a diagram, in place `bound`, for crank ratios between the two `ends`.
+
+    With row -1, those of a pressure of 1 and of the squared velocity. From tables at the ends and
+    in the middle; the other arrays are scratch.
+    """
+    nodes = table.shape[1]
+    unit = row < 0
+    # A crankcase at -1 under no pressure: what is left is a pressure of 1.
+    scale, crankcase = (0.0, -1.0) if unit else (1.0, 0.0)
+    blend = Blend(max(row, 0), max(row, 0), 0.0, scale, crankcase, FRICTIONLESS)
+    for quantity in range(2 if unit else 1):
+        numbers, chunk = works.numbers[interval, bound + quantity], works.chunk[interval]
+        for field in range(NUMBERS):
+            numbers[field] = math.inf if field == LEAST else 0.0
+        for group in range(chunk.shape[1]):
+            for kind in range(4):
+                chunk[bound + quantity, group, kind] = 0.0
+    for i in range(3):
+        at = ends[0] + 0.5 * i * (ends[1] - ends[0])
+        work_tables.build(at, 0.0, blend, nodes, width, grid, table, middles, rates)
+        fill_levels(table, width, ratio, levels)
+        for quantity in range(2 if unit else 1):
+            numbers = works.numbers[interval, bound + quantity]
+            chunk = works.chunk[interval, bound + quantity]
+            for group in range(chunk.shape[0]):
+                of = levels.chunk[group]
+                chunk[group, ABOVE] = max(chunk[group, ABOVE], BOUND * of[P_ABOVE + 2 * quantity])
+                chunk[group, BELOW] = max(chunk[group, BELOW], BOUND * of[P_BELOW + 2 * quantity])
+                chunk[group, RIPPLES] = max(chunk[group, RIPPLES], BOUND * of[RIPPLE + quantity])
+                chunk[group, TILTS] = max(chunk[group, TILTS], BOUND * of[TILT + quantity])
+            low, high = bounds_of(table[SHAPE if quantity == 1 else TORQUE])
+            slope = levels.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
+            least = bounds_of(table[SQUARE])[0]
+            numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
+            numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
+            numbers[WORST] = max(numbers[WORST], levels.constants[ALIASED])
+            numbers[LEAST] = min(numbers[LEAST], BOUND * least)
+
+
+def images_of(coarse: Floats) -> Integers:
+    """First coarse nodes and intervals at which all curves of `coarse` are the same as at each.
+
+    Where cylinders fire evenly, the curves are even about a dead centre; those of one cylinder
+    repeat twice in a cycle of four strokes. So half of them, or three quarters, need no sum.
+    """
+    nodes = coarse.shape[1]
+    curves = np.moveaxis(coarse, 1, 0).reshape(nodes, coarse.shape[0], 2, -1)
+    scale = np.abs(curves).max(axis=0)
+    here = np.arange(nodes)
+    image = np.stack([here, here])
+
+    def alike(other: Integers, kind: int) -> bool:
+        apart = np.abs(curves[:, :, kind] - curves[other][:, :, kind])
+        return bool((apart <= SAME * scale[:, kind] + TINY).all())
+
+    after = (here + nodes // 2) % nodes
+    if nodes % 2 == 0 and alike(after, 0) and alike(after, 1):
+        image = np.minimum(image, image % (nodes // 2))
+    mirrored = np.stack([-here % nodes, nodes - 1 - here])
+    if alike(mirrored[0], 0) and alike(mirrored[1], 1):
+        image = np.minimum(image, np.take_along_axis(image, mirrored, axis=1))
+    return image
+
+
+class Curves:
+    """Works of a family's diagrams for one arrangement of cylinders, built as they are needed.
+
+    Works do not depend on the scene: they are kept from one block of designs to the next. One
+    thread at a time may ask for them.
+
+    Parameters
+    ----------
+    family : Family
+        Indicator diagrams.
+    members : tuple of Member
+        Representative cylinders, whose crank radii are equal.
+    steps, nodes : int
+        Nodes of a cycle and of a period.
+    width : float
+        Angle between two nodes [rad].
+    refinement : int
+        Nodes of a coarse interval.
+    terms : int
+        Terms of the velocity that are added up.
+    most : int
+        Diagrams that are kept at a time.
+    """
+
+    def __init__(
+        self, family: Family, members: tuple[Member, ...], steps: int, nodes: int, width: float,
+        refinement: int, terms: int, most: int,
+    ) -> None:  # fmt: skip
+        self.members, self.steps, self.refinement = members, steps, refinement
+        self.width, self.most = width, most
+        coarse = nodes // refinement
+        intervals = INTERVAL_COUNT
+        places = WORKS_BEFORE_ROWS + most
+        bounds = BOUNDS_BEFORE_ROWS + most
+        # Memory that is not written to is not taken from the system.
+        self.works = Works(
+            np.empty((places, nodes + 2 * refinement, 4 * terms)),
+            np.empty((places, coarse, 2, terms)),
+            np.empty((places, terms)),
+            np.empty((intervals, bounds, coarse // CHUNK, 4)),
+            np.empty((intervals, bounds, NUMBERS)),
+            *weights_of_samples(terms),
+            np.zeros((2, coarse), dtype=np.int64),
+        )
+        self.place_of = np.full(family.row_count + 1, -1, dtype=np.int64)
+        self.bounded = np.zeros((intervals, bounds), dtype=np.bool_)
+        # A representative stands for as many cylinders as there are periods in a cycle.
+        turns = nodes * width * np.arange(steps // nodes)
+        phases = np.add.outer([member.phase for member in members], turns).reshape(-1)
+        masses = np.repeat([member.mass_factor for member in members], turns.size)
+        build_common(width, refinement, phases, masses, self.works, np.empty((5, nodes)))
+        self.works.image[:] = images_of(self.works.coarse[:WORKS_BEFORE_ROWS])
+        self._sines: Floats | None = None
+
+    def provide(
+        self, family: Family, intervals: Integers, rows: Integers, last_row: int, threads: int
+    ) -> None:
+        """Build what is missing for designs in these intervals of crank ratios, from these rows on.
+
+        Parameters
+        ----------
+        family : Family
+            That of the constructor, which is not kept here.
+        intervals, rows : ndarray of int, shape (N,)
+            Pairs; a row is the lower one of the two between which a design's diagram lies.
+        last_row : int
+            Last row of the family that any design needs.
+        threads : int
+            Threads at most.
+        """
+        pairs = np.concatenate(
+            [np.stack([intervals, rows]), np.stack([intervals, np.minimum(rows + 1, last_row)])], 1
+        )
+        needed = np.unique(pairs[1])
+        missing = needed[self.place_of[needed] < 0]
+        if np.count_nonzero(self.place_of >= 0) + missing.size > self.most:
+            self.place_of[:] = -1
+            self.bounded[:, BOUNDS_BEFORE_ROWS:] = False
+            missing = needed
+        places = WORKS_BEFORE_ROWS + np.count_nonzero(self.place_of >= 0) + np.arange(missing.size)
+        self.place_of[missing] = places
+        bounds = self.place_of[pairs[1]] - WORKS_BEFORE_ROWS + BOUNDS_BEFORE_ROWS
+        unbounded = np.flatnonzero(~self.bounded[pairs[0], bounds])
+        of_rows = np.union1d(missing, pairs[1, unbounded])
+        for begin in range(0, of_rows.size, ROWS_AT_ONCE):
+            some = of_rows[begin : begin + ROWS_AT_ONCE]
+            grid = make_grid(family, some, self.steps, self.members)
+            self._build(some, grid, np.isin(some, missing), pairs, threads)
+
+    def _build(
+        self, rows: Integers, grid: Grid, missing: Booleans, pairs: Integers, threads: int
+    ) -> None:
+        """Build the works of the `missing` ones of some rows, and the bounds of all."""
+        work: list[tuple[int, int, int]] = []  # interval, place or bound, row of the grid
+        for i in np.flatnonzero(missing).tolist():
+            work.append((BEYOND, int(self.place_of[rows[i]]), i))
+        for interval in np.unique(pairs[0]).tolist():
+            if not self.bounded[interval, 0]:
+                work.append((interval, 0, -1))
+                self.bounded[interval, 0] = True
+            here = np.unique(pairs[1, pairs[0] == interval])
+            for i in np.flatnonzero(np.isin(rows, here)).tolist():
+                bound = int(self.place_of[rows[i]]) - WORKS_BEFORE_ROWS + BOUNDS_BEFORE_ROWS
+                if not self.bounded[interval, bound]:
+                    work.append((interval, bound, i))
+                    self.bounded[interval, bound] = True
+        sines = self._sines_of(grid)
+        points = grid.node_sine.size
+
+        def build(begin: int, end: int) -> None:
+            terms, levels = np.empty((5, self.nodes)), make_levels(self.nodes, self.refinement)
+            table, middles = np.empty((TABLE_ROWS, self.nodes)), np.empty((4, self.nodes))
+            rates = np.empty(6 * points)
+            for interval, place, row in work[begin:end]:
+                if interval == BEYOND:
+                    build_diagram(
+                        place, row, self.width, self.refinement, sines, grid, self.works, terms
+                    )
+                    continue
+                build_bounds(
+                    interval, place, row, np.array(INTERVALS[interval : interval + 2]), self.width,
+                    self.refinement, grid, self.works, table, middles, rates, levels,
+                )  # fmt: skip
+
+        run_pieces(len(work), build, threads, None, fewest=8)
+
+    @property
+    def size(self) -> int:
+        """Bytes that are in use at most."""
+        return int(self.works.fine.nbytes + self.works.coarse.nbytes)
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of a period."""
+        return int(self.works.fine.shape[1]) - 2 * self.refinement
+
+    def _sines_of(self, grid: Grid) -> Floats:
+        """Sine of every term at the quadrature points and the nodes of a cycle, as kernels do."""
+        if self._sines is None:
+            angle = np.concatenate(
+                [
+                    np.arctan2(grid.quadrature_sine, grid.quadrature_cosine).reshape(-1, 6).T,
+                    np.arctan2(grid.node_sine, grid.node_cosine)[None],
+                ]
+            )
+            orders = [order_of(term) for term in range(self.works.coarse.shape[3])]
+            self._sines = np.sin(np.multiply.outer(orders, angle))
+        return self._sines
+
+
+def bytes_of_row(nodes: int, refinement: int, terms: int) -> int:
+    """Memory of the works of one diagram."""
+    return 8 * terms * (4 * (nodes + 2 * refinement) + 2 * nodes // refinement)
+
+
+_kept: WeakKeyDictionary[Family, dict[tuple[Any, ...], Curves]] = WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+@contextmanager
+def curves_of(
+    family: Family, members: tuple[Member, ...], steps: int, nodes: int, width: float,
+    refinement: int, terms: int,
+) -> Iterator[Curves]:  # fmt: skip
+    """Curves of a family and an arrangement; parameters as of `Curves`.
+
+    What another thread is using meanwhile is made anew for this one. Of all that are kept, those
+    that were used last stay, up to KEPT_BYTES.
+    """
+    key = (members, steps, nodes, refinement, terms)
+    with _lock:
+        curves = _kept.setdefault(family, {}).pop(key, None)
+    if curves is None:
+        most = max(4, LARGEST_BYTES // bytes_of_row(nodes, refinement, terms))
+        most = min(most, family.row_count + 1)
+        curves = Curves(family, members, steps, nodes, width, refinement, terms, most)
+    yield curves
+    with _lock:
+        kept = _kept.setdefault(family, {})
+        kept[key] = curves
+        size = sum(one.size for one in kept.values())
+        while size > KEPT_BYTES and len(kept) > 1:
+            size -= kept.pop(next(iter(kept))).size
+
+
+# --- lanes ----------------------------------------------------------------------------------------
+
+
+def make_own(nodes: int, refinement: int, works: Works) -> Levels:
+    """Levels of a block whose lanes have curves of their own; the fine level stays a sum."""
+    coarse, terms = nodes // refinement, works.coarse.shape[3]
+    return Levels(
+        coarse=np.zeros((coarse, NODE_FIELDS, LANES)),
+        chunk=np.zeros((coarse // CHUNK, NODE_FIELDS, LANES)),
+        fine=works.fine,
+        constants=np.zeros((CONSTANTS, LANES)),
+        mix=np.zeros((3 + SQUARE_WORKS) * terms * LANES),
+        units=np.zeros((coarse, 2, LANES)),
+    )
+
+
+@inlined
+def weigh(
+    lanes: int, ratios: Floats, before: Floats, behind: Floats, crankcase: Floats, works: Works,
+    mix: Floats,
+) -> None:  # fmt: skip
+    """Numbers by which every lane adds up its curves: (weight, lane), flat.
+
+    For each term, those of the diagram before its own, of the one behind, and of a pressure of 1;
+    then those of the squared velocity. `before` and `behind` are the scales of the two diagrams.
+    """
+    wide_vectors()
+    terms = works.coarse.shape[3]
+    velocity, samples = on_stack(TERM_ROWS), on_stack(SAMPLE_ROWS)
+    for i in range(works.sine.size):
+        sine, cosine = works.sine[i], works.cosine[i]
+        for k in range(lanes):
+            lean = ratios[k] * sine
+            samples[i * LANES + k] = sine * cosine / math.sqrt(1.0 - lean * lean)
+    for k in range(lanes):
+        velocity[k] = 1.0
+    for term in range(1, terms):
+        row = term * LANES
+        for k in range(lanes):
+            velocity[row + k] = 0.0
+        for i in range(works.sine.size):
+            weight = works.weights[term - 1, i]
+            for k in range(lanes):
+                velocity[row + k] += weight * samples[i * LANES + k]
+        for k in range(lanes):
+            velocity[row + k] *= ratios[k]
+    for term in range(terms):
+        row = term * LANES
+        next_row, unit_row = row + terms * LANES, row + 2 * terms * LANES
+        for k in range(lanes):
+            mix[row + k] = before[k] * velocity[row + k]
+            mix[next_row + k] = behind[k] * velocity[row + k]
+            mix[unit_row + k] = -crankcase[k] * velocity[row + k]
+    squares_of(terms, LANES, velocity, mix[3 * terms * LANES : 5 * terms * LANES])
+
+
+@formula
+def add_eight(
+    curve: Floats, n: int, term: int, row: int, lanes: int, mix: Floats, values: Floats,
+    works: Floats,
+) -> None:  # fmt: skip
+    """Add to every lane eight terms of a curve at a coarse node, weighted from `row` on.
+
+    To `values` the curve itself, to `works` its integral: both have the same weights.
+    """
+    a0, a1, a2, a3 = curve[n, 0, term], curve[n, 0, term + 1], curve[n, 0, term + 2], 0.0
+    a3, a4, a5 = curve[n, 0, term + 3], curve[n, 0, term + 4], curve[n, 0, term + 5]
+    a6, a7 = curve[n, 0, term + 6], curve[n, 0, term + 7]
+    b0, b1, b2 = curve[n, 1, term], curve[n, 1, term + 1], curve[n, 1, term + 2]
+    b3, b4, b5 = curve[n, 1, term + 3], curve[n, 1, term + 4], curve[n, 1, term + 5]
+    b6, b7 = curve[n, 1, term + 6], curve[n, 1, term + 7]
+    # A slice begins at 0: where the compiler sees that no place is negative, loops become vectors.
+    weights = mix[row : row + SIDE_ROWS]
+    for k in range(lanes):
+        w0, w1, w2, w3 = (
+            weights[k], weights[LANES + k], weights[2 * LANES + k], weights[3 * LANES + k]
+        )  # fmt: skip
+        w4, w5, w6, w7 = (
+            weights[4 * LANES + k], weights[5 * LANES + k], weights[6 * LANES + k],
+            weights[7 * LANES + k],
+        )  # fmt: skip
+        values[k] += a0 * w0 + a1 * w1 + a2 * w2 + a3 * w3 + a4 * w4 + a5 * w5 + a6 * w6 + a7 * w7
+        works[k] += b0 * w0 + b1 * w1 + b2 * w2 + b3 * w3 + b4 * w4 + b5 * w5 + b6 * w6 + b7 * w7
+
+
+@inlined
+def fill_coarse(
+    lanes: int, first: int, second: int, works: Works, mix: Floats, coarse: Floats, units: Floats
+) -> None:
+    """P, V and their integrals at the coarse nodes of every lane.
+
+    `units` (coarse node, 2, lane) is memory for the work of the crankcase pressure, which repeats
+    as V does.
+    """
+    wide_vectors()
+    terms = works.coarse.shape[3]
+    of_next, of_unit = terms * LANES, 2 * terms * LANES
+    of_square, of_more = 3 * terms * LANES, 4 * terms * LANES
+    values, integrals = on_stack(LANES), on_stack(LANES)
+    for n in range(coarse.shape[0]):
+        node, interval = works.image[0, n], works.image[1, n]
+        if node == n or interval == n:
+            unit, square = works.coarse[UNIT], works.coarse[FIRST_SQUARE]
+            more_square = works.coarse[FIRST_SQUARE + 1]
+            for k in range(lanes):
+                values[k] = integrals[k] = 0.0
+            for i in range(0, terms, SIDE):
+                add_eight(unit, n, i, of_unit + i * LANES, lanes, mix, values, integrals)
+            keep(lanes, values, integrals, units[n, 0], units[n, 1])
+            for k in range(lanes):
+                values[k] = integrals[k] = 0.0
+            for i in range(0, terms, SIDE):
+                add_eight(square, n, i, of_square + i * LANES, lanes, mix, values, integrals)
+                add_eight(more_square, n, i, of_more + i * LANES, lanes, mix, values, integrals)
+            keep(lanes, values, integrals, coarse[n, V], coarse[n, SQUARES])
+        if node != n:
+            keep(lanes, units[node, 0], coarse[node, V], units[n, 0], coarse[n, V])
+        if interval != n:
+            keep(
+                lanes,
+                units[interval, 1],
+                coarse[interval, SQUARES],
+                units[n, 1],
+                coarse[n, SQUARES],
+            )
+        before, behind = works.coarse[first], works.coarse[second]
+        keep(lanes, units[n, 0], units[n, 1], values, integrals)
+        for i in range(0, terms, SIDE):
+            add_eight(before, n, i, i * LANES, lanes, mix, values, integrals)
+            add_eight(behind, n, i, of_next + i * LANES, lanes, mix, values, integrals)
+        keep(lanes, values, integrals, coarse[n, P], coarse[n, WORK])
+
+
+@formula
+def keep(lanes: int, one: Floats, other: Floats, to_one: Floats, to_other: Floats) -> None:
+    """Copy two rows of lanes."""
+    for k in range(lanes):
+        to_one[k] = one[k]
+        to_other[k] = other[k]
+
+
+@formula
+def own_pair(
+    place: int, pair: int, k: int, first: int, second: int, fine: Floats, mix: Floats
+) -> tuple[float, float]:
+    """One of the pairs of a fine node of lane k: of P, and of V. `mix` is (weight, lane), flat."""
+    terms = fine.shape[2] // 4
+    gas = squares = 0.0
+    for i in range(terms):
+        column, row = pair * terms + i, i * LANES + k
+        gas += fine[first, place, column] * mix[row]
+        gas += fine[second, place, column] * mix[row + terms * LANES]
+        gas += fine[UNIT, place, column] * mix[row + 2 * terms * LANES]
+        squares += fine[FIRST_SQUARE, place, column] * mix[row + 3 * terms * LANES]
+        squares += fine[FIRST_SQUARE + 1, place, column] * mix[row + 4 * terms * LANES]
+    return gas, squares
+
+
+@formula
+def add_turned(
+    curve: Floats, column: int, places: Integers, row: int, lanes: int, mix: Floats,
+    turned: Floats, to: Floats,
+) -> None:  # fmt: skip
+    """Add to every lane eight terms of a curve, from a column on, at a place of its own."""
+    for k in range(0, lanes, SQUARE_SIDE):
+        turn_eights(curve, column, places, k, turned)
+    weights = mix[row : row + SIDE_ROWS]
+    for k in range(lanes):
+        to[k] += (
+            turned[k] * weights[k] + turned[LANES + k] * weights[LANES + k]
+            + turned[2 * LANES + k] * weights[2 * LANES + k]
+            + turned[3 * LANES + k] * weights[3 * LANES + k]
+            + turned[4 * LANES + k] * weights[4 * LANES + k]
+            + turned[5 * LANES + k] * weights[5 * LANES + k]
+            + turned[6 * LANES + k] * weights[6 * LANES + k]
+            + turned[7 * LANES + k] * weights[7 * LANES + k]
+        )  # fmt: skip
+
+
+@inlined
+def own_pairs(
+    pair: int, places: Integers, lanes: int, first: int, second: int, fine: Floats, mix: Floats,
+    gas: Floats, squares: Floats,
+) -> None:  # fmt: skip
+    """As `own_pair`, for every lane, each at a place of its own."""
+    wide_vectors()
+    turned, sums = on_stack(SIDE_ROWS), on_stack(LANES)
+    terms = fine.shape[2] // 4
+    for k in range(lanes):
+        sums[k] = 0.0
+    for i in range(0, terms, SIDE):
+        column, row = pair * terms + i, i * LANES
+        add_turned(fine[first], column, places, row, lanes, mix, turned, sums)
+        row += terms * LANES
+        add_turned(fine[second], column, places, row, lanes, mix, turned, sums)
+        row += terms * LANES
+        add_turned(fine[UNIT], column, places, row, lanes, mix, turned, sums)
+    for k in range(lanes):
+        gas[k] = sums[k]
+        sums[k] = 0.0
+    for i in range(0, terms, SIDE):
+        column, row = pair * terms + i, (3 * terms + i) * LANES
+        add_turned(fine[FIRST_SQUARE], column, places, row, lanes, mix, turned, sums)
+        row += terms * LANES
+        add_turned(fine[FIRST_SQUARE + 1], column, places, row, lanes, mix, turned, sums)
+    for k in range(lanes):
+        squares[k] = sums[k]
+
+
+@formula
+def mixed(
+    lanes: int, one: float, other: float, unit: float, before: Floats, behind: Floats,
+    crankcase: Floats, to: Floats,
+) -> None:  # fmt: skip
+    """Bound of every lane from those of its two diagrams and of a pressure of 1."""
+    for k in range(lanes):
+        to[k] = before[k] * one + behind[k] * other + crankcase[k] * unit
+
+
+@formula
+def equal(lanes: int, value: float, to: Floats) -> None:
+    """Set all lanes to one value."""
+    for k in range(lanes):
+        to[k] = value
+
+
+@formula
+def add_one(lanes: int, factor: float, weights: Floats, to: Floats) -> None:
+    """Add one term to every lane."""
+    for k in range(lanes):
+        to[k] += factor * weights[k]
+
+
+@inlined
+def fill_block(
+    form: Form, lanes: int, interval: int, first: int, second: int, ratios: Floats, before: Floats,
+    behind: Floats, crankcase: Floats, works: Works, levels: Levels, s: Floats,
+) -> None:  # fmt: skip
+    """Coarse levels of all lanes of a block: between the same two diagrams, in one interval.
+
+    Arguments as of `weigh`; `first` and `second` are the places of the two diagrams.
+    """
+    wide_vectors()
+    coarse, chunk, constants = levels.coarse, levels.chunk, levels.constants
+    mix, terms = levels.mix, works.coarse.shape[3]
+    weigh(lanes, ratios, before, behind, crankcase, works, mix)
+    fill_coarse(lanes, first, second, works, mix, coarse, levels.units)
+    shift = BOUNDS_BEFORE_ROWS - WORKS_BEFORE_ROWS
+    bounds, numbers = works.chunk[interval], works.numbers[interval]
+    here, after = first + shift, second + shift
+    for group in range(chunk.shape[0]):
+        either = max(bounds[0, group, ABOVE], bounds[0, group, BELOW])
+        mixed(
+            lanes,
+            bounds[here, group, ABOVE],
+            bounds[after, group, ABOVE],
+            either,
+            before,
+            behind,
+            crankcase,
+            chunk[group, P_ABOVE],
+        )
+        mixed(
+            lanes,
+            bounds[here, group, BELOW],
+            bounds[after, group, BELOW],
+            either,
+            before,
+            behind,
+            crankcase,
+            chunk[group, P_BELOW],
+        )
+        mixed(
+            lanes,
+            bounds[here, group, RIPPLES],
+            bounds[after, group, RIPPLES],
+            bounds[0, group, RIPPLES],
+            before,
+            behind,
+            crankcase,
+            chunk[group, RIPPLE],
+        )
+        mixed(
+            lanes,
+            bounds[here, group, TILTS],
+            bounds[after, group, TILTS],
+            bounds[0, group, TILTS],
+            before,
+            behind,
+            crankcase,
+            chunk[group, TILT],
+        )
+        equal(lanes, bounds[1, group, ABOVE], chunk[group, V_ABOVE])
+        equal(lanes, bounds[1, group, BELOW], chunk[group, V_BELOW])
+        equal(lanes, bounds[1, group, RIPPLES], chunk[group, RIPPLE_V])
+        equal(lanes, bounds[1, group, TILTS], chunk[group, TILT_V])
+    worst = max(
+        max(numbers[here, WORST], numbers[after, WORST]), max(numbers[0, WORST], numbers[1, WORST])
+    )
+    mixed(
+        lanes,
+        numbers[here, TORQUE_RANGE],
+        numbers[after, TORQUE_RANGE],
+        numbers[0, TORQUE_RANGE],
+        before,
+        behind,
+        crankcase,
+        s[SWING : SWING + LANES],
+    )
+    mixed(
+        lanes,
+        numbers[here, STEEPEST],
+        numbers[after, STEEPEST],
+        numbers[0, STEEPEST],
+        before,
+        behind,
+        crankcase,
+        constants[HIGHEST_SLOPE],
+    )
+    equal(lanes, numbers[1, STEEPEST], constants[HIGHEST_SLOPE_V])
+    equal(lanes, worst, constants[ALIASED])
+    of_gas, of_squares = on_stack(LANES), on_stack(LANES)
+    for k in range(lanes):
+        of_gas[k] = of_squares[k] = 0.0
+    for i in range(terms):
+        row, apart = i * LANES, terms * LANES
+        add_one(lanes, works.alias[first, i], mix[row : row + LANES], of_gas)
+        row += apart
+        add_one(lanes, works.alias[second, i], mix[row : row + LANES], of_gas)
+        row += apart
+        add_one(lanes, works.alias[UNIT, i], mix[row : row + LANES], of_gas)
+        row += apart
+        add_one(lanes, works.alias[FIRST_SQUARE, i], mix[row : row + LANES], of_squares)
+        row += apart
+        add_one(lanes, works.alias[FIRST_SQUARE + 1, i], mix[row : row + LANES], of_squares)
+    keep(lanes, of_gas, of_squares, constants[ALIAS_P], constants[ALIAS_V])
+    if len(form) > 1:
+        fill_moments(form, lanes, coarse, constants)
+
+
+@inlined
+def fill_moments(form: Form, lanes: int, coarse: Floats, constants: Floats) -> None:
+    """Means of the products of P and V that the closure of `form` needs."""
+    wide_vectors()
+    nodes = coarse.shape[0]
+    share = 1.0 / nodes
+    for i in range(CUBES, FOURTHS + 5):
+        for k in range(lanes):
+            constants[i, k] = 0.0
+    for k in range(lanes):
+        constants[PP, k] = 0.0
+        constants[PV, k] = 0.0
+        constants[VV, k] = 0.0
+    for n in range(nodes):
+        works, squares = coarse[n, P], coarse[n, V]
+        for k in range(lanes):
+            p, v = works[k], squares[k]
+            constants[PP, k] += share * p * p
+            constants[PV, k] += share * p * v
+            constants[VV, k] += share * v * v
+        if len(form) == 2:
+            for k in range(lanes):
+                p, v = works[k], squares[k]
+                p2, v2 = share * p * p, share * v * v
+                constants[CUBES, k] += p2 * p
+                constants[CUBES + 1, k] += p2 * v
+                constants[CUBES + 2, k] += v2 * p
+                constants[CUBES + 3, k] += v2 * v
+                constants[FOURTHS, k] += p2 * p * p
+                constants[FOURTHS + 1, k] += p2 * p * v
+                constants[FOURTHS + 2, k] += p2 * v * v
+                constants[FOURTHS + 3, k] += v2 * v * p
+                constants[FOURTHS + 4, k] += v2 * v * v
