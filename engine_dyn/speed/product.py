@@ -79,7 +79,7 @@ def varies(field: int, product: Product) -> bool:
 def varying_offsets_at(
     table: int, other: int, fields: Integers, product: Product, offsets: Integers
 ) -> None:
-    """As `offsets_at`, for some fields, at flat index `table` and `other` over both kinds of axes."""
+    """As `offsets_at`, for some fields, at flat indices over both kinds of axes."""
     for i in range(fields.size):
         offsets[fields[i]] = product.value_start[fields[i]]
     for kind in range(2):
