@@ -76,6 +76,9 @@ CAREFUL = 0.2
 """Share of the tolerance up to which the error of a design solved in lanes may be estimated: what
 the coarse level misses is judged by the last term taken, which can be small by chance."""
 
+BOUNDED = 0.5
+"""The same for what the coarse nodes see wrongly of the mean speed, which is a bound."""
+
 LANES, NUMBERS = lanes.LANES, lanes.NUMBERS
 """Constants to the compiler, which attributes of modules are not."""
 
@@ -475,10 +478,12 @@ def store_block(
     wide_vectors()
     rows = on_stack(SCALAR_ROWS)
     for k in range(width_of_lanes):
-        code, error, nominal = s[lanes.CODE + k], s[lanes.ERROR + k], s[lanes.NOMINAL + k]
+        code, missed, nominal = s[lanes.CODE + k], s[lanes.ERROR + k], s[lanes.NOMINAL + k]
+        products = s[lanes.PRODUCTS + k]
+        error = missed + products
         high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
         mean = nominal * s[lanes.MEAN + k]
-        exact = (low > 0.0) & (error <= CAREFUL * tolerance)
+        exact = (low > 0.0) & (missed <= CAREFUL * tolerance) & (products <= BOUNDED * tolerance)
         code = lanes.LEFT if (code == CONVERGED) & (not exact) else code
         s[lanes.CODE + k] = code
         nothing = 0.0 if code == CONVERGED else math.nan

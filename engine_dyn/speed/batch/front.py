@@ -14,7 +14,7 @@ from engine_dyn.speed.batch.driver import keys_of, march_lanes, solve_own, write
 from engine_dyn.speed.batch.scratch import BlockScratch, make_block_scratch
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.pieces import FEWEST, PIECE, Progress, run_pieces, shared_by
-from engine_dyn.types import Booleans, Floats, Integers
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["FEWEST_IN_LANES", "REFINEMENTS", "BatchSolver", "can_solve", "refinement_for"]
 
@@ -27,6 +27,9 @@ of 2e-6 where it is strong."""
 PIECE_IN_LANES = 65536
 """Designs of one call at most in lanes: each begins with a table, as long as a thousand designs, or
 sorts them by their shared ones."""
+
+MOST_SORTED = 262144
+"""Designs that are sorted at a time: more would lie too far apart to be read fast."""
 
 FEWEST_IN_LANES, ANGLES_OF_DESIGN = 4096, 32
 """Designs that are worth a thread in lanes, a fraction of a microsecond each, and the angles of a
@@ -140,72 +143,74 @@ class BatchSolver:
 
         With `finer`, from as many harmonics as there are.
         """
+        problem = self.problem
+        for begin in range(0, problem.size, MOST_SORTED):
+            end = min(begin + MOST_SORTED, problem.size)
+            self._solve_sorted(begin, end, progress, finer)
+
+    def _solve_sorted(self, begin: int, end: int, progress: Progress | None, finer: bool) -> None:
+        """Solve the designs begin .. end - 1, in the order of their diagrams.
+
+        So the designs of a block lie between the same two diagrams, and few blocks are not full.
+        """
         problem, product = self.problem, self.problem.product
         rows = problem.family.row_count
-        seen = np.zeros(harmonics.INTERVAL_COUNT * rows + 1, dtype=np.bool_)
+        keys = np.empty(end - begin, dtype=np.int64)
 
-        def look(begin: int, end: int) -> None:
-            keys = np.empty(end - begin, dtype=np.int64)
-            keys_of(begin, end, rows, product, keys)
-            seen[keys] = True
+        def look(first: int, last: int) -> None:
+            keys_of(begin + first, begin + last, rows, product, keys[first:last])
 
-        run_pieces(problem.size, look, problem.threads, None, PIECE_IN_LANES, PIECE_IN_LANES)
-        beyond, seen[-1] = seen[-1], False
-        wanted = np.flatnonzero(seen)
-        few = wanted < harmonics.FEW_INTERVALS * (0 if finer else rows)
-        if few.any():
-            told = progress if few.all() else None
-            self._solve_with_terms(harmonics.FEW_TERMS, wanted[few], rows, told)
-        if not few.all():
-            self._solve_with_terms(harmonics.MANY_TERMS, wanted[~few], rows, progress)
-        if beyond:
-            self._defer_beyond(rows)
+        run_pieces(keys.size, look, problem.threads, None, PIECE_IN_LANES, PIECE_IN_LANES)
+        # Short numbers sort faster; the designs beyond all intervals, with key -1, come last.
+        small = np.min_scalar_type(harmonics.INTERVAL_COUNT * rows)
+        order = np.argsort(keys.astype(small), kind="stable")
+        few = 0 if finer else harmonics.FEW_INTERVALS * rows
+        beyond_all = int(np.count_nonzero(keys < 0))
+        ends = int(np.count_nonzero(keys < few)) - beyond_all, keys.size - beyond_all
+        for terms, first, last in (
+            (harmonics.FEW_TERMS, 0, ends[0]), (harmonics.MANY_TERMS, ends[0], ends[1]),
+        ):  # fmt: skip
+            if first < last:
+                self._solve_with_terms(terms, begin, order[first:last], keys, progress)
+        if ends[1] < order.size:
+            beyond = np.sort(order[ends[1] :])
+            self.deferred(begin + beyond, problem.threads)
+            if progress:
+                progress(beyond.size)
 
     def _solve_with_terms(
-        self, terms: int, wanted: Integers, rows: int, progress: Progress | None
+        self, terms: int, begin: int, order: Integers, keys: Integers, progress: Progress | None
     ) -> None:
-        """Solve the designs of some keys, for which so many harmonics suffice."""
-        problem, product = self.problem, self.problem.product
+        """Solve designs in this order, for which so many harmonics suffice."""
+        problem = self.problem
+        rows = problem.family.row_count
         members = problem.cylinders.representatives_of(problem.repeats)
-        threads = problem.threads // shared_by(problem.size, problem.threads, FEWEST_IN_LANES)
-        small = np.min_scalar_type(harmonics.INTERVAL_COUNT * rows)  # short numbers sort faster
+        left: list[Integers] = []
         with harmonics.curves_of(
             problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
             self.refinement, terms,
         ) as curves:  # fmt: skip
-            of_row = wanted[np.argsort(wanted % rows, kind="stable")]
-            groups = np.array_split(of_row, -(-of_row.size // max(1, curves.most // 2)))
-            for number, group in enumerate(groups):
+            sorted_keys = keys[order]
+            for first, last in curves.groups_of(sorted_keys, rows):
                 curves.provide(
-                    problem.family, group // rows, group % rows, rows - 1, problem.threads
+                    problem.family, np.unique(sorted_keys[first:last]), rows, problem.threads
                 )
-                mine = np.zeros(harmonics.INTERVAL_COUNT * rows + 1, dtype=np.bool_)
-                mine[group] = True
+                chosen = order[first:last]
 
                 def job(
-                    begin: int, end: int, mine: Booleans = mine, curves: harmonics.Curves = curves
-                ) -> None:
-                    keys = np.empty(end - begin, dtype=np.int64)
-                    keys_of(begin, end, rows, product, keys)
-                    order = np.argsort(keys.astype(small), kind="stable")
-                    order = order[mine[keys[order]]]
-                    deferred = np.empty(order.size, dtype=np.int64)
+                    one: int, other: int, chosen: Integers = chosen,
+                    curves: harmonics.Curves = curves,
+                ) -> None:  # fmt: skip
+                    deferred = np.empty(other - one, dtype=np.int64)
                     count = solve_own(
-                        *self._form(), begin, order, keys, rows, curves.place_of, rows - 1,
-                        lanes.LANES, self.refinement, problem.width, product, curves.works,
-                        problem.choice, problem.results, self._scratch(),
+                        *self._form(), begin, chosen[one:other], keys, rows, curves.place_of,
+                        rows - 1, lanes.LANES, self.refinement, problem.width, problem.product,
+                        curves.works, problem.choice, problem.results, self._scratch(),
                         harmonics.make_own(problem.nodes, self.refinement, curves.works), deferred,
                     )  # fmt: skip
-                    self.deferred(np.sort(deferred[:count]), threads)
+                    left.append(deferred[:count])
 
-                told = progress if number == len(groups) - 1 else None
                 run_pieces(
-                    problem.size, job, problem.threads, told, PIECE_IN_LANES, FEWEST_IN_LANES
+                    chosen.size, job, problem.threads, progress, PIECE_IN_LANES, FEWEST_IN_LANES
                 )
-
-    def _defer_beyond(self, rows: int) -> None:
-        """Defer the designs whose crank ratio is in no interval."""
-        problem = self.problem
-        keys = np.empty(problem.size, dtype=np.int64)
-        keys_of(0, problem.size, rows, problem.product, keys)
-        self.deferred(np.flatnonzero(keys < 0), problem.threads)
+        self.deferred(np.sort(np.concatenate(left)), problem.threads)

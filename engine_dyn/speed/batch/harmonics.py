@@ -19,6 +19,7 @@ on what else is in the sweep.
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 from collections.abc import Iterator
@@ -117,7 +118,7 @@ __all__ = [
     "own_pairs",
 ]
 
-INTERVALS = (0.0, 0.15, 0.25, 0.35, LARGEST_RATIO[FEW_TERMS], 0.6, LARGEST_RATIO[MANY_TERMS])
+INTERVALS = (0.0, 0.2, 0.36, LARGEST_RATIO[FEW_TERMS], 0.6, LARGEST_RATIO[MANY_TERMS])
 """Ends of the intervals of crank ratios over which bounds hold."""
 
 INTERVAL_COUNT = len(INTERVALS) - 1
@@ -154,7 +155,7 @@ SAME, TINY = 1e-11, 1e-14
 ROWS_AT_ONCE = 64
 """Diagrams whose pressures are tabulated at a time."""
 
-LARGEST_BYTES, KEPT_BYTES = 48_000_000, 96_000_000
+LARGEST_BYTES, KEPT_BYTES = 48_000_000, 128_000_000
 """Works of one arrangement, and those of all arrangements of a family that are kept."""
 
 SIDE, SIDE_ROWS = 8, 8 * LANES
@@ -492,25 +493,33 @@ class Curves:
         self.works.image[:] = images_of(self.works.coarse[:WORKS_BEFORE_ROWS])
         self._sines: Floats | None = None
 
-    def provide(
-        self, family: Family, intervals: Integers, rows: Integers, last_row: int, threads: int
-    ) -> None:
-        """Build what is missing for designs in these intervals of crank ratios, from these rows on.
+    def groups_of(self, keys: Integers, rows: int) -> list[tuple[int, int]]:
+        """Cut sorted keys, interval * rows + row, into groups whose works are kept at once."""
+        if rows <= self.most:
+            return [(0, keys.size)]
+        # A key needs its own diagram and the next one.
+        different = np.unique(keys)
+        most = max(1, self.most // 2)
+        starts = np.searchsorted(keys, different[::most])
+        return list(itertools.pairwise([*starts.tolist(), keys.size]))
+
+    def provide(self, family: Family, keys: Integers, rows: int, threads: int) -> None:
+        """Build what is missing for designs of some keys.
 
         Parameters
         ----------
         family : Family
             That of the constructor, which is not kept here.
-        intervals, rows : ndarray of int, shape (N,)
-            Pairs; a row is the lower one of the two between which a design's diagram lies.
-        last_row : int
-            Last row of the family that any design needs.
+        keys : ndarray of int
+            Interval * rows + row; the row is the lower one of the two between which the diagram of
+            a design lies.
+        rows : int
+            Rows of the family.
         threads : int
             Threads at most.
         """
-        pairs = np.concatenate(
-            [np.stack([intervals, rows]), np.stack([intervals, np.minimum(rows + 1, last_row)])], 1
-        )
+        after = np.minimum(keys % rows + 1, rows - 1)
+        pairs = np.stack([np.tile(keys // rows, 2), np.concatenate([keys % rows, after])])
         needed = np.unique(pairs[1])
         missing = needed[self.place_of[needed] < 0]
         if np.count_nonzero(self.place_of >= 0) + missing.size > self.most:
