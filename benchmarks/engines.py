@@ -241,14 +241,12 @@ def report(size: int) -> str:
         "- Where designs share a table, a design costs what its period has of nodes: cylinders "
         "of unequal mass repeat once a cycle instead of Z times, with as many nodes a cycle. An "
         "offset and friction over the stroke cost nothing beyond making their table.",
-        "- Tables of even, equal, centred engines, each for few designs, are interpolated in "
-        "the crank ratio between shared ones. With an offset (over the crank radius), friction "
-        "over the stroke (whose level follows p_max and piston speed) or throws of unequal "
-        "radius (whose crank ratios leave the panels) each design has its own: 720 nodes and "
-        "4320 points of quadrature for each representative cylinder, some two nanoseconds a "
-        "point and some twenty a node; friction takes its means first and so twice as long. "
-        "Interpolating in a second variable would take ten times the shared tables; it is not "
-        "done.",
+        "- Centred engines with equal throws, each table of which few designs have in common, add "
+        "up curves from harmonics of the piston velocity. With an offset (over the crank radius), "
+        "friction over the stroke (whose level follows p_max and piston speed) or throws of "
+        "unequal radius each design has a table of its own: 720 nodes and 4320 points of "
+        "quadrature for each representative cylinder, some two nanoseconds a point and some "
+        "twenty a node; friction takes its means first and so twice as long.",
         "- Parameters of single cylinders (`mass_factor_3`) make each design an engine of its "
         "own, with diagrams sampled anew: some milliseconds, ten times that of a table.",
         "",

@@ -29,7 +29,7 @@ WHERE = {
     "stiff": "engine_dyn.speed.general.stiff",
     "batch": "engine_dyn.speed.batch.lanes",
     "two grids": "engine_dyn.speed.batch.levels",
-    "panels": "engine_dyn.speed.batch.panels",
+    "harmonics": "engine_dyn.geometry.velocity_harmonics",
     "speeds": "engine_dyn.speed.general.speeds",
     "diesel cycle": "engine_dyn.pressure.diesel_cycle",
 }
@@ -53,7 +53,9 @@ def numbers_in(function: Callable[..., Any]) -> list[float]:
 def gauss_points() -> list[Row]:
     """Three-point Gauss-Legendre on [0, 1]."""
     node, weight = np.polynomial.legendre.leggauss(3)
-    points, weights = of_code("work tables", "GAUSS_POINTS"), of_code("work tables", "_WEIGHTS")
+    points = of_code("work tables", "GAUSS_POINTS")
+    end, middle = of_code("work tables", "END_WEIGHT"), of_code("work tables", "MIDDLE_WEIGHT")
+    weights = (end, middle, end)
     rows = [
         ("(49)", f"Gauss point {i + 1}", 0.5 * (1.0 + node[i]), points[i], 1e-15) for i in range(3)
     ]
@@ -192,7 +194,7 @@ def series() -> list[Row]:
 
 
 def two_grids() -> list[Row]:
-    """Series of the work, and panels of crank ratios."""
+    """Series of the work, and harmonics of the velocity."""
     terms, most = of_code("two grids", "SERIES_OF_WORK"), of_code("two grids", "MOST_IN_SERIES")
     largest = of_code("two grids", "LARGEST_STEP")
     rate = 0.5 * largest * most
@@ -210,10 +212,18 @@ def two_grids() -> list[Row]:
         ("(106)", "decays at Chebyshev's points", 0.0,
          float(np.abs(of_code("two grids", "SERIES_DECAYS") - decays).max()), 1e-15),
     ]  # fmt: skip
-    shrink, points = of_code("panels", "SHRINK"), of_code("batch", "POINTS")
-    place = (1.0 + shrink) / (1.0 - shrink)
-    spread = place + math.sqrt(place * place - 1.0)
-    rows.append(("(107)", "panels, error (1e-10 stated)", 0.0, 2.0 * spread**-points, 3e-10))
+    angle = np.linspace(0.0, 2.0 * math.pi, 4096, endpoint=False)
+    for terms, ratio in of_code("harmonics", "LARGEST_RATIO").items():
+        sine, cosine = np.sin(angle), np.cos(angle)
+        velocity = sine * (1.0 + ratio * cosine / np.sqrt(1.0 - (ratio * sine) ** 2))
+        of_velocity, of_square = (
+            np.abs(np.fft.rfft(curve)) / 2048 for curve in (velocity, velocity**2)
+        )
+        order = np.arange(of_velocity.size)
+        left = float((of_velocity[2 * terms - 1 :] / order[2 * terms - 1 :]).sum())
+        rows.append(("(107)", f"work beyond {terms} terms", 0.0, left, 1e-11))
+        left = float(of_square[2 * terms + 1 :].sum())
+        rows.append(("(107)", f"square beyond {2 * terms} terms", 0.0, left, 3.5e-10))
     return rows
 
 

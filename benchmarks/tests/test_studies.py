@@ -24,10 +24,6 @@ row of a family of diagrams."""
 ALLOWED = 0.1
 """Calls of Python that a further design may bring, because a few more rows are needed."""
 
-OF_TABLES = ("build_panel",)
-"""Kernels that are called once for each table that designs share. Tables are limited in number by
-the rows of a family and the intervals of crank ratios, but by thousands."""
-
 solved = pytest.mark.parametrize(
     "one", [one for one in STUDIES if not one.modelled], ids=lambda one: one.name
 )
@@ -40,7 +36,7 @@ def calls_of_python(scene: dict[str, Any]) -> int:
 
     def note(frame: FrameType, event: str, _: object) -> None:
         nonlocal count
-        if event == "call" and frame.f_code.co_name not in OF_TABLES:
+        if event == "call":
             count += 1
 
     before = sys.getprofile()

@@ -36,7 +36,7 @@ many, of the orders 1, 2, 3 and so on."""
 
 LARGEST_RATIO = {FEW_TERMS: 0.45, MANY_TERMS: 0.8}
 """Largest crank ratio for which so many terms leave less than 3e-10 of the work of a pressure and
-of the square: the sums of all further orders, docs/method.md (110)."""
+of the square: the sums of all further orders, docs/method.md (107)."""
 
 
 @inlined
@@ -48,7 +48,7 @@ def order_of(term: int) -> int:
 def weights_of_samples(terms: int) -> tuple[Floats, Floats, Floats]:
     """Sines and cosines of the angles at which the velocity is sampled, and what makes terms of it.
 
-    Discrete sine transform over a quarter of a turn, docs/method.md (111). Twice as many intervals
+    Discrete sine transform over a quarter of a turn, docs/method.md (110). Twice as many intervals
     as terms would be exact up to the orders left out; half as many again make them vanish too.
 
     Parameters
@@ -71,7 +71,7 @@ def weights_of_samples(terms: int) -> tuple[Floats, Floats, Floats]:
 
 @inlined
 def squares_of(terms: int, lanes: int, velocity: Floats, squares: Floats) -> None:
-    """Cosine coefficients of v^2 from the sine coefficients of v, docs/method.md (112).
+    """Cosine coefficients of v^2 from the sine coefficients of v, docs/method.md (111).
 
     `velocity` is (terms, lane) and `squares` (2 terms, lane), flat: the orders 1 to 2 terms.
     """

@@ -37,7 +37,7 @@ from engine_dyn.speed.general.front import GeneralSolver, samples_of
 from engine_dyn.speed.general.segments import SEGMENTS
 from engine_dyn.speed.mechanisms import (
     GENERAL,
-    INTERPOLATED_TABLES,
+    OWN_CURVES,
     are_shared,
     mechanism_of,
     tally_in_use,
@@ -80,7 +80,7 @@ class Sweep:
 
     `methods` and `models` are codes, `row` is the place of the diagrams in the family, `sets` are
     the keys of `cylinders_by_count`. `shared` says that tables are common to many designs, or
-    depend on inputs over which they cannot be interpolated. With `general` the batch solver is not
+    depend on inputs that harmonics know nothing of. With `general` the batch solver is not
     used. The other fields are those of `solve`.
     """
 
@@ -166,7 +166,7 @@ def solve(
 
     Designs that miss the tolerance are solved again with four, then sixteen times the nodes. Where
     "delta_error" is wanted, all are solved a second time with four times the nodes, and with
-    interpolated tables from points half as far apart. The error follows from the difference,
+    as many harmonics as there are. The error follows from the difference,
     docs/method.md (97), and `status` says whether it is within the tolerance. It is the error of
     delta or of the smallest speed, whichever is larger; the latter where a design nearly stalls.
 
@@ -325,7 +325,7 @@ def _solve_once(
             continue
         rest = solver.solve_chosen if tally is None else tally.noting(solver.solve_chosen)
         batch = BatchSolver(problem, refinement, rest)
-        if mechanism == INTERPOLATED_TABLES:
+        if mechanism == OWN_CURVES:
             batch.solve_by_harmonics(progress, finer=iterated is not None)
         else:
             batch.solve_by_tables(progress)
@@ -384,8 +384,8 @@ def _problem_of(
         )
     refinement = 0
     if mechanism != GENERAL:
-        interpolated = mechanism == INTERPOLATED_TABLES
-        refinement = refinement_for(cylinders, bool(steep), kind, interpolated, times, fewest)
+        own = mechanism == OWN_CURVES
+        refinement = refinement_for(cylinders, bool(steep), kind, own, times, fewest)
     if not refinement:
         mechanism = GENERAL
     multiple = math.lcm(SEGMENTS, refinement * CHUNK) if refinement else SEGMENTS

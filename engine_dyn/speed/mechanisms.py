@@ -20,7 +20,7 @@ from engine_dyn.types import Integers
 
 __all__ = [
     "GENERAL",
-    "INTERPOLATED_TABLES",
+    "OWN_CURVES",
     "MECHANISMS",
     "SHARED_TABLES",
     "Tally",
@@ -31,25 +31,25 @@ __all__ = [
 ]
 
 SHARED_TABLES = "batch solver with shared tables"
-INTERPOLATED_TABLES = "batch solver with interpolated tables"
+OWN_CURVES = "batch solver with curves of each design"
 GENERAL = "general solver"
 
-MECHANISMS = (SHARED_TABLES, INTERPOLATED_TABLES, GENERAL)
+MECHANISMS = (SHARED_TABLES, OWN_CURVES, GENERAL)
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
-"""From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, tables are interpolated and not
-built: see `panels`. Results then differ by some 1e-9 from those with a table for each design."""
+"""From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, no tables are built: each design
+adds up a curve of its own, see `harmonics`. Results then differ by some 1e-9."""
 
 
 def are_shared(tables: int, designs: int, special: bool) -> bool:
-    """Whether tables are built, and not interpolated.
+    """Whether tables are built, and designs have no curves of their own.
 
     Parameters
     ----------
     tables, designs : int
         Number of tables of the whole sweep, and of designs for each.
     special : bool
-        Whether tables depend on inputs over which they cannot be interpolated.
+        Whether curves depend on inputs for which they cannot be added up from harmonics.
     """
     return tables < MANY_TABLES or designs >= FEW_DESIGNS or special
 
@@ -74,7 +74,7 @@ def mechanism_of(
     """
     if not (METHODS[choice.method].in_batch and plain and can_solve(choice)):
         return GENERAL
-    return SHARED_TABLES if shared or curves or not equal_throws else INTERPOLATED_TABLES
+    return SHARED_TABLES if shared or curves or not equal_throws else OWN_CURVES
 
 
 @dataclass

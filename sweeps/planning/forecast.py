@@ -42,9 +42,6 @@ SEARCH_STEPS = 5
 ERROR_COST = 2.0
 """Work of the second solution, from which `delta_error` follows, over that of the first."""
 
-PANELS = 5
-"""Intervals of the crank ratio between which tables are interpolated, of a usual range."""
-
 WIDTH = 100
 
 
@@ -167,7 +164,7 @@ def _torque_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
 
 def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Work of the periodic speed of all designs of a stage."""
-    from engine_dyn.speed.mechanisms import GENERAL, INTERPOLATED_TABLES
+    from engine_dyn.speed.mechanisms import GENERAL, OWN_CURVES
 
     scene, words = plan.scene, variant_words(plan.scene)
     powers = np.zeros(1)
@@ -190,8 +187,8 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
                 law = "designs" if driven_machine(scene).plain else "driven designs"
                 yield f"{solver}: {law}", each
                 continue
-            if solver == INTERPOLATED_TABLES:
-                yield f"{solver}: tables", share * min(2 * tables, _interpolated(plan))
+            if solver == OWN_CURVES:
+                yield f"{solver}: tables", share * min(2 * tables, _diagrams(plan))
             else:
                 yield f"{solver}: {'special ' if special else ''}tables", share * tables
             if model == "variable":
@@ -201,15 +198,14 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
             yield f"{solver}: designs that iterate", each * (1.0 - direct)
 
 
-def _interpolated(plan: Plan) -> int:
-    """About how many tables others are interpolated between."""
+def _diagrams(plan: Plan) -> int:
+    """About how many diagrams designs add up their curves from."""
     leaves = plan.leaves
-    ratios = leaves["crank_ratio"].data if "crank_ratio" in leaves else 0.0
     loads = leaves["load"].data if "load" in leaves else np.zeros(plan.designs)
     cycles = np.unique(leaves["cycle"].data).size
     rows = min(leaves["family"].data.row_count, 2 * np.unique(loads).size * cycles) + 1
     sets = np.unique(leaves["cylinder_set"].data).size
-    return int(rows * sets * (PANELS if np.ndim(ratios) else 1))
+    return int(rows * sets)
 
 
 def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:

@@ -10,7 +10,7 @@ import pytest
 import sweeps
 from engine_dyn.speed.mechanisms import (
     GENERAL,
-    INTERPOLATED_TABLES,
+    OWN_CURVES,
     SHARED_TABLES,
     Tally,
     are_shared,
@@ -34,7 +34,7 @@ def solved(**tables: Any) -> tuple[Tally, Any]:
         ({"axes": {"inertia": INERTIA.tolist()}}, SHARED_TABLES),
         (
             {"designs": {"inertia": INERTIA, "crank_ratio": np.linspace(0.2, 0.3, 200)}},
-            INTERPOLATED_TABLES,
+            OWN_CURVES,
         ),
         ({"axes": {"inertia": INERTIA.tolist()}, "solver": {"method": "newton"}}, GENERAL),
     ],

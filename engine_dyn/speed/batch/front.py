@@ -56,14 +56,14 @@ def is_steep(exponent: Floats) -> Integers:
 
 
 def refinement_for(
-    cylinders: Cylinders, steep: bool, kind: int, interpolated: bool, repeats: int, nodes: int
+    cylinders: Cylinders, steep: bool, kind: int, own: bool, repeats: int, nodes: int
 ) -> int:
     """Nodes of a table for each coarse node; 0 where the tables would be too large.
 
     `nodes` are those that a whole cycle needs at least.
     """
-    # Interpolated tables do not know what coarse nodes see wrongly of the logarithm.
-    fine = cylinders.count > FEW_CYLINDERS or steep or (interpolated and kind == 0)
+    # Curves of each design do not know what coarse nodes see wrongly of the logarithm.
+    fine = cylinders.count > FEW_CYLINDERS or steep or (own and kind == 0)
     refinement = REFINEMENTS[fine]
     return refinement if nodes <= lanes.MOST_NODES * refinement * repeats else 0
 

@@ -2,7 +2,7 @@
 
 The work of the gas is linear in the reduced velocity, and this is a sum of few sines whose factors
 depend on the crank ratio alone (`engine_dyn.geometry.velocity_harmonics`). So the work P of a
-pressure p at any crank ratio is a sum of its works against these sines, docs/method.md (113):
+pressure p at any crank ratio is a sum of its works against these sines, docs/method.md (112):
 
     P(phi) = sum_t gamma_t(lambda) P_t(phi),    P_t = int sum_i p_i sin(k_t phi_i) dphi
 
@@ -257,15 +257,25 @@ def store_term(
 
 
 @kernel
-def build_diagram(
-    place: int, row: int, width: float, ratio: int, sines: Floats, grid: Grid, works: Works,
-    terms: Floats,
+def build_diagrams(
+    places: Integers, rows: Integers, width: float, ratio: int, sines: Floats, grid: Grid,
+    works: Works, terms: Floats,
 ) -> None:  # fmt: skip
-    """Works of diagram `row` of the grid against all terms, docs/method.md (113).
+    """Works of the diagrams `rows` of the grid against all terms, docs/method.md (112).
 
     `sines` is (term, 7, cylinder and step): the sine of each term at the six quadrature points of
     an interval and at its node. `terms` is scratch (5, node); a period is that many nodes.
     """
+    for i in range(places.size):
+        build_diagram(places[i], rows[i], width, ratio, sines, grid, works, terms)
+
+
+@inlined
+def build_diagram(
+    place: int, row: int, width: float, ratio: int, sines: Floats, grid: Grid, works: Works,
+    terms: Floats,
+) -> None:  # fmt: skip
+    """Works of one diagram, arguments as of `build_diagrams`."""
     value, slope, middle, work, before = terms[0], terms[1], terms[2], terms[3], terms[4]
     nodes = value.size
     pressure, at_node = grid.at_quadrature[row], grid.at_node[row]
@@ -363,8 +373,8 @@ def build_common(
 @kernel
 def build_bounds(
     interval: int,
-    bound: int,
-    row: int,
+    bounds: Integers,
+    rows: Integers,
     ends: Floats,
     width: float,
     ratio: int,
@@ -375,11 +385,24 @@ def build_bounds(
     rates: Floats,
     levels: Levels,
 ) -> None:
-    """Bounds of a diagram, in place `bound`, for crank ratios between the two `ends`.
+    """Bounds of the diagrams `rows`, in the places `bounds`, for an interval with these `ends`.
 
     With row -1, those of a pressure of 1 and of the squared velocity. From tables at the ends and
     in the middle; the other arrays are scratch.
     """
+    for i in range(rows.size):
+        build_bound(
+            interval, bounds[i], rows[i], ends, width, ratio, grid, works, table, middles, rates,
+            levels,
+        )  # fmt: skip
+
+
+@inlined
+def build_bound(
+    interval: int, bound: int, row: int, ends: Floats, width: float, ratio: int, grid: Grid,
+    works: Works, table: Floats, middles: Floats, rates: Floats, levels: Levels,
+) -> None:  # fmt: skip
+    """Bounds of one diagram, arguments as of `build_bounds`."""
     nodes = table.shape[1]
     unit = row < 0
     # A crankcase at -1 under no pressure: what is left is a pressure of 1.
@@ -540,38 +563,42 @@ class Curves:
         self, rows: Integers, grid: Grid, missing: Booleans, pairs: Integers, threads: int
     ) -> None:
         """Build the works of the `missing` ones of some rows, and the bounds of all."""
-        work: list[tuple[int, int, int]] = []  # interval, place or bound, row of the grid
-        for i in np.flatnonzero(missing).tolist():
-            work.append((BEYOND, int(self.place_of[rows[i]]), i))
-        for interval in np.unique(pairs[0]).tolist():
-            if not self.bounded[interval, 0]:
-                work.append((interval, 0, -1))
-                self.bounded[interval, 0] = True
-            here = np.unique(pairs[1, pairs[0] == interval])
-            for i in np.flatnonzero(np.isin(rows, here)).tolist():
-                bound = int(self.place_of[rows[i]]) - WORKS_BEFORE_ROWS + BOUNDS_BEFORE_ROWS
-                if not self.bounded[interval, bound]:
-                    work.append((interval, bound, i))
-                    self.bounded[interval, bound] = True
         sines = self._sines_of(grid)
-        points = grid.node_sine.size
+        chosen = np.flatnonzero(missing)
+        places = self.place_of[rows]
+
+        def build_works(begin: int, end: int) -> None:
+            some = chosen[begin:end]
+            build_diagrams(
+                places[some], some, self.width, self.refinement, sines, grid, self.works,
+                np.empty((5, self.nodes)),
+            )  # fmt: skip
+
+        run_pieces(chosen.size, build_works, threads, None, fewest=8)
+        for interval in np.unique(pairs[0]).tolist():
+            bounds = places - WORKS_BEFORE_ROWS + BOUNDS_BEFORE_ROWS
+            wanted = np.isin(rows, pairs[1, pairs[0] == interval])
+            wanted &= ~self.bounded[interval, bounds]
+            of_rows, of_bounds = np.flatnonzero(wanted), bounds[wanted]
+            if not self.bounded[interval, 0]:
+                of_rows, of_bounds = np.append(of_rows, -1), np.append(of_bounds, 0)
+            self.bounded[interval, of_bounds] = True
+            self._bound(interval, of_rows, of_bounds, grid, threads)
+
+    def _bound(
+        self, interval: int, rows: Integers, bounds: Integers, grid: Grid, threads: int
+    ) -> None:
+        """Build the bounds of some rows of a grid over one interval."""
+        ends = np.array(INTERVALS[interval : interval + 2])
 
         def build(begin: int, end: int) -> None:
-            terms, levels = np.empty((5, self.nodes)), make_levels(self.nodes, self.refinement)
-            table, middles = np.empty((TABLE_ROWS, self.nodes)), np.empty((4, self.nodes))
-            rates = np.empty(6 * points)
-            for interval, place, row in work[begin:end]:
-                if interval == BEYOND:
-                    build_diagram(
-                        place, row, self.width, self.refinement, sines, grid, self.works, terms
-                    )
-                    continue
-                build_bounds(
-                    interval, place, row, np.array(INTERVALS[interval : interval + 2]), self.width,
-                    self.refinement, grid, self.works, table, middles, rates, levels,
-                )  # fmt: skip
+            build_bounds(
+                interval, bounds[begin:end], rows[begin:end], ends, self.width, self.refinement,
+                grid, self.works, np.empty((TABLE_ROWS, self.nodes)), np.empty((4, self.nodes)),
+                np.empty(6 * grid.node_sine.size), make_levels(self.nodes, self.refinement),
+            )  # fmt: skip
 
-        run_pieces(len(work), build, threads, None, fewest=8)
+        run_pieces(rows.size, build, threads, None, fewest=8)
 
     @property
     def size(self) -> int:

@@ -17,7 +17,7 @@ MOST_SAMPLES = 3 * MANY_TERMS // 2
 
 @kernel
 def means_of_diagrams(pressures: Floats, sines: Floats, rows: Integers, means: Floats) -> None:
-    """Mean over angle of p sin(k phi) for every term, docs/method.md (49) and (113).
+    """Mean over angle of p sin(k phi) for every term, docs/method.md (49) and (112).
 
     `pressures` are (diagram, point) at the quadrature points of half intervals, `sines` (term,
     point). `means` (row of the family, term) gets those of `rows`.
