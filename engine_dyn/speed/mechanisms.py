@@ -72,7 +72,7 @@ def mechanism_of(
     equal_throws : bool
         Whether all crank radii are the engine's.
     """
-    if not (METHODS[choice.method].in_batch and plain and can_solve(choice)):
+    if not (METHODS[choice.method].in_batch and plain and can_solve(choice, curves)):
         return GENERAL
     return SHARED_TABLES if shared or curves or not equal_throws else OWN_CURVES
 

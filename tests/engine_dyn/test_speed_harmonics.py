@@ -1,4 +1,4 @@
-"""Tables of designs that share nothing: interpolated tables against tables of their own."""
+"""Designs that have no table in common: curves from harmonics against tables of their own."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.mechanisms import counted
 from engine_dyn.status import CONVERGED
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
@@ -47,7 +48,7 @@ def designs(count: int, family: Family, cylinders: int) -> dict[str, Any]:
 @pytest.mark.parametrize("cylinders", [1, 4])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
 @pytest.mark.parametrize("model", ["constant", "variable"])
-def test_interpolated_tables_are_as_good_as_own_ones(
+def test_curves_from_harmonics_are_as_good_as_tables(
     family: Family, cylinders: int, exponent: float, model: str
 ) -> None:
     inputs = designs(200, family, cylinders)
@@ -64,7 +65,7 @@ def test_interpolated_tables_are_as_good_as_own_ones(
 
 
 def test_order_of_designs_does_not_matter(family: Family) -> None:
-    """The company does not matter either, as long as tables are interpolated."""
+    """The company does not matter either, as long as designs have curves of their own."""
     inputs = designs(300, family, 2)
     whole = dispatch.solve(wanted=WANTED, exponent=1.0, **inputs)
     order = np.random.default_rng(1).permutation(300)[:130]
@@ -81,3 +82,49 @@ def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
     some = slice(0, 3000, 250)
     for one, place, found in zip(ratio[some], row[some], many[some], strict=True):
         assert found == pytest.approx(float(mean_gas_torque(one, place, family)), rel=1e-12)
+
+
+def test_crank_ratios_beyond_all_intervals_are_solved_too(family: Family) -> None:
+    inputs = designs(100, family, 1)
+    inputs["crank_ratio"] = np.linspace(0.7, 0.95, 100)
+    inputs["inertia"] = np.full(100, 5.0)
+    many = dispatch.solve(wanted=WANTED, exponent=2.0, **inputs)
+    known = dispatch.solve(wanted=WANTED, exponent=2.0, general=True, finer=2, **inputs)
+    good = known["status"] == CONVERGED
+    assert good.sum() > 80
+    np.testing.assert_allclose(many["delta"][good], known["delta"][good], rtol=1e-6)
+
+
+def test_company_with_a_larger_crank_ratio_does_not_matter(family: Family) -> None:
+    """How many terms are added up follows from the crank ratio of a design alone."""
+    inputs = designs(200, family, 1)
+    whole = dispatch.solve(wanted=WANTED, exponent=2.0, **inputs)
+    small = inputs["crank_ratio"] < 0.36
+    assert 0 < small.sum() < 200
+    taken = {k: v[small] if isinstance(v, np.ndarray) else v for k, v in inputs.items()}
+    part = dispatch.solve(wanted=WANTED, exponent=2.0, sharing=(200, 1), **taken)
+    for name in WANTED:
+        np.testing.assert_array_equal(part[name], whole[name][small])
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
+@pytest.mark.parametrize("model", ["constant", "variable"])
+@pytest.mark.parametrize("own", [False, True], ids=["shared", "own"])
+def test_cycle_time_is_that_of_the_general_solver(
+    family: Family, exponent: float, model: str, own: bool
+) -> None:
+    """With a table that designs have in common, and with curves of their own."""
+    inputs = designs(150, family, 1)
+    if not own:
+        inputs |= {"crank_ratio": 0.3, "row": 1.4, "scale": 1.0, "crankcase_pressure": 1e5}
+        inputs["mean_torque"] = float(np.median(inputs["mean_torque"]))
+    wanted = (*WANTED, "load_factor")
+    choice = {"closure": "cycle_time", "exponent": exponent, "inertia_model": model}
+    with counted() as tally:
+        many = dispatch.solve(wanted=wanted, **choice, **inputs)
+    known = dispatch.solve(wanted=wanted, general=True, finer=2, tolerance=1e-8, **choice, **inputs)
+    good = known["status"] == CONVERGED
+    assert good.sum() > 100 and (many["status"][good] == CONVERGED).all()
+    assert tally.deferred < 0.3 * good.size
+    for name in wanted:
+        np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)

@@ -27,6 +27,7 @@ from engine_dyn.speed.fields import (
     ROW,
     SCALE,
 )
+from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.product import (
     Product,
     count_of,
@@ -172,30 +173,39 @@ def solve_block(
     """
     coarse = levels.coarse.shape[0]
     step = width * ratio
-    lanes.prepare(
-        form, inertia, step, coarse, shape, least_square, IDLE,
-        float(NO_STEADY_STATE), invalid, levels.constants, width_of_lanes, s,
-    )  # fmt: skip
-    if len(form) != 2:  # exponent 0 has no load that its work would drive
-        lanes.end_of_work(step, width_of_lanes, levels.coarse, levels.constants, s)
-    if len(form) == 1:
-        lanes.solve_linear(form, width_of_lanes, levels.coarse, s, us, tops, lows)
-    elif len(form) == 2:
-        lanes.solve_free(inertia, width_of_lanes, levels.coarse, s, us, tops, lows)
-    else:
-        lanes.iterate(
-            form, inertia, choice.iterated, coarse * step, width_of_lanes,
-            levels.coarse, s, changes, us, rs, tops, lows,
+    timed = choice.closure == CYCLE_TIME
+    for k in range(width_of_lanes):
+        s[lanes.ENERGY_SCALE + k] = 1.0
+        s[lanes.SCALE_MOVES + k] = 0.0
+    for _ in range(lanes.MOST_SCALES):
+        lanes.prepare(
+            form, inertia, step, coarse, shape, least_square, IDLE, float(NO_STEADY_STATE), invalid,
+            levels.constants, width_of_lanes, s,
         )  # fmt: skip
-        lanes.mean_speed(form, inertia, width_of_lanes, levels, s, us)
+        if len(form) != 2:  # exponent 0 has no load that its work would drive
+            lanes.end_of_work(step, width_of_lanes, levels.coarse, levels.constants, s)
+        if len(form) == 1:
+            lanes.solve_linear(form, width_of_lanes, levels.coarse, s, us, tops, lows)
+        elif len(form) == 2:
+            lanes.solve_free(inertia, width_of_lanes, levels.coarse, s, us, tops, lows)
+        else:
+            lanes.iterate(
+                form, inertia, choice.iterated, coarse * step, width_of_lanes,
+                levels.coarse, s, changes, us, rs, tops, lows,
+            )  # fmt: skip
+            lanes.mean_speed(form, inertia, width_of_lanes, levels, s, us)
+        if not timed or not lanes.rescale(inertia, width_of_lanes, levels, s, us):
+            break
+    for k in range(width_of_lanes):
+        s[lanes.CODE + k] = lanes.LEFT if s[lanes.SCALE_MOVES + k] != 0.0 else s[lanes.CODE + k]
     if hills.candidates(
         inertia, step, least_square, width_of_lanes, levels, s, us, tops, lows
     ):  # fmt: skip
         hills.clear_ripple(form, inertia, ratio, levels, s, us, rs, tops, lows)
     hills.extremes(
-        form, inertia, step, ratio, width_of_lanes, levels, s, us, rs, tops, lows, chosen
+        form, inertia, step, ratio, timed, width_of_lanes, levels, s, us, rs, tops, lows, chosen
     )  # fmt: skip
-    store_block(count, width_of_lanes, choice.tolerance, s, places, results)
+    store_block(count, len(form) != 2, width_of_lanes, choice.tolerance, s, places, results)
 
 
 @inlined
@@ -468,7 +478,7 @@ def solve_own(
 
 @inlined
 def store_block(
-    count: int, width_of_lanes: int, tolerance: float, s: Floats, places: Integers,
+    count: int, loaded: bool, width_of_lanes: int, tolerance: float, s: Floats, places: Integers,
     results: Results,
 ) -> None:  # fmt: skip
     """Write the numbers of the first `count` lanes as `store` does, but of those that are left.
@@ -481,6 +491,8 @@ def store_block(
         code, missed, nominal = s[lanes.CODE + k], s[lanes.ERROR + k], s[lanes.NOMINAL + k]
         products = s[lanes.PRODUCTS + k]
         error = missed + products
+        scale = s[lanes.ENERGY_SCALE + k]
+        nominal *= math.sqrt(scale)
         high, low = nominal * s[lanes.TOP + k], nominal * s[lanes.BOTTOM + k]
         mean = nominal * s[lanes.MEAN + k]
         exact = (low > 0.0) & (missed <= CAREFUL * tolerance) & (products <= BOUNDED * tolerance)
@@ -492,7 +504,9 @@ def store_block(
         rows[OMEGA_MAX * lanes.LANES + k] = high + nothing
         rows[OMEGA_MIN * lanes.LANES + k] = low + nothing
         rows[OMEGA_MEAN * lanes.LANES + k] = mean + nothing
-        rows[LOAD_FACTOR * lanes.LANES + k] = 1.0 + nothing
+        # 1/mu = scale^(-alpha/2), and 1 where the scale is.
+        factor = lanes.exp_of(-s[lanes.HALF + k] * lanes.log_of(scale - 1.0)) if loaded else 1.0
+        rows[LOAD_FACTOR * lanes.LANES + k] = (factor if scale != 1.0 else 1.0) + nothing
         rows[DELTA_ERROR * lanes.LANES + k] = error + nothing
         rows[ITERATIONS * lanes.LANES + k] = s[lanes.TURNS + k] + nothing
     codes = s[lanes.CODE : lanes.CODE + lanes.LANES]

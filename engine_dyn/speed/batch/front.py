@@ -45,9 +45,9 @@ Deferred = Callable[[Integers, int], None]
 """Solves the designs that are deferred, with so many threads at most."""
 
 
-def can_solve(choice: Choice) -> bool:
-    """Whether the batch solver knows the closure, and reaches the tolerance."""
-    return choice.closure == POWER_MEAN and choice.tolerance >= LANES_TOLERANCE
+def can_solve(choice: Choice, curves: bool) -> bool:
+    """Whether the batch solver reaches the tolerance. Curves it writes for the power mean alone."""
+    return choice.tolerance >= LANES_TOLERANCE and (choice.closure == POWER_MEAN or not curves)
 
 
 def is_steep(exponent: Floats) -> Integers:

@@ -679,10 +679,13 @@ def clear_ripple(
 
 
 @formula
-def products_missed(constants: Floats, period: float, span: float, k: int, s: Floats) -> float:
+def products_missed(
+    constants: Floats, period: float, span: float, timed: bool, k: int, s: Floats
+) -> float:
     """Share of the mean speed that coarse nodes see wrongly, beyond what `lanes` knows of it.
 
-    It counts in the mean of sqrt(1 + u), and by the closure in u, with the mean square of u. Lanes
+    It counts in the mean of sqrt(1 + u), by the closure in u, and in the time of the cycle, with
+    the mean square of u. Lanes
     with tables of their own know it of P and V only, and bound the square by that of half the
     range; with a shared one, of their products too, but not of those with what the load takes of u,
     nor of the fifth order.
@@ -690,13 +693,13 @@ def products_missed(constants: Floats, period: float, span: float, k: int, s: Fl
     missed = span * span
     if constants.ndim == 1:
         missed = min(1.0, s[BETA + k] * period / math.pi + missed * span) * s[SQUARE_MEAN + k]
-    bent = 0.125 + 0.25 * abs(s[HALF + k] - 1.0)
+    bent = 0.125 + 0.25 * abs(s[HALF + k] - 1.0) + (0.375 if timed else 0.0)
     return bent * missed * constant(constants, ALIASED, k)
 
 
 @inlined
 def extremes(
-    form: Form, inertia: Inertia, step: float, ratio: int, lanes: int, levels: Levels,
+    form: Form, inertia: Inertia, step: float, ratio: int, timed: bool, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
     """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss.
@@ -721,4 +724,4 @@ def extremes(
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
-        s[PRODUCTS + k] = products_missed(levels.constants, period, span, k, s)
+        s[PRODUCTS + k] = products_missed(levels.constants, period, span, timed, k, s)

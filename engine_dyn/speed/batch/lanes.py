@@ -84,6 +84,7 @@ __all__ = [
     "iterate",
     "mean_speed",
     "prepare",
+    "rescale",
     "solve_free",
     "solve_linear",
 ]
@@ -112,7 +113,7 @@ MOST_NODES = 1024
 
 # Numbers of a design, one row of lanes each.
 SERIES_TERMS = 11
-FIELDS = 71
+FIELDS = 73
 (
     BORE, STROKE, MASS, NOMINAL, INERTIA, EXPONENT, OFFSET, MEAN_TORQUE,
     GAS, ETA, KAPPA, HALF, BETA, DECAY, GAS_WORK, ETA_WORK, GAS_HERE, ETA_HERE, RHO, SIGMA, EULER,
@@ -121,7 +122,7 @@ FIELDS = 71
     BOTTOM, TOP_LAST, BOTTOM_LAST, PEAK, MISS, WIDE, ERROR, ROW_TABLE, NEXT_TABLE, SWING,
     LOOSE, TURNS, FIRST_SUM, SPEED_SUM, SLACK, THIN,
     TOP_HILLS, BOTTOM_HILLS, PRODUCT, TOP_RIPPLE, BOTTOM_RIPPLE, TOP_TILT, BOTTOM_TILT, MOVING,
-    MOVES, KEEPS, MORE, PRODUCTS,
+    MOVES, KEEPS, MORE, PRODUCTS, ENERGY_SCALE, SCALE_MOVES,
 ) = (row * LANES for row in range(FIELDS))  # fmt: skip
 
 NUMBERS = FIELDS * LANES
@@ -147,6 +148,10 @@ MOST_PASSES = 10
 
 FREE_STEP = 1e-3
 """Largest step of the closure that its first two derivatives give to rounding."""
+
+MOST_SCALES, SCALE_STEP = 8, 1e-9
+"""Solutions of the power mean at most on the way to a cycle time, and the step of the energy scale
+at which it is found."""
 
 LARGEST_ALIAS = 1e-3
 """Largest share of a table that the coarse level may see wrongly; of usual ones it is 1e-4."""
@@ -326,12 +331,14 @@ def prepare(
         throw = s[MASS + k] * radius * radius
         square = s[NOMINAL + k] * s[NOMINAL + k]
         # Divisions take as long as ten multiplications: one for two.
-        inverse = 1.0 / (s[INERTIA + k] * square)
+        inverse = 1.0 / (s[INERTIA + k] * square * s[ENERGY_SCALE + k])
         per_energy = 2.0 * inverse
         surplus = s[MEAN_TORQUE + k] - s[OFFSET + k]
         swing = idle * (lever * s[SWING + k] + throw * square * swing_shape)
         g = lever * per_energy
         eta = throw * (inverse * square)
+        if variable:  # the inertia has no energy scale
+            eta *= s[ENERGY_SCALE + k]
         half = 0.5 * s[EXPONENT + k] if not free else 0.0
         a = half if not free else 1.0
         kappa = surplus * per_energy if not free else 0.0
@@ -1051,3 +1058,72 @@ def mean_speed(
         exact_mean(inertia, lanes, coarse, s, us)
     for k in range(lanes):
         s[MEAN + k] = 1.0 + s[MEAN + k] / nodes + s[ALIAS_SPEED + k]
+
+
+@inlined
+def mean_inverse(
+    inertia: Inertia, lanes: int, coarse: Floats, constants: Floats, s: Floats, us: Floats
+) -> None:
+    """FIRST_SUM becomes the mean of 1/sqrt(q): the time of the cycle over that at nominal speed."""
+    wide_vectors()
+    nodes = coarse.shape[0]
+    for k in range(lanes):
+        s[FIRST_SUM + k] = 0.0
+    for group in range(nodes // CHUNK):
+        row = (CHUNK * group + PAD) * LANES
+        for k in range(lanes):
+            moved = 0.0 if len(inertia) == 2 else s[MOVED + k]
+            u0, u1 = us[row + k] + moved, us[row + LANES + k] + moved
+            u2, u3 = us[row + 2 * LANES + k] + moved, us[row + 3 * LANES + k] + moved
+            i0, i1, i2, i3 = inverses(
+                1.0 + 0.5 * u0 + root_series(u0), 1.0 + 0.5 * u1 + root_series(u1),
+                1.0 + 0.5 * u2 + root_series(u2), 1.0 + 0.5 * u3 + root_series(u3),
+            )  # fmt: skip
+            s[FIRST_SUM + k] += (i0 + i1) + (i2 + i3)
+    if beyond_series(lanes, s):
+        for k in range(lanes):
+            s[FIRST_SUM + k] = 0.0 if s[WIDE + k] != 0.0 else s[FIRST_SUM + k]
+        for n in range(nodes):
+            row = (n + PAD) * LANES
+            for k in range(lanes):
+                q = 1.0 + us[row + k] + (0.0 if len(inertia) == 2 else s[MOVED + k])
+                s[FIRST_SUM + k] += 1.0 / math.sqrt(q) if s[WIDE + k] != 0.0 else 0.0
+    for k in range(lanes):
+        g, eta = s[GAS + k], s[ETA + k]
+        if constants.ndim == 2:
+            seen = -0.5 * (g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k])
+        else:
+            seen = alias(-0.5, False, len(inertia) == 2, True, g, eta, constants)
+        if len(inertia) == 2:
+            # The closure's step is as small as its tolerance, as in `mean_speed`.
+            seen -= 0.5 * s[MOVED + k] * (1.0 + eta * eta * constant(constants, VV, k))
+        s[FIRST_SUM + k] = s[FIRST_SUM + k] / nodes + seen
+
+
+@inlined
+def rescale(inertia: Inertia, lanes: int, levels: Levels, s: Floats, us: Floats) -> bool:
+    """Next energy scale on the way to the nominal cycle time; whether that of any lane moves.
+
+    docs/method.md (77): with q = rho times a solution of the power mean for energies over rho, the
+    time of the cycle is that solution's over sqrt(rho). Its excess over 1 falls about as 1/rho^2,
+    so that three solutions are usual. A lane whose scale is found keeps it, and its numbers too.
+    """
+    wide_vectors()
+    mean_inverse(inertia, lanes, levels.coarse, levels.constants, s, us)
+    moving = 0.0
+    for k in range(lanes):
+        scale = s[ENERGY_SCALE + k]
+        excess = (s[FIRST_SUM + k] - 1.0) * scale * scale
+        x = scale
+        for _ in range(4):
+            root, inverse = math.sqrt(x), 1.0 / x
+            value = root - 1.0 - excess * inverse * inverse
+            x -= value / (0.5 / root + 2.0 * excess * inverse * inverse * inverse)
+            x = min(4.0, max(0.25, x))
+        step = abs(x - scale)
+        # Not `step > ...`: what is no number does not move.
+        moves = step > SCALE_STEP and s[CODE + k] == 0.0
+        s[ENERGY_SCALE + k] = x if moves else scale
+        s[SCALE_MOVES + k] = 1.0 if moves else 0.0
+        moving += s[SCALE_MOVES + k]
+    return moving > 0.0
