@@ -83,10 +83,12 @@ def _solution(law: str, angle: str) -> Node:
 def _inertia_search(solution: Node) -> Node:
     """Return the stage that finds the inertia for a wanted delta, beside one that solves."""
     needs = [need for need in solution.needs if need not in ("inertia", "crank_angle")]
+    # Of a load over speed alone, the search finds its start by itself, and faster.
+    swing = ("energy_swing",) if "driven" in needs else ()
     return replace(
         solution, name="inertia_search", long_name="inertia for the wanted delta",
         gives=("inertia_required", "search_status"), make=_search,
-        needs=(*needs, "wanted_delta", "energy_swing"), source="this project",
+        needs=(*needs, "wanted_delta", *swing), source="this project",
     )  # fmt: skip
 
 

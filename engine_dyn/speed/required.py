@@ -40,6 +40,11 @@ LONGEST_STEP = np.log(16.0)
 SLOPES = -4.0, -0.25
 """Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
 
+HEAVY, HIGH_PRESSURE = 100.0, 1e7
+"""The energy swing is taken from the fluctuation with an inertia of so many times that whose kinetic
+energy is the work of one stroke under this pressure [Pa], and that of the reciprocating masses:
+delta is then small, some 1e-3, and proportional to the swing."""
+
 FEW = 0.25
 """Fraction of the designs: when no more than that remain, they are solved by themselves, without
 tables in common."""
@@ -79,7 +84,7 @@ class Required(NamedTuple):
 
 
 def solve_for_inertia(
-    *, wanted_delta: Any, energy_swing: Any, tolerance: float = 1e-6, **given: Any
+    *, wanted_delta: Any, energy_swing: Any = None, tolerance: float = 1e-6, **given: Any
 ) -> Required:
     """Find the inertia that gives a wanted delta, for every design of a product of axes.
 
@@ -87,9 +92,10 @@ def solve_for_inertia(
     ----------
     wanted_delta : array_like
         Coefficient of speed fluctuation wanted, above 0.
-    energy_swing : array_like
+    energy_swing : array_like, optional
         Range of the work of the torque, less a load over angle and the mean [J], from which the
-        search starts, docs/method.md (85).
+        search starts, docs/method.md (85). Without it, for a load over speed alone, it follows from
+        the fluctuation with a large inertia.
     tolerance : float
         Relative error of delta aimed at.
     **given
@@ -104,7 +110,10 @@ def solve_for_inertia(
         k: v for k, v in given.items() if k in _WHOLE and k not in ("wanted", "crank_angle")
     }
     progress = whole.pop("progress", None)
-    goal, swing = np.asarray(wanted_delta, dtype=float), np.asarray(energy_swing, dtype=float)
+    goal = np.asarray(wanted_delta, dtype=float)
+    if energy_swing is None:
+        energy_swing = _swing_of_heavy(whole, columns)
+    swing = np.asarray(energy_swing, dtype=float)
     shape = np.broadcast_shapes(goal.shape, swing.shape, *(c.shape for c in columns.values()))
     size = int(np.prod(shape, dtype=np.int64))
 
@@ -135,6 +144,23 @@ def solve_for_inertia(
         found.inertia.reshape(shape), found.status.reshape(shape), found.largest.reshape(shape),
         found.lightest.reshape(shape),
     )  # fmt: skip
+
+
+def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
+    """Energy swing [J] of designs, from delta with a large inertia and a constant load torque.
+
+    docs/method.md (85), whose error is that of delta squared; many designs take a fraction of the
+    time of the extremes of the work. Where there is no periodic speed, some swing from which the
+    search can find out why.
+    """
+    area = 0.25 * np.pi * columns["bore"] ** 2
+    radius, speed = 0.5 * columns["double_radius"], columns["speed"]
+    energy = 2.0 * radius * area * HIGH_PRESSURE + columns["mass"] * (radius * speed) ** 2
+    heavy = HEAVY * energy / speed**2
+    calm = {"exponent": 0.0, "inertia_model": "constant", "method": "auto", "inertia": heavy}
+    found = dispatch.solve(**{**whole, **columns, **calm, "wanted": ("delta",)})
+    swing = found["delta"] * heavy * speed**2
+    return np.asarray(np.where(np.isfinite(swing), swing, energy), dtype=float)
 
 
 def search(
