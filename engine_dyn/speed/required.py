@@ -41,9 +41,9 @@ SLOPES = -4.0, -0.25
 """Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
 
 HEAVY, HIGH_PRESSURE = 100.0, 1e7
-"""The energy swing is taken from the fluctuation with an inertia of so many times that whose kinetic
-energy is the work of one stroke under this pressure [Pa], and that of the reciprocating masses:
-delta is then small, some 1e-3, and proportional to the swing."""
+"""The energy swing is taken from the fluctuation with an inertia of so many times that whose
+kinetic energy is the work of one stroke under this pressure [Pa], and that of the reciprocating
+masses: delta is then small, some 1e-3, and proportional to the swing."""
 
 FEW = 0.25
 """Fraction of the designs: when no more than that remain, they are solved by themselves, without
