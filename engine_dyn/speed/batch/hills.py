@@ -46,7 +46,6 @@ from engine_dyn.speed.batch.lanes import (
     NEXT_TABLE,
     PAD,
     PEAK,
-    PRODUCTS,
     ROW_TABLE,
     SLACK,
     SQUARE_MEAN,
@@ -702,10 +701,7 @@ def extremes(
     form: Form, inertia: Inertia, step: float, ratio: int, timed: bool, lanes: int, levels: Levels,
     s: Floats, us: Floats, rs: Floats, tops: Floats, lows: Floats, chosen: Integers,
 ) -> None:  # fmt: skip
-    """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss.
-
-    PRODUCTS is what the coarse nodes see wrongly of the mean speed, a bound of its own.
-    """
+    """TOP and BOTTOM become the largest and smallest speed over nominal, ERROR what they miss."""
     wide_vectors()
     period = step * levels.coarse.shape[0]
     for side in range(2):
@@ -724,4 +720,4 @@ def extremes(
         span = s[TOP + k] - s[BOTTOM + k]
         rounding = ROUNDING * (1.0 + CANCELLED * s[ETA + k])
         s[ERROR + k] = (s[ERROR + k] + rounding) / span if span > 0.0 else 0.0
-        s[PRODUCTS + k] = products_missed(levels.constants, period, span, timed, k, s)
+        s[ERROR + k] += products_missed(levels.constants, period, span, timed, k, s)
