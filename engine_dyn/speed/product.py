@@ -5,10 +5,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.fields import INPUTS
+from engine_dyn.speed.fields import INPUTS, OUTPUT
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Product", "count_of", "offsets_at", "value_at", "varies", "varying_offsets_at"]
+__all__ = [
+    "Product",
+    "count_of",
+    "offsets_at",
+    "other_offsets_at",
+    "value_at",
+    "varies",
+    "varying_offsets_at",
+]
 
 
 class Product(NamedTuple):
@@ -91,6 +99,25 @@ def varying_offsets_at(
             index //= size
             for i in range(fields.size):
                 offsets[fields[i]] += product.strides[axis, fields[i]] * here
+
+
+@inlined
+def other_offsets_at(
+    index: int, fields: Integers, product: Product, start: Integers, offsets: Integers
+) -> None:
+    """As `offsets_at` over the other axes, for some fields and the place of the results."""
+    for i in range(fields.size):
+        offsets[fields[i]] = start[fields[i]]
+    offsets[OUTPUT] = start[OUTPUT]
+    axes = product.other_axes
+    for back in range(axes.size):
+        axis = axes[axes.size - 1 - back]
+        size = product.shape[axis]
+        here = product.positions[product.position_start[axis] + index % size]
+        index //= size
+        for i in range(fields.size):
+            offsets[fields[i]] += product.strides[axis, fields[i]] * here
+        offsets[OUTPUT] += product.strides[axis, OUTPUT] * here
 
 
 @inlined

@@ -32,6 +32,7 @@ from engine_dyn.speed.product import (
     Product,
     count_of,
     offsets_at,
+    other_offsets_at,
     value_at,
     varies,
     varying_offsets_at,
@@ -132,7 +133,7 @@ def take_designs(
         line = here // size
         digit = here - line * size
         if line != scratch.line[0]:
-            offsets_at(line * size, axes, product, scratch.shared, at)
+            other_offsets_at(line * size, scratch.varying[:fields], product, scratch.shared, at)
             scratch.line[0] = line
         run = min(size - digit, count - k) if k < count else lanes.LANES - k
         along = positions[first + digit : first + digit + run]
