@@ -188,7 +188,9 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
                 yield f"{solver}: {law}", each
                 continue
             if solver == OWN_CURVES:
-                yield f"{solver}: tables", share * min(2 * tables, _diagrams(plan))
+                # Bounds of uneven engines are taken from tables that are slower to build.
+                kind = "uneven tables" if share > 1.0 else "tables"
+                yield f"{solver}: {kind}", share * min(2 * tables, _diagrams(plan))
             else:
                 yield f"{solver}: {'special ' if special else ''}tables", share * tables
             if model == "variable":
