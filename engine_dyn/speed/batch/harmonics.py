@@ -102,8 +102,8 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [
     "BEYOND",
-    "FEW_TERMS",
     "FEW_INTERVALS",
+    "FEW_TERMS",
     "INTERVAL_COUNT",
     "LEAST",
     "MANY_TERMS",
@@ -724,7 +724,7 @@ def add_eight(
 
     To `values` the curve itself, to `works` its integral: both have the same weights.
     """
-    a0, a1, a2, a3 = curve[n, 0, term], curve[n, 0, term + 1], curve[n, 0, term + 2], 0.0
+    a0, a1, a2 = curve[n, 0, term], curve[n, 0, term + 1], curve[n, 0, term + 2]
     a3, a4, a5 = curve[n, 0, term + 3], curve[n, 0, term + 4], curve[n, 0, term + 5]
     a6, a7 = curve[n, 0, term + 6], curve[n, 0, term + 7]
     b0, b1, b2 = curve[n, 1, term], curve[n, 1, term + 1], curve[n, 1, term + 2]
