@@ -1070,11 +1070,23 @@ def mean_inverse(
     for k in range(lanes):
         s[FIRST_SUM + k] = 0.0
     for group in range(nodes // CHUNK):
-        row = (CHUNK * group + PAD) * LANES
+        n = CHUNK * group
+        row = (n + PAD) * LANES
+        vw0, vw1 = shared(coarse, n, V), shared(coarse, n + 1, V)
+        vw2, vw3 = shared(coarse, n + 2, V), shared(coarse, n + 3, V)
         for k in range(lanes):
-            moved = 0.0 if len(inertia) == 2 else s[MOVED + k]
-            u0, u1 = us[row + k] + moved, us[row + LANES + k] + moved
-            u2, u3 = us[row + 2 * LANES + k] + moved, us[row + 3 * LANES + k] + moved
+            m0 = m1 = m2 = m3 = s[MOVED + k]
+            if len(inertia) == 2:
+                turn = s[ETA + k]
+                t0, t1, t2, t3 = inverses(
+                    1.0 + turn * own(coarse, vw0, n, V, k),
+                    1.0 + turn * own(coarse, vw1, n + 1, V, k),
+                    1.0 + turn * own(coarse, vw2, n + 2, V, k),
+                    1.0 + turn * own(coarse, vw3, n + 3, V, k),
+                )  # fmt: skip
+                m0, m1, m2, m3 = m0 * t0, m1 * t1, m2 * t2, m3 * t3
+            u0, u1 = us[row + k] + m0, us[row + LANES + k] + m1
+            u2, u3 = us[row + 2 * LANES + k] + m2, us[row + 3 * LANES + k] + m3
             i0, i1, i2, i3 = inverses(
                 1.0 + 0.5 * u0 + root_series(u0), 1.0 + 0.5 * u1 + root_series(u1),
                 1.0 + 0.5 * u2 + root_series(u2), 1.0 + 0.5 * u3 + root_series(u3),
@@ -1084,9 +1096,11 @@ def mean_inverse(
         for k in range(lanes):
             s[FIRST_SUM + k] = 0.0 if s[WIDE + k] != 0.0 else s[FIRST_SUM + k]
         for n in range(nodes):
+            vw = shared(coarse, n, V)
             row = (n + PAD) * LANES
             for k in range(lanes):
-                q = 1.0 + us[row + k] + (0.0 if len(inertia) == 2 else s[MOVED + k])
+                turn = s[ETA + k] if len(inertia) == 2 else 0.0
+                q = 1.0 + us[row + k] + s[MOVED + k] / (1.0 + turn * own(coarse, vw, n, V, k))
                 s[FIRST_SUM + k] += 1.0 / math.sqrt(q) if s[WIDE + k] != 0.0 else 0.0
     for k in range(lanes):
         g, eta = s[GAS + k], s[ETA + k]
@@ -1094,9 +1108,6 @@ def mean_inverse(
             seen = -0.5 * (g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k])
         else:
             seen = alias(-0.5, False, len(inertia) == 2, True, g, eta, constants)
-        if len(inertia) == 2:
-            # The closure's step is as small as its tolerance, as in `mean_speed`.
-            seen -= 0.5 * s[MOVED + k] * (1.0 + eta * eta * constant(constants, VV, k))
         s[FIRST_SUM + k] = s[FIRST_SUM + k] / nodes + seen
 
 
