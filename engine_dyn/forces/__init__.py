@@ -1,10 +1,10 @@
 """Forces and torques of the crank train, cylinder by cylinder and for the whole engine.
 
-torque           torque of gas and masses over the crank angle
-mechanism        forces on piston, wall, rod, crank pin and frame
-bearings         loads of pins and journals over the cycle
-main_journals    those of main journals, for many diagrams
-harmonics        orders of the torque
-superposition    sums of curves over the cylinders
-balance          shaking forces and moments, counterweights, balance shafts
+torque            torque of gas and masses over the crank angle
+mechanism         forces on piston, wall, rod, crank pin and frame
+bearings          loads of pins and journals over the cycle
+bearing_extremes  the largest and the mean of them, of many designs
+harmonics         orders of the torque
+superposition     sums of curves over the cylinders
+balance           shaking forces and moments, counterweights, balance shafts
 """

@@ -28,11 +28,8 @@ Loads
   the crank, and N s to the side (the wall pushes the piston with N, the piston the pin).
 
 All are sums of four parts with a factor each: gas pressure, crankcase pressure, reciprocating and
-rotating masses. The parts depend on crank ratio, offset, diagram and arrangement alone: a table of
-them serves all designs that share these. Weights are left out.
-
-Functions take each of these inputs by itself: any may vary between designs, and the table is made
-for the distinct ones.
+rotating masses. Weights are left out. Curves over the crank angle are such sums; extremes are found
+design by design by a kernel (`bearing_extremes`).
 
 Source: Rakopoulos notes, loads of the bearings and polar diagrams (without formulas there); the
 components after Kakaitsas (2015), ch. 2. Shares of the main journals: derived here, as is usual
@@ -41,20 +38,26 @@ for a first design.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.compilation import kernel, rows_on_stack
 from engine_dyn.forces import mechanism, torque
-from engine_dyn.forces.main_journals import journal_parts
+from engine_dyn.forces.bearing_extremes import (
+    CRANK_PIN,
+    MAIN_JOURNAL,
+    PISTON_PIN,
+    Sampled,
+    extremes_of_loads,
+)
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
-from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
@@ -77,8 +80,12 @@ PARTS = 4
 SAMPLE = np.pi / 360.0
 """Half a degree: spacing of the angles at which peaks are looked for; a parabola refines them."""
 
-TABLES_AT_ONCE, MANY_TABLES_AT_ONCE = 64, 160
 DESIGNS_AT_ONCE = 65536
+BYTES_OF_TABLE = 32e6
+"""Of the pressures that are tabulated at a time."""
+
+FEWEST = 64
+"""Designs that are worth a thread: each takes some 5 us and more."""
 
 EXTREMES = np.dtype([("peak", np.float64), ("mean", np.float64), ("angle", np.float64)])
 """Largest and mean size of a load [N], and the crank angle of the largest [rad]."""
@@ -178,6 +185,9 @@ LOADS: dict[str, Parts] = {
     "main_journal": _main_journal,
 }
 
+KINDS = {"crank_pin": CRANK_PIN, "piston_pin": PISTON_PIN, "main_journal": MAIN_JOURNAL}
+"""Their numbers in kernels."""
+
 
 def crank_pin_load(
     phi: Any, crank_ratio: Any, offset: Any, family: Family, row: Any, factors: Factors,
@@ -263,18 +273,13 @@ def _curves(
     sums: list[Any] = [np.nan, np.nan]
     for count in np.unique(counts):
         engine = by_count[int(count)]
-        if not _exists(load, engine, number):
+        if not _exist(load, engine, np.array(number)):
             continue
         parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
         for i in (0, 1):
             whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors))
             sums[i] = np.where(counts == count, whole, sums[i])
     return sums[0], sums[1]
-
-
-def _exists(load: str, engine: Cylinders, number: int) -> bool:
-    places = engine.along_shaft
-    return load != "main_journal" or places is None or number <= len(places) + 1
 
 
 def extremes(
@@ -288,6 +293,7 @@ def extremes(
     by_count: CylindersByCount,
     period: float,
     numbers: Any = 1,
+    threads: int | None = 1,
 ) -> npt.NDArray[Any]:
     """Largest load, mean load and angle of the largest, for each design.
 
@@ -299,6 +305,8 @@ def extremes(
         Angle of the cycle [rad].
     numbers : array_like
         Of main journals, from 1; broadcasts.
+    threads : int, optional
+        Largest number of threads; None: one for each processor.
     others
         As in `crank_pin_load`.
 
@@ -311,7 +319,7 @@ def extremes(
     -----
     Sampled at half a degree, the peak refined by a parabola through the squares of the three
     largest samples: its error is of the fourth order for a smooth peak. Memory does not grow with
-    the number of designs: tables and designs are taken in pieces.
+    the number of designs: they are taken in pieces, in the order of their diagrams.
     """
     inputs = (crank_ratio, offset, row, cylinders, numbers, *factors)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
@@ -320,91 +328,55 @@ def extremes(
     result = np.full(columns[0].size, np.nan, dtype=EXTREMES)
     samples = round(period / SAMPLE)
     phi: Floats = np.asarray(-0.5 * period + np.arange(samples) * (period / samples))
-    many = isinstance(family, CycleTable)
-    at_once = MANY_TABLES_AT_ONCE if many else TABLES_AT_ONCE
-    for index in _pieces(columns[0].size):
+    for begin in range(0, result.size, DESIGNS_AT_ONCE):
+        index = np.arange(begin, min(begin + DESIGNS_AT_ONCE, result.size))
         place = np.unravel_index(index, columns[0].shape)
         here = np.stack([column[place] for column in columns])
-        keys, table = _distinct(here[:5])
-        if many:  # those of one bearing beside each other
-            order = np.lexsort(keys[3:])
-            keys, table = keys[:, order], np.argsort(order)[table]
-        memory = np.empty((min(at_once, keys.shape[1]), PARTS, 2, samples))
-        for begin in range(0, keys.shape[1], at_once):
-            some = keys[:, begin : begin + at_once]
-            mine = np.flatnonzero((table >= begin) & (table < begin + some.shape[1]))
-            parts = memory[: some.shape[1]]
-            # Those of one bearing are made together, and those of one pressure unless there are
-            # many of them.
-            key = 3 if many else 2
-            for *one, count, number in sorted(set(zip(*some[key:].tolist(), strict=True))):
-                engine = by_count[int(count)]
-                alike = np.equal(some[key:].T, (*one, count, number))
-                these = np.flatnonzero(alike.all(axis=1))
-                if not _exists(load, engine, int(number)):
-                    parts[these] = np.nan
-                elif isinstance(family, CycleTable) and load == "main_journal":
-                    ratio, side, row_of = (
-                        np.array(column, dtype=np.float64) for column in some[:3, these]
-                    )
-                    parts[these] = journal_parts(
-                        phi, engine, ratio, side, row_of, family, int(number)
-                    )
-                else:
-                    ratios, besides = some[:2, these, None]
-                    where = one[0] if one else some[2, these, None]
-                    made = LOADS[load](phi, engine, ratios, besides, family, where, int(number))
-                    parts[these] = np.moveaxis(made, 1, -1)
-            found = np.empty((3, mine.size))
-            _extremes(parts, table[mine] - begin, np.ascontiguousarray(here[5:, mine]), found)
-            rows = index[mine]
-            result["peak"][rows], result["mean"][rows] = found[0], found[1]
-            result["angle"][rows] = -0.5 * period + found[2] * (period / samples)
+        for count in np.unique(here[3]).astype(int).tolist():
+            mine = np.flatnonzero(here[3] == count)
+            mine = mine[_exist(load, by_count[count], here[4, mine])]
+            engine, columns_of = by_count[count], here[:, mine]
+            for some, found in _of_engine(load, engine, family, columns_of, phi, threads):
+                rows = index[mine[some]]
+                result["peak"][rows], result["mean"][rows] = found[0], found[1]
+                result["angle"][rows] = -0.5 * period + found[2] * (period / samples)
     return result.reshape(shape)
 
 
-def _distinct(columns: Floats) -> tuple[Floats, Any]:
-    """Different columns of an array, and which of them each is; quicker than by whole columns."""
-    code = np.zeros(columns.shape[1], dtype=np.int64)
-    for row in columns:
-        if row[0] != row[-1] or (row != row[0]).any():
-            values, number = np.unique(row, return_inverse=True)
-            _, code = np.unique(code * values.size + number, return_inverse=True)
-    _, first, which = np.unique(code, return_index=True, return_inverse=True)
-    return columns[:, first], which
+def _of_engine(
+    load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats, threads: int | None
+) -> Iterator[tuple[Integers, Floats]]:
+    """Extremes of the designs of one engine: which ones, and peak, mean and place in samples.
+
+    `columns` are crank ratio, offset, row, engine, number of the main journal and the factors.
+    """
+    along = load == "main_journal"
+    below = np.floor(columns[2]).astype(np.int64)
+    curves = len({(m.phase, m.pressure_factor) for m in engine.members}) if along else 1
+    at_once = max(1, int(BYTES_OF_TABLE // (16 * curves * phi.size)))
+    order = np.argsort(below, kind="stable")
+    begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]
+    for some in np.split(order, begins[1:]) if order.size else ():
+        here, weight = columns[:, some], columns[2, some] - below[some]
+        places = np.stack([below[some], below[some] + (weight > 0.0)])
+        rows = np.unique(places)
+        inputs = np.concatenate([here[:2], weight[None], here[5:]])
+        places, numbers = np.searchsorted(rows, places), here[4].astype(np.int64)
+        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty((3, some.size))
+
+        def work(
+            begin: int, end: int, inputs: Floats = inputs, places: Integers = places,
+            numbers: Integers = numbers, sampled: Sampled = sampled, found: Floats = found,
+        ) -> None:  # fmt: skip
+            extremes_of_loads(begin, end, KINDS[load], inputs, places, numbers, sampled, found)
+
+        on_threads(some.size, work, threads or os.cpu_count() or 1, FEWEST)
+        yield some, found
 
 
-def _pieces(size: int) -> Iterator[Integers]:
-    for begin in range(0, size, DESIGNS_AT_ONCE):
-        yield np.arange(begin, min(begin + DESIGNS_AT_ONCE, size))
-
-
-@kernel
-def _extremes(parts: Floats, table: Any, factors: Floats, found: Floats) -> None:
-    """Peak, mean and place of the peak (in samples) of |sum of factors times parts|."""
-    samples = parts.shape[3]
-    square = rows_on_stack(samples)
-    for design in range(table.size):
-        own = parts[table[design]]
-        gas, crankcase = factors[0, design], factors[1, design]
-        reciprocating, rotating = factors[2, design], factors[3, design]
-        total = 0.0
-        for i in range(samples):
-            x = gas * own[0, 0, i] + crankcase * own[1, 0, i]
-            y = gas * own[0, 1, i] + crankcase * own[1, 1, i]
-            x += reciprocating * own[2, 0, i] + rotating * own[3, 0, i]
-            y += reciprocating * own[2, 1, i] + rotating * own[3, 1, i]
-            square[i] = x * x + y * y
-            total += np.sqrt(square[i])
-        best = 0
-        for i in range(samples):
-            if square[i] > square[best]:
-                best = i
-        before, top = square[best - 1 if best > 0 else samples - 1], square[best]
-        after = square[best + 1 if best < samples - 1 else 0]
-        bend = before - 2.0 * top + after
-        move = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-        peak = top - 0.25 * (before - after) * move
-        found[0, design] = np.sqrt(peak) if total == total else np.nan
-        found[1, design] = total / samples
-        found[2, design] = best + move if total == total else np.nan
+def _exist(load: str, engine: Cylinders, numbers: Floats) -> Any:
+    """Which of some main journals an engine has."""
+    places = engine.along_shaft
+    if load != "main_journal" or places is None:
+        return np.ones(numbers.shape, dtype=np.bool_)
+    return numbers <= len(places) + 1

@@ -68,10 +68,11 @@ def _load_nodes(
         )  # fmt: skip
         return one + 1j * other
 
-    def found(**needs: Any) -> Any:
+    def found(threads: int | None = 1, **needs: Any) -> Any:
         return bearings.extremes(
             load, needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
             factors(needs), *_engines(needs), needs["period"], needs.get("main_bearing", 1),
+            threads,
         )  # fmt: skip
 
     whole, extreme = f"{load}_components", f"{load}_extremes"
@@ -86,7 +87,7 @@ def _load_nodes(
                     (*_LOADED, *own, *counted, "crank_angle"), components, kind="curve", when=when,
                     width=PARTS_WIDTH),
             hidden(extreme, "N", f"extremes of the {text}", (*_LOADED, *own, *counted), found,
-                    when=when, width=bearings.EXTREMES.itemsize),
+                    when=when, width=bearings.EXTREMES.itemsize, threaded=True),
         )
     ]  # fmt: skip
     return [

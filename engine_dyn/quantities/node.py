@@ -77,6 +77,8 @@ class Node:
         The places of the engine's throws must be known.
     width : int
         Bytes of one value, with what `make` keeps beside it, for the size of blocks.
+    threaded : bool
+        `make` also takes `threads`, the most threads that it may use, None for one a processor.
 
     Raises
     ------
@@ -107,6 +109,7 @@ class Node:
     named: tuple[tuple[str, float], ...] = ()
     throws: bool = False
     width: int = 8
+    threaded: bool = False
 
     def __post_init__(self) -> None:
         check_words(self.name, self.when)

@@ -172,8 +172,11 @@ def _computed(
         else:
             # What the node adds, it makes itself: its needs do not have that dimension.
             before = tuple(d for d in stage.dims if d not in node.adds)
+            arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
+            if node.threaded:
+                arguments["threads"] = threads
             try:
-                data = node.make(**{n: _aligned(v, before, n) for n, v in needs.items()})
+                data = node.make(**arguments)
             except ValueError as error:  # what only the physics can refuse, in its own words
                 raise SceneError(f"{plan.name}: {error}") from None
             values[node.name] = Value(np.asarray(data), stage.dims)

@@ -11,7 +11,7 @@ from engine_dyn.forces import bearings, mechanism, torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from oracle.rigid_bodies import Bodies
 from tests.support.held_out import design_of, family_of
 
@@ -205,6 +205,66 @@ def test_extremes_are_those_of_the_curve(family: Family, load: str) -> None:
     assert abs(apart) < np.radians(0.05)
 
 
+FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 1.2, 0.9),
+                           "pressure_factor": (1.0, 0.0, 0.8)}  # fmt: skip
+
+
+@pytest.mark.parametrize("load", list(bearings.LOADS))
+@pytest.mark.parametrize(
+    ("text", "unequal"),
+    [("in-line 3", FACTORS), ("V6 60 split-pin", {}), ("V8 cross-plane", {}), ("radial 5", {})],
+)
+def test_extremes_are_those_of_the_curves_at_the_samples(
+    family: Family, load: str, text: str, unequal: dict[str, Any]
+) -> None:
+    """The kernel against curves by other code, of designs drawn at random; the limit is the one
+    that quantities have to keep."""
+    two = family_from_diagrams([20.0, 80.0], [family.row(0), family.row(0).scaled(1.4)])
+    by_count = engine_of(text, **unequal)
+    ((count, engine),) = by_count.items()
+    rng = np.random.default_rng(5)
+    size = 12
+    ratio, offset, row = (
+        rng.uniform(low, high, (size, 1)) for low, high in ((0.2, 0.4), (-0.2, 0.2), (0.0, 119.0))
+    )
+    factors = bearings.Factors(
+        *(rng.uniform(low, high, (size, 1)) for low, high in (
+            (0.5 * AREA, AREA), (500.0, 1000.0), (1e3, 6e3), (-1e3, 3e3)))
+    )  # fmt: skip
+    assert engine.along_shaft is not None
+    journals = np.arange(1, len(engine.along_shaft) + 2)[:, None, None]
+    more = (journals,) if load == "main_journal" else ()
+    phi = -0.5 * PERIOD + np.arange(1440) * (PERIOD / 1440)
+    function = getattr(bearings, f"{load}_load")
+    one, other = function(phi, ratio, offset, two, row, factors, count, by_count, *more)
+    square = np.broadcast_to(one**2 + other**2, (*journals.shape[:1], size, 1440)[-one.ndim :])
+    first = np.argmax(square >= square.max(axis=-1, keepdims=True) * (1.0 - 1e-12), axis=-1)
+    before, top, after = (
+        np.take_along_axis(square, (first[..., None] + step) % 1440, axis=-1)[..., 0]
+        for step in (-1, 0, 1)
+    )
+    move = 0.5 * (before - after) / (before - 2.0 * top + after)
+    found = bearings.extremes(
+        load, ratio, offset, two, row, factors, count, by_count, PERIOD, *more, threads=3
+    )[..., 0]
+    peak = np.sqrt(top - 0.25 * (before - after) * move)
+    assert found["peak"] == pytest.approx(peak, rel=1e-9)
+    assert found["mean"] == pytest.approx(np.sqrt(square).mean(axis=-1), rel=1e-9)
+    angle = -0.5 * PERIOD + (first + move) * (PERIOD / 1440)
+    assert found["angle"] == pytest.approx(angle, abs=1e-9 * PERIOD)
+
+
+def test_the_first_of_equal_peaks_counts(family: Family) -> None:
+    """The middle journal of four in line has two, half a cycle apart."""
+    by_count = engine_of("in-line 4")
+    ratio = np.linspace(0.2, 0.35, 50)
+    factors = bearings.Factors(AREA, 1e5 * AREA, 500.0, 0.0)
+    found = bearings.extremes(
+        "main_journal", ratio, 0.0, family, 0.0, factors, 4, by_count, PERIOD, 3
+    )
+    assert np.ptp(found["angle"]) < np.radians(5.0)
+
+
 def test_designs_share_tables(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:
     by_count = {1: even_cylinders(1, PERIOD), 3: even_cylinders(3, PERIOD)}
     ratio = np.array([0.25, 0.3, 0.25])[:, None, None, None]
@@ -225,7 +285,7 @@ def test_designs_share_tables(family: Family, monkeypatch: pytest.MonkeyPatch) -
     )  # fmt: skip
     assert float(alone["peak"]) == whole["peak"][1, 1, 1, 1]
     monkeypatch.setattr(bearings, "DESIGNS_AT_ONCE", 7)
-    monkeypatch.setattr(bearings, "TABLES_AT_ONCE", 2)
+    monkeypatch.setattr(bearings, "BYTES_OF_TABLE", 1.0)
     pieces = bearings.extremes(*arguments, journals)
     for field in ("peak", "mean", "angle"):
         assert np.array_equal(pieces[field], whole[field], equal_nan=True)

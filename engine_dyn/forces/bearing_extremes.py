@@ -1,0 +1,241 @@
+"""Largest and mean bearing loads of many designs, by a kernel: see `bearings`.
+
+Each design is sampled by itself: its loads are those of `bearings`, formula by formula, of
+pressures that are tabulated at the samples for each row of the diagrams. The loads of a throw serve
+the main journals on both sides of it where these follow each other.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel, rows_on_stack
+from engine_dyn.forces import mechanism
+from engine_dyn.forces.superposition import along_shaft
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.slider_crank import sine_of_top, turned
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.diagram import values_at
+from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["CRANK_PIN", "INPUTS", "MAIN_JOURNAL", "PISTON_PIN", "Sampled", "extremes_of_loads"]
+
+CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
+"""Which load."""
+
+INPUTS = 7
+"""Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
+of the diagrams, and the four `bearings.Factors`."""
+
+RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING = range(INPUTS)
+
+SHARE, RADIUS, BANK_SINE, BANK_COSINE = range(4)
+"""Rows of a cylinder's numbers: mass times crank radius and crank radius, over the engine's; sine
+and cosine of its direction from upright."""
+
+
+SAME = 1.0 + 1e-12
+"""Squares of a load up to this ratio are equal but for rounding. Of equal peaks, such as those that
+two throws give the journal between them, the first counts: the last bits do not decide."""
+
+
+class Sampled(NamedTuple):
+    """The cylinders of an engine at equally spaced crank angles.
+
+    Attributes
+    ----------
+    cylinders : ndarray, shape (4, Z)
+        `SHARE` and so on of each cylinder.
+    curve : ndarray of int64, shape (Z,)
+        Which of the curves below is a cylinder's: those of one phase and one pressure share it.
+    throws : ndarray of int64, shape (T + 1,)
+        Where the cylinders of each throw along the shaft begin in `on_throws`.
+    on_throws : ndarray of int64
+        Cylinders of the throws.
+    turn : ndarray, shape (C, 2, A)
+        Sine and cosine of a cylinder's own angle.
+    pressure : ndarray, shape (C, R, A)
+        Pressure of each row of the diagrams [Pa].
+    """
+
+    cylinders: Floats
+    curve: Integers
+    throws: Integers
+    on_throws: Integers
+    turn: Floats
+    pressure: Floats
+
+    @classmethod
+    def of(
+        cls, engine: Cylinders, family: Family, rows: Integers, phi: Floats, along: bool
+    ) -> Sampled:  # fmt: skip
+        """Sample an engine, or cylinder 1 alone, at the angles `phi` for some rows of a family."""
+        members = engine.members if along else engine.members[:1]
+        banks = mechanism.banks_of(engine) if along else (0.0,)
+        places = along_shaft(engine) if along else ((0,),)
+        kinds = list(dict.fromkeys((m.phase, m.pressure_factor) for m in members))
+        turn = np.empty((len(kinds), 2, phi.size))
+        pressure = np.empty((len(kinds), rows.size, phi.size))
+        for number, (phase, factor) in enumerate(kinds):
+            angle = phi + phase
+            turn[number] = np.sin(angle), np.cos(angle)
+            if isinstance(family, CycleTable):
+                pressure[number] = family.sampled(rows, angle, factor)[0]
+            else:
+                diagrams = [row_with_factor(family, row, factor) for row in rows.tolist()]
+                values_at(diagrams, angle, pressure[number])
+        cylinders = np.array([
+            [member.mass_factor * member.radius_factor for member in members],
+            [member.radius_factor for member in members], np.sin(banks), np.cos(banks),
+        ])  # fmt: skip
+        return cls(
+            cylinders, np.array([kinds.index((m.phase, m.pressure_factor)) for m in members]),
+            np.cumsum([0, *(len(place) for place in places)]),
+            np.array([cylinder for place in places for cylinder in place]), turn, pressure,
+        )  # fmt: skip
+
+
+@kernel
+def extremes_of_loads(
+    begin: int, end: int, load: int, inputs: Floats, rows: Integers, numbers: Integers,
+    sampled: Sampled, found: Floats,
+) -> None:  # fmt: skip
+    """Peak, mean and place of the peak (in samples) of a load of some designs.
+
+    Parameters
+    ----------
+    begin, end : int
+        Which designs.
+    load : int
+        `CRANK_PIN`, `PISTON_PIN` or `MAIN_JOURNAL`.
+    inputs : ndarray, shape (INPUTS, D)
+        Of each design.
+    rows : ndarray of int64, shape (2, D)
+        The two rows between which its pressure lies.
+    numbers : ndarray of int64, shape (D,)
+        Main journals, from 1.
+    sampled : Sampled
+        The engine of all of them.
+    found : ndarray, shape (3, D)
+        Gets the results.
+    """
+    samples = sampled.turn.shape[2]
+    throws = sampled.throws.size - 1
+    # Loads of two neighbouring throws: an even one in the first, an odd one in the second.
+    x_even, y_even = rows_on_stack(samples), rows_on_stack(samples)
+    x_odd, y_odd = rows_on_stack(samples), rows_on_stack(samples)
+    square = rows_on_stack(samples)
+    even = odd = -1
+    for design in range(begin, end):
+        if design == begin or not _same_design(inputs, rows, design):
+            even = odd = -1
+        first, last = 0, 0
+        if load == MAIN_JOURNAL:
+            first, last = max(numbers[design] - 2, 0), min(numbers[design] - 1, throws - 1)
+        for throw in range(first, last + 1):
+            if throw % 2 == 0:
+                if even != throw:
+                    _load_of_throw(load, throw, design, inputs, rows, sampled, x_even, y_even)
+                    even = throw
+            elif odd != throw:
+                _load_of_throw(load, throw, design, inputs, rows, sampled, x_odd, y_odd)
+                odd = throw
+        if first != last:
+            for i in range(samples):
+                x, y = x_even[i] + x_odd[i], y_even[i] + y_odd[i]
+                square[i] = x * x + y * y
+        elif first % 2 == 0:
+            for i in range(samples):
+                square[i] = x_even[i] * x_even[i] + y_even[i] * y_even[i]
+        else:
+            for i in range(samples):
+                square[i] = x_odd[i] * x_odd[i] + y_odd[i] * y_odd[i]
+        _extremes_of_square(square, found[:, design])
+
+
+@inlined
+def _same_design(inputs: Floats, rows: Integers, design: int) -> bool:
+    """Whether a design has the numbers of the one before it."""
+    for i in range(INPUTS):
+        if inputs[i, design] != inputs[i, design - 1]:
+            return False
+    return bool(rows[0, design] == rows[0, design - 1] and rows[1, design] == rows[1, design - 1])
+
+
+@inlined
+def _load_of_throw(
+    load: int, throw: int, design: int, inputs: Floats, rows: Integers, sampled: Sampled,
+    x: Floats, y: Floats,
+) -> None:  # fmt: skip
+    """Components of the load that the cylinders of a throw put on a pin, or on a journal beside it.
+
+    See `bearings` for them. With W = sqrt(1 - lean^2), tan(beta) = lean/W and, docs/method.md (10),
+    b = cos(theta) + lambda cos^2(theta)/W^3 - lean sin(theta)/W.
+    """
+    samples = x.size
+    for i in range(samples):
+        x[i] = y[i] = 0.0
+    weight, gas, crankcase = inputs[WEIGHT, design], inputs[GAS, design], inputs[CRANKCASE, design]
+    gas_below, gas_above = gas * (1.0 - weight), gas * weight
+    turning = inputs[ROTATING, design]
+    for place in range(sampled.throws[throw], sampled.throws[throw + 1]):
+        cylinder = sampled.on_throws[place]
+        radius = sampled.cylinders[RADIUS, cylinder]
+        ratio, offset = inputs[RATIO, design] * radius, inputs[OFFSET, design] / radius
+        mass = inputs[RECIPROCATING, design] * sampled.cylinders[SHARE, cylinder]
+        bank_sine = sampled.cylinders[BANK_SINE, cylinder]
+        bank_cosine = sampled.cylinders[BANK_COSINE, cylinder]
+        number = sampled.curve[cylinder]
+        below = sampled.pressure[number, rows[0, design]]
+        above = sampled.pressure[number, rows[1, design]]
+        sine, cosine = sampled.turn[number, 0], sampled.turn[number, 1]
+        top = sine_of_top(ratio, offset)
+        upright = math.sqrt(1.0 - top * top)
+        throw_pull = turning * radius
+        for i in range(samples):
+            s, c = turned(sine[i], cosine[i], top, upright)
+            lean = ratio * (s - offset)
+            root = 1.0 / math.sqrt(1.0 - lean * lean)
+            slope = lean * root
+            b = c + ratio * c * c * (root * root * root) - slope * s
+            force = gas_below * below[i] + gas_above * above[i] - crankcase - mass * b
+            if load == CRANK_PIN:  # radial, tangential
+                x[i] += turning - (c - s * slope) * force
+                y[i] += (s + c * slope) * force
+            elif load == PISTON_PIN:  # to the side, down
+                x[i] += slope * force
+                y[i] += force + turning * b
+            else:  # sideways, up
+                side = slope * force
+                along, across = force - throw_pull * c, side + throw_pull * s
+                x[i] += 0.5 * (across * bank_cosine - along * bank_sine)
+                y[i] -= 0.5 * (across * bank_sine + along * bank_cosine)
+
+
+@inlined
+def _extremes_of_square(square: Floats, found: Floats) -> None:
+    """Largest root, mean root and place of the largest of samples of a cycle.
+
+    A parabola through the three largest refines the largest.
+    """
+    samples = square.size
+    total = 0.0
+    for i in range(samples):
+        total += math.sqrt(square[i])
+    best = 0
+    for i in range(samples):
+        if square[i] > SAME * square[best]:
+            best = i
+    before, top = square[best - 1 if best > 0 else samples - 1], square[best]
+    after = square[best + 1 if best < samples - 1 else 0]
+    bend = before - 2.0 * top + after
+    move = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    known = total == total
+    found[0] = math.sqrt(top - 0.25 * (before - after) * move) if known else math.nan
+    found[1] = total / samples
+    found[2] = best + move if known else math.nan
