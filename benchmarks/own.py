@@ -66,7 +66,7 @@ COARSE_NODES = {1: 92, 4: 48, 8: 24}
 """Coarse nodes that the diagram takes over a firing period, by cylinders."""
 
 # To be kept by whoever changes a kernel: what the code does for one design, counted by hand in
-# `engine_dyn/speed/batch/lanes.py` and `hills.py`.
+# `recurrence.py`, `iteration.py` and `extrema.py` of `engine_dyn/speed/batch`.
 LINEAR, FREE, MARCH, MEAN, TURNED = 28, 30, 12, 20, 12
 REST, ANSWER = {1.0: 18, 2.0: 6}, {1.0: 22, 2.0: 18}
 REST_OF_POWERS, ANSWER_OF_POWERS = 26, 26

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from engine_dyn.speed.batch.state import ROWS
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "engine_dyn"
 METHOD = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
@@ -67,6 +69,10 @@ def test_what_the_code_cites_exists(path: Path) -> None:
 def test_the_solution_is_cited_throughout() -> None:
     cited = {number for path in PACKAGE.rglob("*.py") for number in citations(without_marks(path))}
     assert len(cited) > 2 * len(EQUATIONS) / 3  # the others are steps of a derivation
+
+
+def test_rows_of_the_batch_solver_cite_equations_that_exist() -> None:
+    assert {row.equation for row in ROWS} <= {0, *EQUATIONS}
 
 
 def test_constants_are_derived_again(capsys: pytest.CaptureFixture[str]) -> None:

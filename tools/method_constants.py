@@ -27,7 +27,8 @@ WHERE = {
     "extrema": "engine_dyn.speed.tables.extremes",
     "segments": "engine_dyn.speed.general.segments",
     "stiff": "engine_dyn.speed.general.stiff",
-    "batch": "engine_dyn.speed.batch.lanes",
+    "batch weights": "engine_dyn.speed.batch.reduction",
+    "batch powers": "engine_dyn.speed.batch.powers",
     "two grids": "engine_dyn.speed.batch.levels",
     "harmonics": "engine_dyn.geometry.velocity_harmonics",
     "speeds": "engine_dyn.speed.general.speeds",
@@ -131,7 +132,7 @@ def euler_maclaurin() -> list[Row]:
     first, third = Fraction(-1, 12), Fraction(1, 720)
     cube = third - first / 6
     near, far = first / 2 - cube, cube / 2
-    source = inspect.getsource(importlib.import_module(WHERE["batch"]))
+    source = inspect.getsource(importlib.import_module(WHERE["batch weights"]))
     found = [Fraction(int(a), int(b)) for a, b in re.findall(r"\((\d+)\.0 / (1440)\.0\)", source)]
     return [
         ("(101)", "weight of the neighbours, 82/1440", float(-near), float(found[0]), 0.0),
@@ -149,19 +150,19 @@ def through_chebyshev(f: Callable[[Any], Any], count: int, reach: float) -> Any:
 
 def series() -> list[Row]:
     """Polynomials of the batch solver, fitted at Chebyshev's points."""
-    reach = of_code("batch", "SERIES_RANGE")
+    reach = of_code("batch powers", "SERIES_RANGE")
     u = np.linspace(-reach, reach, 20001)
     rows: list[Row] = []
-    root, slope = of_code("batch", "root_series"), of_code("batch", "root_slope")
+    root, slope = of_code("batch powers", "root_remainder"), of_code("batch powers", "root_slope")
     # Written without a difference of near numbers.
     wanted = through_chebyshev(lambda u: -0.5 / (1.0 + np.sqrt(1.0 + u)) ** 2, 7, reach)
     # The code's -0.125 is the exact limit at 0; it has few digits and is added here.
     given = [-0.125, *reversed(numbers_in(root))]
     rows += [
-        ("(102)", f"root_series, coefficient {i}", wanted[i], given[i], 1e-10) for i in range(7)
+        ("(102)", f"root_remainder, coefficient {i}", wanted[i], given[i], 1e-10) for i in range(7)
     ]
     missed = np.abs(u * u * polynomial.polyval(u, given) - (np.sqrt(1 + u) - 1 - u / 2)).max()
-    rows.append(("(102)", "root_series, error (2e-10 stated)", 0.0, missed, 2e-10))
+    rows.append(("(102)", "root_remainder, error (2e-10 stated)", 0.0, missed, 2e-10))
     wanted = through_chebyshev(
         lambda u: -0.5 / (np.sqrt(1.0 + u) * (1.0 + np.sqrt(1.0 + u))), 4, reach
     )
@@ -172,21 +173,22 @@ def series() -> list[Row]:
     ]
     missed = np.abs(u * polynomial.polyval(u, given) - (0.5 / np.sqrt(1 + u) - 0.5)).max()
     rows.append(("(103)", "root_slope, error (1e-5 stated)", 0.0, missed, 1e-5))
-    terms, worst = of_code("batch", "SERIES_TERMS"), 0.0
+    terms, worst = of_code("batch powers", "SERIES_TERMS"), 0.0
     for a in np.linspace(1e-4, 8.0, 200):
         each = [binom(a, k) for k in range(2, 2 + terms)]
         exact = (1.0 + u) ** a - 1.0 - a * u
         worst = max(worst, np.abs(u * u * polynomial.polyval(u, each) - exact).max())
     rows.append(("(104)", "binomial series, error (1e-11 stated)", 0.0, worst, 1e-11))
     u = np.linspace(-0.5, 1.0, 10001)
-    missed = max(abs(of_code("batch", "log_of")(float(x)) - math.log1p(x)) for x in u)
+    missed = max(abs(of_code("batch powers", "log_of")(float(x)) - math.log1p(x)) for x in u)
     rows.append(("(105)", "log_of, error (2e-13 stated)", 0.0, missed, 2e-13))
     missed = max(
-        abs(of_code("batch", "exp_of")(x) / math.exp(x) - 1.0) for x in np.linspace(-8, 8, 10001)
+        abs(of_code("batch powers", "exp_of")(x) / math.exp(x) - 1.0)
+        for x in np.linspace(-8, 8, 10001)
     )
     rows.append(("(105)", "exp_of, relative error", 0.0, missed, 2e-11))
     missed = max(
-        abs(of_code("batch", "loss_of")(x) / -math.expm1(-x) - 1.0)
+        abs(of_code("batch powers", "loss_of")(x) / -math.expm1(-x) - 1.0)
         for x in np.linspace(1e-3, 0.1, 10001)
     )
     rows.append(("(105)", "loss_of, relative error", 0.0, missed, 1e-13))

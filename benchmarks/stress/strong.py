@@ -1,6 +1,6 @@
 """Ordinary engines with too little inertia: what the fast kernels call converged.
 
-The lanes of `engine_dyn.speed.batch.lanes` answer with an estimate of their own whether the
+The batch solver, `engine_dyn.speed.batch`, answers with an estimate of its own whether the
 tolerance is met. Here it is held against the general method with four times as many nodes, up to
 where the speed falls to nothing: absurd designs rarely lie in that corner.
 """

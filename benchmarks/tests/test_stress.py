@@ -313,7 +313,7 @@ def test_status_tells_of_the_smallest_speed_too() -> None:
           "friction": 35.59909292334599, "mean_torque": 435.756418859474,
           "offset": 397.80720755054347, "inertia": 0.346993954960331}),
     ],
-    ids=["left by lanes", "iteration"],
+    ids=["deferred by the batch solver", "iteration"],
 )  # fmt: skip
 def test_the_finer_solution_is_finer(name: str, design: dict[str, float]) -> None:
     """Designs whose error was above `delta_error`: both solutions had nearly the same one.

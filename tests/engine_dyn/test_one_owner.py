@@ -12,7 +12,7 @@ from engine_dyn.loads import laws
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.variants import ALTERNATIVES
 from engine_dyn.speed import dispatch, fields, methods, results
-from engine_dyn.speed.batch import driver, lanes
+from engine_dyn.speed.batch import state, storage
 
 
 def test_every_method_has_a_solver() -> None:
@@ -27,18 +27,26 @@ def test_codes_of_methods_are_their_places() -> None:
     assert methods.STEPPING == ("thesis", "picard")
 
 
-def test_rows_of_lanes_are_the_inputs_of_kernels() -> None:
+def test_rows_of_the_state_are_the_inputs_of_kernels() -> None:
     """The batch solver copies inputs BORE to MEAN_TORQUE into its first rows by their places."""
     rows = (
-        lanes.BORE, lanes.STROKE, lanes.MASS, lanes.NOMINAL, lanes.INERTIA, lanes.EXPONENT,
-        lanes.OFFSET, lanes.MEAN_TORQUE,
+        state.BORE, state.DOUBLE_RADIUS, state.MASS, state.SPEED, state.INERTIA, state.EXPONENT,
+        state.OFFSET, state.MEAN_TORQUE,
     )  # fmt: skip
     inputs = (
         fields.BORE, fields.DOUBLE_RADIUS, fields.MASS, fields.SPEED, fields.INERTIA,
         fields.EXPONENT, fields.OFFSET, fields.MEAN_TORQUE,
     )  # fmt: skip
-    assert [row // lanes.LANES for row in rows] == [place - fields.BORE for place in inputs]
+    assert [row // state.LANES for row in rows] == [place - fields.BORE for place in inputs]
     assert len(rows) == fields.MEAN_TORQUE + 1 - fields.BORE
+
+
+def test_places_of_rows_are_those_of_their_names() -> None:
+    names = [row.name for row in state.ROWS]
+    assert len(set(names)) == len(names)
+    for place, name in enumerate(names):
+        assert getattr(state, name) == place * state.LANES
+    assert len(names) * state.LANES == state.STATE_SIZE
 
 
 def test_places_of_inputs_are_those_of_their_names() -> None:
@@ -54,7 +62,7 @@ def test_places_of_inputs_are_those_of_their_names() -> None:
 def test_places_of_results_are_those_of_their_names() -> None:
     for name in results.SCALAR_NAMES:
         assert results.SCALAR_NAMES[getattr(results, name.upper())] == name
-    assert driver.SCALAR_ROWS == results.SCALARS * lanes.LANES
+    assert storage.SCALAR_ROWS == results.SCALARS * state.LANES
 
 
 def test_results_are_quantities() -> None:

@@ -31,7 +31,7 @@ NAMES = {
     "of designs": ("speed/general/driver.py:solve_designs", "speed/batch/driver.py:hold_table"),
     "traces": ("speed/general/storage.py:store_curves", "speed/batch/traces.py:write_block"),
     "iterations": (
-        "speed/general/segments.py:iterate", "speed/batch/lanes.py:iterate",
+        "speed/general/segments.py:iterate", "speed/batch/iteration.py:iterate",
         "speed/general/newton.py:newton", "speed/general/picard.py:repeat_cycles",
     ),
 }  # fmt: skip

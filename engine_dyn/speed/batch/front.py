@@ -9,9 +9,11 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.speed.arguments import Choice, Problem
-from engine_dyn.speed.batch import harmonics, lanes, traces
-from engine_dyn.speed.batch.driver import keys_of, march_lanes, solve_own, write_traces
+from engine_dyn.speed.batch import harmonics, traces
+from engine_dyn.speed.batch.driver import keys_of, solve_by_harmonics, solve_by_table, write_traces
+from engine_dyn.speed.batch.forms import ITERATED, Form, Inertia, form_of, inertia_of
 from engine_dyn.speed.batch.scratch import BlockScratch, make_block_scratch
+from engine_dyn.speed.batch.state import LANES, MOST_NODES
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.pieces import FEWEST, PIECE, Progress, run_pieces, shared_by
 from engine_dyn.types import Floats, Integers
@@ -38,9 +40,6 @@ curve that take as long."""
 LANES_TOLERANCE = 1e-7
 """Smaller tolerances go to the general solver at once, whose error is smaller."""
 
-FORM_OF_KIND = (lanes.FREE, lanes.ROOT, lanes.SQUARE, lanes.POWER)
-"""What solves a block, for each kind of exponent (see `Choice`)."""
-
 Deferred = Callable[[Integers, int], None]
 """Solves the designs that are deferred, with so many threads at most."""
 
@@ -65,7 +64,7 @@ def refinement_for(
     # Curves of each design do not know what coarse nodes see wrongly of the logarithm.
     fine = cylinders.count > FEW_CYLINDERS or steep or (own and kind == 0)
     refinement = REFINEMENTS[fine]
-    return refinement if nodes <= lanes.MOST_NODES * refinement * repeats else 0
+    return refinement if nodes <= MOST_NODES * refinement * repeats else 0
 
 
 @dataclass(frozen=True)
@@ -107,12 +106,10 @@ class BatchSolver:
         steps = self.problem.points
         return make_block_scratch(self.problem.nodes, steps, self.refinement)
 
-    def _form(self) -> tuple[lanes.Form, lanes.Inertia]:
+    def _form(self) -> tuple[Form, Inertia]:
         """What solves a block of these designs, and whether their inertia varies."""
         choice = self.problem.choice
-        if choice.kind == 2 and not choice.variable:
-            return lanes.LINEAR, lanes.CONSTANT
-        return FORM_OF_KIND[choice.kind], lanes.VARIABLE if choice.variable else lanes.CONSTANT
+        return form_of(choice.kind, choice.variable), inertia_of(choice.variable)
 
     def _solve_piece(
         self, begin: int, end: int, angles: traces.Angles | None, threads: int
@@ -124,16 +121,16 @@ class BatchSolver:
         if angles is not None:
             size, blocks = traces.blocks_of(end - begin, problem.designs_of_table)
         form, inertia = self._form()
-        iterated = form not in (lanes.LINEAR, lanes.FREE)
+        iterated = len(form) >= ITERATED
         kept = traces.make_kept(blocks, scratch.levels.coarse.shape[0], iterated)
         curves = None if angles is None else traces.make_working(angles, kept)
         count = 0
         for first in range(begin, end, size):
             of_lanes = (
-                first, min(first + size, end), lanes.LANES, self.refinement, problem.product,
+                first, min(first + size, end), LANES, self.refinement, problem.product,
                 problem.row_of, problem.width, problem.grid, problem.choice, problem.results,
             )  # fmt: skip
-            count += march_lanes(form, inertia, *of_lanes, scratch, deferred[count:], kept)
+            count += solve_by_table(form, inertia, *of_lanes, scratch, deferred[count:], kept)
             if angles is not None and curves is not None:
                 write_traces(inertia, *of_lanes, scratch, angles, kept, *curves)
         self.deferred(deferred[:count], threads)
@@ -185,7 +182,7 @@ class BatchSolver:
         problem = self.problem
         rows = problem.family.row_count
         members = problem.cylinders.representatives_of(problem.repeats)
-        left: list[Integers] = []
+        all_deferred: list[Integers] = []
         with harmonics.curves_of(
             problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
             self.refinement, terms,
@@ -202,15 +199,15 @@ class BatchSolver:
                     curves: harmonics.Curves = curves,
                 ) -> None:  # fmt: skip
                     deferred = np.empty(other - one, dtype=np.int64)
-                    count = solve_own(
+                    count = solve_by_harmonics(
                         *self._form(), begin, chosen[one:other], keys, rows, curves.place_of,
-                        rows - 1, lanes.LANES, self.refinement, problem.width, problem.product,
+                        rows - 1, LANES, self.refinement, problem.width, problem.product,
                         curves.works, problem.choice, problem.results, self._scratch(),
                         harmonics.make_own(problem.nodes, self.refinement, curves.works), deferred,
                     )  # fmt: skip
-                    left.append(deferred[:count])
+                    all_deferred.append(deferred[:count])
 
                 run_pieces(
                     chosen.size, job, problem.threads, progress, PIECE_IN_LANES, FEWEST_IN_LANES
                 )
-        self.deferred(np.sort(np.concatenate(left)), problem.threads)
+        self.deferred(np.sort(np.concatenate(all_deferred)), problem.threads)

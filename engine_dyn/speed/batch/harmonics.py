@@ -49,11 +49,7 @@ from engine_dyn.geometry.velocity_harmonics import (
 )
 from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.lanes import (
-    LANES,
-    SWING,
-    Form,
-)
+from engine_dyn.speed.batch.forms import Form
 from engine_dyn.speed.batch.levels import (
     ALIAS_P,
     ALIAS_V,
@@ -84,6 +80,8 @@ from engine_dyn.speed.batch.levels import (
     fill_levels,
     make_levels,
 )
+from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE as SWING
+from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.pieces import run_pieces
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.work_tables import (

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.speed.batch import lanes
 from engine_dyn.speed.batch.levels import Levels, make_levels
+from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.fields import INPUTS
 from engine_dyn.speed.tables.work_tables import TABLE_ROWS
 from engine_dyn.types import Floats, Integers
@@ -60,7 +60,7 @@ def make_block_scratch(nodes: int, steps: int, refinement: int) -> BlockScratch:
         rates=np.empty(6 * steps),
         at=np.zeros(INPUTS, dtype=np.int64),
         shared=np.zeros(INPUTS, dtype=np.int64),
-        places=np.zeros(lanes.LANES, dtype=np.int64),
+        places=np.zeros(LANES, dtype=np.int64),
         varying=np.zeros(INPUTS, dtype=np.int64),
         line=np.zeros(1, dtype=np.int64),
         cached=np.full(2, -1, dtype=np.int64),

@@ -1,10 +1,10 @@
-"""Speed over crank angle of the designs that `lanes` has solved.
+"""Speed over crank angle of the designs of blocks that have been solved.
 
-Between the coarse nodes y = beta I + w (symbols of `lanes`): the antiderivative I of X carries all
-that is not smooth, and a polynomial of fifth degree through the values, slopes and second
-derivatives of w at two neighbouring coarse nodes the rest. X and I are tabulated once a table at
-the very angles that are wanted, by quadrature from the nearest node. What is left for a design is
-a few operations an angle:
+Between the coarse nodes y = beta I + w (symbols of docs/method.md (98)): the antiderivative I of X
+carries all that is not smooth, and w is a polynomial of fifth degree through its values, slopes and
+second derivatives at two neighbouring coarse nodes. X and I are tabulated once a table at the very
+angles that are wanted, by quadrature from the nearest node. What remains for a design is a few
+operations an angle:
 
     u = (X - beta I - w)/tau,   omega = nominal sqrt(1 + u),   omega' omega = nominal^2/2 du/dphi.
 
@@ -43,23 +43,24 @@ from engine_dyn.loads.friction import (
 )
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
-from engine_dyn.speed.batch.lanes import (
+from engine_dyn.speed.batch.forms import VARIABLE_INERTIA, Inertia
+from engine_dyn.speed.batch.levels import F_DP, F_IP, F_IV, F_P, P_MOMENT, V_MOMENT, Levels, P, V
+from engine_dyn.speed.batch.powers import root_remainder
+from engine_dyn.speed.batch.state import (
     BETA,
+    BEYOND_SERIES,
+    CLOSURE_STEP,
     CODE,
+    DEFERRED,
     ETA,
-    GAS,
-    HALF,
+    GAS_FACTOR,
+    HALF_EXPONENT,
     KAPPA,
     LANES,
-    LEFT,
-    MOVED,
-    NOMINAL,
     PAD,
-    WIDE,
-    Inertia,
-    root_series,
+    SPEED,
+    Block,
 )
-from engine_dyn.speed.batch.levels import F_DP, F_IP, F_IV, F_P, P_MOMENT, V_MOMENT, Levels, P, V
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
     GAS_WORK,
@@ -93,9 +94,9 @@ KEPT_DESIGNS, KEPT_TABLES = 1024, 64
 """Designs and tables that are solved before their curves are written: what is kept of them should
 stay in the cache, and each call costs as much as some designs."""
 
-NUMBERS = 9
+KEPT_FIELDS = 9
 K_GAS, K_ETA, K_KAPPA, K_HALF, K_BETA, K_MOVED, K_NOMINAL, K_WIDE, K_CODE = (
-    row * LANES for row in range(NUMBERS)
+    row * LANES for row in range(KEPT_FIELDS)
 )
 """What is kept of a block's numbers, one row of lanes each."""
 
@@ -106,7 +107,7 @@ A_P, A_V, A_IP, A_IV, A_DP, A_DV = range(POINT_FIELDS)
 TILE = 32
 """Angles that are computed before they are written."""
 
-TILE_ROWS, NUMBER_ROWS, SIX_ROWS = TILE * LANES, NUMBERS * LANES, 6 * LANES
+TILE_ROWS, NUMBER_ROWS, SIX_ROWS = TILE * LANES, KEPT_FIELDS * LANES, 6 * LANES
 
 SAME_ANGLE = 1e-9
 """Angles closer than that share of an interval are the same: the speed differs by less than 1e-12.
@@ -116,13 +117,13 @@ SAME_ANGLE = 1e-9
 class Kept(NamedTuple):
     """What curves need of solved blocks: (block, lanes of rows). No blocks: nothing is kept.
 
-    `numbers` are the NUMBERS, `us` and `rs` the rows of `lanes` (`rs` is empty where nothing is
-    iterated: r is zero), `targets` the places of the results.
+    `numbers` are the KEPT_FIELDS, `deviations` and `remainders` those of a `Block` (these are empty
+    where nothing is iterated: r is zero), `targets` the places of the results.
     """
 
     numbers: Floats
-    us: Floats
-    rs: Floats
+    deviations: Floats
+    remainders: Floats
     targets: Integers
 
 
@@ -163,19 +164,19 @@ class Angles(NamedTuple):
 
 
 def make_kept(blocks: int, nodes: int, iterated: bool) -> Kept:
-    """Memory for blocks of tables with `nodes` coarse nodes; only `iterated` ones have a rest r."""
+    """Memory for blocks of tables with `nodes` coarse nodes; only `iterated` ones have r."""
     rows = (nodes + 2 * PAD) * LANES
     return Kept(
-        numbers=np.empty((blocks, NUMBERS * LANES)),
-        us=np.empty((blocks, rows)),
-        rs=np.empty((blocks, rows if iterated else 0)),
+        numbers=np.empty((blocks, KEPT_FIELDS * LANES)),
+        deviations=np.empty((blocks, rows)),
+        remainders=np.empty((blocks, rows if iterated else 0)),
         targets=np.zeros((blocks, LANES), dtype=np.int64),
     )
 
 
 def make_working(angles: Angles, kept: Kept) -> tuple[Floats, Floats, Floats]:
     """Working memory of `driver.write_traces`: its points, ws and ds."""
-    rows = kept.us.shape[1]
+    rows = kept.deviations.shape[1]
     return np.empty((angles.node.size, POINT_FIELDS)), np.empty(rows), np.empty(rows)
 
 
@@ -251,24 +252,25 @@ def make_angles(
 
 
 @inlined
-def keep(block: int, s: Floats, us: Floats, rs: Floats, places: Integers, kept: Kept) -> None:
+def keep(number: int, block: Block, places: Integers, kept: Kept) -> None:
     """Keep what `write_block` needs of a solved block."""
-    numbers, to_us, to_rs = kept.numbers[block], kept.us[block], kept.rs[block]
+    state, numbers = block.state, kept.numbers[number]
     for k in range(LANES):
-        numbers[K_GAS + k] = s[GAS + k]
-        numbers[K_ETA + k] = s[ETA + k]
-        numbers[K_KAPPA + k] = s[KAPPA + k]
-        numbers[K_HALF + k] = s[HALF + k]
-        numbers[K_BETA + k] = s[BETA + k]
-        numbers[K_MOVED + k] = s[MOVED + k]
-        numbers[K_NOMINAL + k] = s[NOMINAL + k]
-        numbers[K_WIDE + k] = s[WIDE + k]
-        numbers[K_CODE + k] = s[CODE + k]
-        kept.targets[block, k] = places[k]
-    for i in range(us.size):
-        to_us[i] = us[i]
-    for i in range(to_rs.size):
-        to_rs[i] = rs[i]
+        numbers[K_GAS + k] = state[GAS_FACTOR + k]
+        numbers[K_ETA + k] = state[ETA + k]
+        numbers[K_KAPPA + k] = state[KAPPA + k]
+        numbers[K_HALF + k] = state[HALF_EXPONENT + k]
+        numbers[K_BETA + k] = state[BETA + k]
+        numbers[K_MOVED + k] = state[CLOSURE_STEP + k]
+        numbers[K_NOMINAL + k] = state[SPEED + k]
+        numbers[K_WIDE + k] = state[BEYOND_SERIES + k]
+        numbers[K_CODE + k] = state[CODE + k]
+        kept.targets[number, k] = places[k]
+    deviations, remainders = kept.deviations[number], kept.remainders[number]
+    for i in range(deviations.size):
+        deviations[i] = block.deviations[i]
+    for i in range(remainders.size):
+        remainders[i] = block.remainders[i]
 
 
 @inlined
@@ -365,16 +367,16 @@ def fill_points(
 @inlined
 def fill_smooth(
     inertia: Inertia, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
-    us: Floats, rs: Floats, ws: Floats, ds: Floats,
+    deviations: Floats, remainders: Floats, ws: Floats, ds: Floats,
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
 
-    They are those of `hills.load_at`.
+    They are those of `extrema.load_of`.
     """
     wide_vectors()
     fine, coarse = levels.fine, levels.coarse
     nodes = coarse.shape[0]
-    rest = rs.size > 0
+    iterated = remainders.size > 0
     # Here, so that the compiler knows that nothing overlaps them.
     numbers = on_stack(NUMBER_ROWS)
     for i in range(NUMBER_ROWS):
@@ -385,16 +387,16 @@ def fill_smooth(
         p_moment, v_moment = coarse[n, P_MOMENT], coarse[n, V_MOMENT]
         # Slices, so that the compiler sees that no index counts from the end.
         row, behind = (n + PAD) * LANES, (n + PAD + 1) * LANES
-        u_here, r_here = us[row:behind], rs[row:behind]
+        u_here, r_here = deviations[row:behind], remainders[row:behind]
         w_here, d_here = ws[row:behind], ds[row:behind]
         for k in range(lanes):
             g, eta, beta = numbers[K_GAS + k], numbers[K_ETA + k], numbers[K_BETA + k]
-            tau = 1.0 + eta * v if len(inertia) == 2 else 1.0
+            tau = 1.0 + eta * v if len(inertia) == VARIABLE_INERTIA else 1.0
             x = g * p - eta * v
             # u tau: what moves u for the closure and the first moments is divided by tau there.
             bent = beta * beta * (g * p_moment - eta * v_moment)
             e = u_here[k] * tau + numbers[K_MOVED + k] - bent
-            r = r_here[k] if rest else 0.0
+            r = r_here[k] if iterated else 0.0
             w_here[k] = x - e - beta * (g * ip - eta * iv)
             d_here[k] = step * (numbers[K_KAPPA + k] * (r + numbers[K_HALF + k] * e) - beta * x)
     for i in range(PAD * LANES):
@@ -406,7 +408,7 @@ def fill_smooth(
 
 @inlined
 def take_polynomial(interval: int, lanes: int, ws: Floats, ds: Floats, c: Floats) -> None:
-    """Coefficients of w in a coarse interval, one row of lanes each."""
+    """Coefficients of w in a coarse interval, docs/method.md (119): one row of lanes each."""
     # Slices, so that the compiler sees that no index counts from the end.
     first, last = (interval + PAD - 1) * LANES, (interval + PAD + 3) * LANES
     w, d = ws[first:last], ds[first:last]
@@ -442,7 +444,7 @@ def deviation(
     c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
     w = c[k] + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
     u = g * (p - beta * ip) - eta * (v - beta * iv) - w
-    return u / (1.0 + eta * v) if len(inertia) == 2 else u
+    return u / (1.0 + eta * v) if len(inertia) == VARIABLE_INERTIA else u
 
 
 @inlined
@@ -486,7 +488,7 @@ def write_curve(
                     c4, c5 = c[4 * LANES + k], c[5 * LANES + k]
                     dw = c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5))))
                     slope = g * (dp - beta * p) - eta * (dv - beta * v) - turns * dw
-                    if len(inertia) == 2:
+                    if len(inertia) == VARIABLE_INERTIA:
                         u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
                         inverse = 1.0 / (1.0 + eta * v)
                         slope = (slope - u * eta * dv) * inverse
@@ -495,12 +497,12 @@ def write_curve(
                 for k in range(lanes):
                     u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
                     root = math.sqrt(max(1.0 + u, 0.0))
-                    series = 1.0 + 0.5 * u + root_series(u)
+                    series = 1.0 + 0.5 * u + root_remainder(u)
                     here[k] = nominal[k] * (root if beyond[k] != 0.0 else series)
             else:
                 for k in range(lanes):
                     u = deviation(inertia, t, p, v, ip, iv, k, numbers, c)
-                    here[k] = nominal[k] * (1.0 + 0.5 * u + root_series(u))
+                    here[k] = nominal[k] * (1.0 + 0.5 * u + root_remainder(u))
         for k in range(0, LANES, SQUARE_SIDE):
             for i in range(0, TILE, SQUARE_SIDE):
                 turn_square(tile, i * LANES + k, LANES, turned, k * TILE + i, TILE)
@@ -509,7 +511,7 @@ def write_curve(
                 for i in range(TILE):
                     turned[k * TILE + i] = math.nan
         for k in range(count):
-            if numbers[K_CODE + k] == LEFT:
+            if numbers[K_CODE + k] == DEFERRED:
                 continue
             for run in range(angles.first_run[part], angles.first_run[part + 1]):
                 source, target, length = angles.source[run], angles.target[run], angles.length[run]
@@ -527,11 +529,20 @@ def write_block(
 ) -> None:  # fmt: skip
     """Write the curves of the first `count` designs of a block; NaN where they have none.
 
-    Designs that are left to the general method are not written. `ws` and `ds` are scratch.
+    Designs that are deferred to the general solver are not written. `ws` and `ds` are scratch.
     """
     numbers, targets = kept.numbers[block], kept.targets[block]
     fill_smooth(
-        inertia, step, ratio, lanes, levels, numbers, kept.us[block], kept.rs[block], ws, ds
+        inertia,
+        step,
+        ratio,
+        lanes,
+        levels,
+        numbers,
+        kept.deviations[block],
+        kept.remainders[block],
+        ws,
+        ds,
     )
     for rates in (False, True):
         result = acceleration if rates else omega

@@ -1,4 +1,4 @@
-"""Lanes: what their series leave, and which of several hills holds the extreme."""
+"""The batch solver: what its series leave, and which of several valleys holds the extreme."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pytest
 
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import lanes, levels
+from engine_dyn.speed.batch import levels, powers, recurrence
+from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from oracle.designs import SmoothPressure, table
 
@@ -22,7 +23,7 @@ PRESSURE = SmoothPressure(
     after=6.0, after_angle=math.radians(45.0), after_order=30,
 )  # fmt: skip
 
-U = np.linspace(-lanes.SERIES_RANGE, lanes.SERIES_RANGE, 401)
+U = np.linspace(-powers.SERIES_RANGE, powers.SERIES_RANGE, 401)
 
 
 def product(
@@ -55,13 +56,13 @@ def of_each(formula: object) -> np.ndarray:
 
 def test_series_are_as_good_as_they_say() -> None:
     roots = np.array([math.sqrt(1.0 + u) - 1.0 - 0.5 * u for u in U])
-    assert np.abs(of_each(lanes.root_series) - roots).max() < 2e-10
+    assert np.abs(of_each(powers.root_remainder) - roots).max() < 2e-10
     rising = np.array([0.5 / math.sqrt(1.0 + u) - 0.5 for u in U])
-    slope = getattr(lanes.root_slope, "py_func", lanes.root_slope)
+    slope = getattr(powers.root_slope, "py_func", powers.root_slope)
     assert np.abs([slope(u, 0.0) for u in U] - rising).max() < 2e-5
     assert slope(0.1, 0.3) - slope(0.1, 0.0) == pytest.approx(-0.15)
-    logarithm = getattr(lanes.log_of, "py_func", lanes.log_of)
-    wide = np.linspace(lanes.DEEPEST, lanes.HIGHEST, 401)
+    logarithm = getattr(powers.log_of, "py_func", powers.log_of)
+    wide = np.linspace(powers.DEEPEST, powers.HIGHEST, 401)
     assert max(abs(logarithm(u) - math.log1p(u)) for u in wide) < 2e-13
 
 
@@ -71,7 +72,7 @@ def test_the_work_of_a_period_is_a_polynomial_of_the_load(nodes: int) -> None:
     coarse = np.random.default_rng(nodes).normal(size=(nodes, levels.NODE_FIELDS))
     constants = np.zeros(levels.CONSTANTS)
     levels.fill_series_of_work(coarse, constants)
-    series = getattr(lanes.work_series, "py_func", lanes.work_series)
+    series = getattr(recurrence.work_series, "py_func", recurrence.work_series)
     behind = np.arange(nodes)[::-1]
     for field, first in (
         (levels.WORK, levels.WORK_SERIES),
@@ -106,17 +107,17 @@ def test_of_two_valleys_the_deeper_one_counts(method: str) -> None:
 
 @pytest.mark.parametrize("half", [0.25, 0.5, 0.8, 1.3, 2.5, 5.0])
 def test_series_of_powers_are_as_good_as_they_say(half: float) -> None:
-    terms = lanes.SERIES_TERMS
-    series = np.zeros(lanes.SERIES_ROWS)
+    terms = powers.SERIES_TERMS
+    series = np.zeros(powers.SERIES_ROWS)
     coefficients = [half * (half - 1.0) / 2.0]
     for i in range(3, terms + 2):
         coefficients.append(coefficients[-1] * (half - i + 1.0) / i)
-    series[:: lanes.LANES] = coefficients
-    value = getattr(lanes.rest_series, "py_func", lanes.rest_series)
-    slope = getattr(lanes.rest_slope, "py_func", lanes.rest_slope)
-    rest = (1.0 + U) ** half - 1.0 - half * U
+    series[::LANES] = coefficients
+    value = getattr(powers.power_remainder, "py_func", powers.power_remainder)
+    slope = getattr(powers.power_slope, "py_func", powers.power_slope)
+    remainder = (1.0 + U) ** half - 1.0 - half * U
     rising = half * ((1.0 + U) ** (half - 1.0) - 1.0)
-    assert np.abs([value(u, 0, series) for u in U] - rest).max() < 1e-11
+    assert np.abs([value(u, 0, series) for u in U] - remainder).max() < 1e-11
     assert np.abs([slope(u, half, 0.0, 0, series) for u in U] - rising).max() < 2e-5
     turned = slope(0.1, half, 0.3, 0, series) - slope(0.1, half, 0.0, 0, series)
     assert turned == pytest.approx(-0.3 * half)
