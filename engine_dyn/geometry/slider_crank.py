@@ -397,3 +397,26 @@ def offset_jerk_at(sine: float, cosine: float, crank_ratio: float, offset: float
         - 2.0 * crank_ratio * lean * lean * sine
     )
     return -sine + slope / cube + 3.0 * crank_ratio * lean * cosine * bracket / (cube * square)
+
+
+@inlined
+def velocity_and_slopes_at(
+    sine: float, cosine: float, crank_ratio: float, offset: float
+) -> tuple[float, float, float]:
+    """Return c/(r omega) and its first two slopes over the angle, with or without an offset.
+
+    From sine and cosine of theta, docs/method.md (9) to (11), written with the tangent of the rod's
+    angle: its slopes share one square root and one division.
+    """
+    lean = crank_ratio * (sine - offset)
+    secant = 1.0 / math.sqrt(1.0 - lean * lean)
+    cube = secant * secant * secant
+    turn = crank_ratio * cosine
+    tangent = lean * secant
+    slope = turn * cube
+    bend = 3.0 * turn * turn * lean * cube * secant * secant - crank_ratio * sine * cube
+    return (
+        sine + cosine * tangent,
+        cosine - sine * tangent + cosine * slope,
+        cosine * (bend - tangent) - sine * (1.0 + 2.0 * slope),
+    )

@@ -109,7 +109,9 @@ def _means_of(family: Family, member: Member, rows: Integers) -> Floats:
                 angle = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
                 orders = [order_of(term) for term in range(MANY_TERMS)]
                 sines = np.sin(np.multiply.outer(orders, angle))
-                means_of_diagrams(grid.at_quadrature, sines, some, means)
+                means_of_diagrams(
+                    grid.at_quadrature, sines, some, np.empty(angle.size), means
+                )  # fmt: skip
         of_family[member.pressure_factor] = means
         return means
 

@@ -74,8 +74,8 @@ def hold_table(
         return
     work_tables.build(
         product.values[shared[CRANK_RATIO]], product.values[shared[OFFSET_RATIO]],
-        blend_of(product.values, shared, row_of), table.shape[1], width, grid, table,
-        scratch.middles, scratch.rates,
+        blend_of(product.values, shared, row_of), width, grid, table, scratch.middles,
+        scratch.rates,
     )  # fmt: skip
     fill_levels(table, width, ratio, scratch.levels)
     scratch.cached[0] = which

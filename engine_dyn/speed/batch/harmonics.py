@@ -85,8 +85,7 @@ from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.pieces import run_pieces
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.work_tables import (
-    END_WEIGHT,
-    MIDDLE_WEIGHT,
+    HALVES_POINTS,
     SHAPE,
     SQUARE,
     TABLE_ROWS,
@@ -95,6 +94,8 @@ from engine_dyn.speed.tables.work_tables import (
     Grid,
     bounds_of,
     make_grid,
+    mean_of_half,
+    steps_of,
 )
 from engine_dyn.types import Booleans, Floats, Integers
 
@@ -256,22 +257,24 @@ def store_term(
 
 @kernel
 def build_diagrams(
-    places: Integers, rows: Integers, width: float, ratio: int, sines: Floats, grid: Grid,
-    works: Works, terms: Floats,
+    places: Integers, rows: Integers, width: float, ratio: int, sines: Floats,
+    node_sines: Floats, grid: Grid, works: Works, terms: Floats,
 ) -> None:  # fmt: skip
     """Works of the diagrams `rows` of the grid against all terms, docs/method.md (112).
 
-    `sines` is (term, 7, cylinder and step): the sine of each term at the six quadrature points of
-    an interval and at its node. `terms` is scratch (5, node); a period is that many nodes.
+    `sines` is (term, quadrature point), `node_sines` (term, node): the sine of each term there, for
+    all cylinders as in `grid`. `terms` is scratch (5, node); a period is that many nodes.
     """
     for i in range(places.size):
-        build_diagram(places[i], rows[i], width, ratio, sines, grid, works, terms)
+        build_diagram(
+            places[i], rows[i], width, ratio, sines, node_sines, grid, works, terms
+        )  # fmt: skip
 
 
 @inlined
 def build_diagram(
-    place: int, row: int, width: float, ratio: int, sines: Floats, grid: Grid, works: Works,
-    terms: Floats,
+    place: int, row: int, width: float, ratio: int, sines: Floats, node_sines: Floats, grid: Grid,
+    works: Works, terms: Floats,
 ) -> None:  # fmt: skip
     """Works of one diagram, arguments as of `build_diagrams`."""
     value, slope, middle, work, before = terms[0], terms[1], terms[2], terms[3], terms[4]
@@ -282,18 +285,21 @@ def build_diagram(
             slope[j] = 0.0
             work[j] = 0.0
             before[j] = 0.0
-        sine = sines[term]
-        first = 0
-        while first < at_node.size:
-            for j in range(nodes):
-                step = first + j
-                here = 6 * step
-                half = work_of_half_of(pressure, here, sine, step, 0)
-                work[j] += 0.5 * width * (half + work_of_half_of(pressure, here + 3, sine, step, 3))
-                before[j] += 0.5 * width * half
-                slope[j] += at_node[step] * sine[6, step]
-            first += nodes
+        steps = steps_of(grid)
+        for member in range(grid.masses.size):
+            count = HALVES_POINTS * steps
+            mine = pressure[member * count : (member + 1) * count]
+            sine = sines[term, member * count : (member + 1) * count]
+            for step in range(0, steps, nodes):
+                add_half(0.5 * width, mine, sine, step, before)
+                add_half(0.5 * width, mine, sine, 3 * steps + step, work)
+                here = member * steps + step
+                one, other = at_node[here : here + nodes], node_sines[term, here : here + nodes]
+                for j in range(nodes):
+                    slope[j] += one[j] * other[j]
         total = 0.0
+        for j in range(nodes):
+            work[j] += before[j]
         for j in range(nodes):
             total += work[j]
         rate = total / (nodes * width)
@@ -312,14 +318,21 @@ def build_diagram(
         store_term(place, term, width, ratio, value, slope, middle, works)
 
 
-@formula
-def work_of_half_of(pressure: Floats, place: int, sine: Floats, step: int, point: int) -> float:
-    """Mean of pressure times sine over half an interval: docs/method.md (49)."""
-    return (
-        END_WEIGHT
-        * (pressure[place] * sine[point, step] + pressure[place + 2] * sine[point + 2, step])
-        + MIDDLE_WEIGHT * pressure[place + 1] * sine[point + 1, step]
-    )
+@inlined
+def add_half(width: float, pressure: Floats, sine: Floats, first: int, works: Floats) -> None:
+    """Add the integral of pressure times sine over halves of intervals, `width` wide each.
+
+    docs/method.md (49). `first` is the place of the first quadrature point of the first interval;
+    the other arguments are those of one cylinder.
+    """
+    nodes, steps = works.size, pressure.size // HALVES_POINTS
+    second, third = first + steps, first + 2 * steps
+    p0, p1 = pressure[first : first + nodes], pressure[second : second + nodes]
+    p2 = pressure[third : third + nodes]
+    s0, s1 = sine[first : first + nodes], sine[second : second + nodes]
+    s2 = sine[third : third + nodes]
+    for j in range(nodes):
+        works[j] += width * mean_of_half(p0[j] * s0[j], p1[j] * s1[j], p2[j] * s2[j])
 
 
 @inlined
@@ -415,7 +428,7 @@ def build_bound(
                 chunk[bound + quantity, group, kind] = 0.0
     for i in range(3):
         at = ends[0] + 0.5 * i * (ends[1] - ends[0])
-        work_tables.build(at, 0.0, blend, nodes, width, grid, table, middles, rates)
+        work_tables.build(at, 0.0, blend, width, grid, table, middles, rates)
         fill_levels(table, width, ratio, levels)
         for quantity in range(2 if unit else 1):
             numbers = works.numbers[interval, bound + quantity]
@@ -512,7 +525,7 @@ class Curves:
         masses = np.repeat([member.mass_factor for member in members], turns.size)
         build_common(width, refinement, phases, masses, self.works, np.empty((5, nodes)))
         self.works.image[:] = images_of(self.works.coarse[:WORKS_BEFORE_ROWS])
-        self._sines: Floats | None = None
+        self._sines: tuple[Floats, Floats] | None = None
 
     def groups_of(self, keys: Integers, rows: int) -> list[tuple[int, int]]:
         """Cut sorted keys, interval * rows + row, into groups whose works are kept at once."""
@@ -568,7 +581,7 @@ class Curves:
         def build_works(begin: int, end: int) -> None:
             some = chosen[begin:end]
             build_diagrams(
-                places[some], some, self.width, self.refinement, sines, grid, self.works,
+                places[some], some, self.width, self.refinement, *sines, grid, self.works,
                 np.empty((5, self.nodes)),
             )  # fmt: skip
 
@@ -608,17 +621,16 @@ class Curves:
         """Nodes of a period."""
         return int(self.works.fine.shape[1]) - 2 * self.refinement
 
-    def _sines_of(self, grid: Grid) -> Floats:
-        """Sine of every term at the quadrature points and the nodes of a cycle, as kernels do."""
+    def _sines_of(self, grid: Grid) -> tuple[Floats, Floats]:
+        """Sine of every term at the quadrature points and the nodes of a cycle, of all cylinders."""
         if self._sines is None:
-            angle = np.concatenate(
-                [
-                    np.arctan2(grid.quadrature_sine, grid.quadrature_cosine).reshape(-1, 6).T,
-                    np.arctan2(grid.node_sine, grid.node_cosine)[None],
-                ]
-            )
+            at_quadrature = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
+            at_node = np.arctan2(grid.node_sine, grid.node_cosine)
             orders = [order_of(term) for term in range(self.works.coarse.shape[3])]
-            self._sines = np.sin(np.multiply.outer(orders, angle))
+            self._sines = (
+                np.sin(np.multiply.outer(orders, at_quadrature)),
+                np.sin(np.multiply.outer(orders, at_node)),
+            )
         return self._sines
 
 
@@ -670,6 +682,7 @@ def make_own(nodes: int, refinement: int, works: Works) -> Levels:
         constants=np.zeros((CONSTANTS, LANES)),
         mix=np.zeros((3 + SQUARE_WORKS) * terms * LANES),
         units=np.zeros((coarse, 2, LANES)),
+        windows=np.zeros((0, 0)),
     )
 
 

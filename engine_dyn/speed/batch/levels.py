@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.compilation import inlined
+from engine_dyn.compilation import formula, inlined, on_stack
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
     GAS_WORK,
@@ -59,6 +59,9 @@ TILT, TILT_V = WORK, SQUARES
 
 RIPPLED = 8
 """Fine intervals within which the slope of a smooth diagram has one inflection at most."""
+
+WINDOW_ROWS = 7
+"""Rows of memory, a number a fine node, for the search for ripple."""
 
 SMOOTH = 1e-10
 """Share of the steepest slope that ripple has by rounding."""
@@ -107,6 +110,14 @@ def _series_of_work() -> tuple[Floats, Floats]:
     return np.exp(-0.5 * LARGEST_STEP * (1.0 + np.cos(angle))), powers.T @ share
 
 
+STRIP = 16
+"""Fine nodes whose means are summed side by side. Refinement times CHUNK is a multiple of it, and
+so is the number of fine nodes."""
+
+MEANS = 29
+MEAN_ROWS = MEANS * STRIP
+"""The first of the constants are means."""
+
 SERIES_DECAYS, SERIES_SHARES = _series_of_work()
 
 
@@ -117,7 +128,8 @@ class Levels(NamedTuple):
     `fine` (fine node, FINE_FIELDS) with one coarse interval before the first node and behind the
     last, so that nobody wraps. `mix` (weight, lane), flat, are the numbers by which lanes with
     curves of their own add them up, see `harmonics`, and `units` is memory for
-    that; both are empty for a table.
+    that; both are empty for a table. `windows` (WINDOW_ROWS, fine node) is memory for the search for
+    ripple, empty for lanes with curves of their own.
     """
 
     coarse: Floats
@@ -126,6 +138,7 @@ class Levels(NamedTuple):
     constants: Floats
     mix: Floats
     units: Floats
+    windows: Floats
 
 
 def make_levels(nodes: int, ratio: int) -> Levels:
@@ -138,6 +151,7 @@ def make_levels(nodes: int, ratio: int) -> Levels:
         constants=np.zeros(CONSTANTS),
         mix=np.zeros(0),
         units=np.zeros((0, 0, 0)),
+        windows=np.zeros((WINDOW_ROWS, nodes)),
     )
 
 
@@ -145,79 +159,106 @@ def make_levels(nodes: int, ratio: int) -> Levels:
 def fill_fine(table: Floats, width: float, ratio: int, fine: Floats) -> None:
     """Fields of the fine nodes. The antiderivative integrates the cubics and their middles."""
     nodes = table.shape[1]
-    for quantity in range(2):
-        value = GAS_WORK if quantity == 0 else SQUARE
-        slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
-        middle = GAS_WORK_MIDDLE if quantity == 0 else SQUARE_MIDDLE
-        running = mean = 0.0
-        for j in range(nodes):
-            after = j + 1 if j + 1 < nodes else 0
-            here = ratio + j
-            fine[here, F_P + quantity] = table[value, j]
-            fine[here, F_DP + quantity] = table[slope, j]
-            fine[here, F_MP + quantity] = table[middle, j]
-            fine[here, F_IP + quantity] = running
-            mean += running
-            running += width * (
-                0.5 * (table[value, j] + table[value, after])
-                + width / 12.0 * (table[slope, j] - table[slope, after])
-                + 8.0 / 15.0 * table[middle, j]
-            )
-        # What is left over a period is the mean of the curve between its nodes, near rounding.
-        drift = running / nodes
-        mean = mean / nodes - drift * 0.5 * (nodes - 1)
-        for j in range(nodes):
-            fine[ratio + j, F_IP + quantity] -= mean + drift * j
-    for field in range(FINE_FIELDS):
-        for i in range(ratio):
+    p, dp, mp = table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_MIDDLE]
+    v, dv, mv = table[SQUARE], table[SQUARE_SLOPE], table[SQUARE_MIDDLE]
+    running = running_v = mean = mean_v = 0.0
+    for j in range(nodes):
+        after = j + 1 if j + 1 < nodes else 0
+        to = fine[ratio + j]
+        to[F_P], to[F_V], to[F_DP], to[F_DV] = p[j], v[j], dp[j], dv[j]
+        to[F_IP], to[F_IV], to[F_MP], to[F_MV] = running, running_v, mp[j], mv[j]
+        mean += running
+        mean_v += running_v
+        running += integral_of_quartic(width, p[j], p[after], dp[j], dp[after], mp[j])
+        running_v += integral_of_quartic(width, v[j], v[after], dv[j], dv[after], mv[j])
+    # What is left over a period is the mean of the curve between its nodes, near rounding.
+    drift, drift_v = running / nodes, running_v / nodes
+    mean = mean / nodes - drift * 0.5 * (nodes - 1)
+    mean_v = mean_v / nodes - drift_v * 0.5 * (nodes - 1)
+    for j in range(nodes):
+        to = fine[ratio + j]
+        to[F_IP] -= mean + drift * j
+        to[F_IV] -= mean_v + drift_v * j
+    for i in range(ratio):
+        for field in range(FINE_FIELDS):
             fine[i, field] = fine[nodes + i, field]
             fine[nodes + ratio + i, field] = fine[ratio + i, field]
 
 
+@formula
+def integral_of_quartic(
+    width: float, left: float, right: float, left_slope: float, right_slope: float, missed: float
+) -> float:
+    """Integral over an interval of the cubic and of what it misses, docs/method.md (52) and (53).
+
+    `missed` is what the cubic misses in the middle: 16 t^2 (1 - t)^2 of it has the mean 8/15.
+    """
+    return width * (
+        0.5 * (left + right) + width / 12.0 * (left_slope - right_slope) + 8.0 / 15.0 * missed
+    )
+
+
 @inlined
-def fill_means(ratio: int, fine: Floats, constants: Floats) -> None:
+def fill_means(ratio: int, table: Floats, constants: Floats) -> None:
     """Means over the fine nodes and their differences to those over the coarse ones."""
-    nodes = fine.shape[0] - 2 * ratio
-    for i in range(CONSTANTS):
-        constants[i] = 0.0
+    nodes = table.shape[1]
     share, share_coarse = 1.0 / nodes, -float(ratio) / nodes
-    for j in range(nodes):
-        p, v = fine[ratio + j, F_P], fine[ratio + j, F_V]
-        weight = share
-        if j % ratio == 0:
-            weight += share_coarse
-        constants[PP] += share * p * p
-        constants[PV] += share * p * v
-        constants[VV] += share * v * v
-        constants[CUBES] += share * p * p * p
-        constants[CUBES + 1] += share * p * p * v
-        constants[CUBES + 2] += share * p * v * v
-        constants[CUBES + 3] += share * v * v * v
-        constants[FOURTHS] += share * p * p * p * p
-        constants[FOURTHS + 1] += share * p * p * p * v
-        constants[FOURTHS + 2] += share * p * p * v * v
-        constants[FOURTHS + 3] += share * p * v * v * v
-        constants[FOURTHS + 4] += share * v * v * v * v
-        p2, v2 = weight * p * p, v * v
-        constants[ALIAS_P] += weight * p
-        constants[ALIAS_V] += weight * v
-        constants[ALIAS_PP] += p2
-        constants[ALIAS_PV] += weight * p * v
-        constants[ALIAS_VV] += weight * v2
-        constants[ALIAS_PPP] += p2 * p
-        constants[ALIAS_PPV] += p2 * v
-        constants[ALIAS_PVV] += weight * p * v2
-        constants[ALIAS_VVV] += weight * v2 * v
-        constants[ALIAS_PPPP] += p2 * p * p
-        constants[ALIAS_PPPV] += p2 * p * v
-        constants[ALIAS_PPVV] += p2 * v2
-        constants[ALIAS_PVVV] += weight * p * v2 * v
-        constants[ALIAS_VVVV] += weight * v2 * v2
+    # Each place of a strip has sums of its own, so that loops over it become vectors. Coarse nodes
+    # lie at the same places of every strip.
+    weights, sums = on_stack(STRIP), on_stack(MEAN_ROWS)
+    for k in range(STRIP):
+        weights[k] = share + share_coarse if k % ratio == 0 else share
+    for k in range(MEAN_ROWS):
+        sums[k] = 0.0
+    works, squares = table[GAS_WORK], table[SQUARE]
+    for begin in range(0, nodes, STRIP):
+        one, other = works[begin : begin + STRIP], squares[begin : begin + STRIP]
+        for k in range(STRIP):
+            p, v, weight = one[k], other[k], weights[k]
+            p2, v2 = p * p, v * v
+            pv = p * v
+            add_at(PP, k, share * p2, sums)
+            add_at(PV, k, share * pv, sums)
+            add_at(VV, k, share * v2, sums)
+            add_at(CUBES, k, share * p2 * p, sums)
+            add_at(CUBES + 1, k, share * p2 * v, sums)
+            add_at(CUBES + 2, k, share * pv * v, sums)
+            add_at(CUBES + 3, k, share * v2 * v, sums)
+            add_at(FOURTHS, k, share * p2 * p2, sums)
+            add_at(FOURTHS + 1, k, share * p2 * pv, sums)
+            add_at(FOURTHS + 2, k, share * p2 * v2, sums)
+            add_at(FOURTHS + 3, k, share * pv * v2, sums)
+            add_at(FOURTHS + 4, k, share * v2 * v2, sums)
+            add_at(ALIAS_P, k, weight * p, sums)
+            add_at(ALIAS_V, k, weight * v, sums)
+            add_at(ALIAS_PP, k, weight * p2, sums)
+            add_at(ALIAS_PV, k, weight * pv, sums)
+            add_at(ALIAS_VV, k, weight * v2, sums)
+            add_at(ALIAS_PPP, k, weight * p2 * p, sums)
+            add_at(ALIAS_PPV, k, weight * p2 * v, sums)
+            add_at(ALIAS_PVV, k, weight * pv * v, sums)
+            add_at(ALIAS_VVV, k, weight * v2 * v, sums)
+            add_at(ALIAS_PPPP, k, weight * p2 * p2, sums)
+            add_at(ALIAS_PPPV, k, weight * p2 * pv, sums)
+            add_at(ALIAS_PPVV, k, weight * p2 * v2, sums)
+            add_at(ALIAS_PVVV, k, weight * pv * v2, sums)
+            add_at(ALIAS_VVVV, k, weight * v2 * v2, sums)
+    for i in range(MEANS):
+        total = 0.0
+        for k in range(STRIP):
+            total += sums[i * STRIP + k]
+        constants[i] = total
     c = constants
     root_p, root_v = math.sqrt(c[PP]), math.sqrt(c[VV])
     of_p = max(abs(c[ALIAS_P]) / root_p, abs(c[ALIAS_PP]) / c[PP]) if c[PP] > 0.0 else 0.0
     of_v = max(abs(c[ALIAS_V]) / root_v, abs(c[ALIAS_VV]) / c[VV]) if c[VV] > 0.0 else 0.0
     constants[ALIASED] = max(of_p, of_v)
+
+
+@formula
+def add_at(mean: int, k: int, value: float, sums: Floats) -> None:
+    """Add to the sum of one mean at a place of a strip."""
+    sums[mean * STRIP + k] += value
 
 
 @inlined
@@ -227,82 +268,153 @@ def fill_moments(width: float, ratio: int, levels: Levels) -> None:
     count = coarse.shape[0]
     step = width * ratio
     for quantity in range(2):
+        value, integral, moment = F_P + quantity, F_IP + quantity, P_MOMENT + quantity
         running = mean = 0.0
         for n in range(count):
             begin = ratio * (n + 1)
-            area = 0.0
-            for i in range(begin, begin + ratio):
-                area += 0.5 * (fine[i, F_IP + quantity] + fine[i + 1, F_IP + quantity])
-                area += width / 12.0 * (fine[i, F_P + quantity] - fine[i + 1, F_P + quantity])
-            coarse[n, P_MOMENT + quantity] = running - step * step / 12.0 * coarse[n, quantity]
-            mean += coarse[n, P_MOMENT + quantity]
-            ends = fine[begin, F_IP + quantity] + fine[begin + ratio, F_IP + quantity]
+            ends = fine[begin, integral] + fine[begin + ratio, integral]
+            # Euler and Maclaurin: trapezia, and the slopes of I at both ends.
+            area = 0.5 * ends + width / 12.0 * (fine[begin, value] - fine[begin + ratio, value])
+            for i in range(begin + 1, begin + ratio):
+                area += fine[i, integral]
+            coarse[n, moment] = running - step * step / 12.0 * coarse[n, quantity]
+            mean += coarse[n, moment]
             running += 0.5 * step * ends - width * area
         for n in range(count):
-            coarse[n, P_MOMENT + quantity] -= mean / count
+            coarse[n, moment] -= mean / count
 
 
 @inlined
-def fill_ripple(table: Floats, width: float, ratio: int, levels: Levels) -> None:
-    """Ripple and tilt of P and V, for each chunk: what may mislead the search for extremes.
+def fill_ripple(
+    width: float, ratio: int, value: Floats, slope: Floats, tilt: Floats, steepest: float,
+    quantity: int, levels: Levels,
+) -> None:  # fmt: skip
+    """Ripple and tilt of P or V, for each chunk: what may mislead the search for extremes.
 
     The search halves a coarse interval by the sign of the slope, which finds one zero of it.
     That is the right one unless the slope waves, perhaps about a line that the other quantity makes
     up for: RIPPLE, half the way that its differences go up and down within RIPPLED intervals beyond
     what one turn needs, times a coarse interval. The extremes lie where the slope is no more than
     its ripple, so they differ by less. Smooth diagrams have none.
+
+    `value`, `slope` and `tilt` are rows of a table, `steepest` is the largest slope.
     """
-    nodes, chunk = table.shape[1], levels.chunk
-    for quantity in range(2):
-        value = GAS_WORK if quantity == 0 else SQUARE
-        slope = GAS_TORQUE if quantity == 0 else SQUARE_SLOPE
-        tilt = GAS_WORK_TILT if quantity == 0 else SQUARE_TILT
-        steepest = levels.constants[HIGHEST_SLOPE if quantity == 0 else HIGHEST_SLOPE_V]
-        for group in range(chunk.shape[0]):
-            ripple = tilted = 0.0
-            # All windows, half a window apart, in the intervals beside the chunk's nodes.
-            first = ratio * (CHUNK * group - 1)
-            for begin in range(first, first + ratio * (CHUNK + 1) - RIPPLED + 1, RIPPLED // 2):
-                way = start = last = high = low = 0.0
-                for i in range(begin, begin + RIPPLED):
-                    j = i + nodes if i < 0 else (i if i < nodes else i - nodes)
-                    after = j + 1 if j + 1 < nodes else 0
-                    here, there = table[slope, j], table[slope, after]
-                    tilted = max(tilted, abs(table[tilt, j]))
-                    rise = table[value, after] - table[value, j]
-                    middle = (1.5 * rise + table[tilt, j]) / width - 0.25 * (here + there)
-                    before, behind = middle - here, there - middle
-                    if i == begin:
-                        start = last = high = low = before
-                    way += abs(before - last) + abs(behind - before)
-                    high, low = max(high, max(before, behind)), min(low, min(before, behind))
-                    last = behind
-                needed = max(2.0 * high - start - last, start + last - 2.0 * low)
-                turns = 0.5 * (way - needed)
-                ripple = max(ripple, turns if turns > SMOOTH * steepest else 0.0)
-            chunk[group, RIPPLE + quantity] = ripple * width * ratio
-            chunk[group, TILT + quantity] = tilted
+    nodes, chunk, windows = value.size, levels.chunk, levels.windows
+    before, behind = windows[0], windows[1]
+    last = nodes - 1
+    for j in range(nodes):
+        after = j + 1 if j < last else 0
+        rise = value[after] - value[j]
+        middle = (1.5 * rise + tilt[j]) / width - 0.25 * (slope[j] + slope[after])
+        before[j] = middle - slope[j]
+        behind[j] = slope[after] - middle
+    # Windows are two halves of RIPPLED/2 intervals each: of every half the way, and its bounds.
+    half = RIPPLED // 2
+    halves = nodes // half
+    way, high, low, tilted = windows[2], windows[3], windows[4], windows[5]
+    for i in range(halves):
+        begin = i * half
+        gone, top, bottom, largest = 0.0, before[begin], before[begin], 0.0
+        for j in range(begin, begin + half):
+            gone += abs(behind[j] - before[j])
+            gone += abs(before[j] - behind[j - 1]) if j > begin else 0.0
+            top, bottom = (
+                max(top, max(before[j], behind[j])),
+                min(bottom, min(before[j], behind[j])),
+            )
+            largest = max(largest, abs(tilt[j]))
+        way[i], high[i], low[i], tilted[i] = gone, top, bottom, largest
+    turns = windows[6]
+    for i in range(halves):
+        after = i + 1 if i + 1 < halves else 0
+        start, middle = before[i * half], before[after * half] - behind[i * half + half - 1]
+        end = behind[after * half + half - 1]
+        gone = way[i] + abs(middle) + way[after]
+        top, bottom = max(high[i], high[after]), min(low[i], low[after])
+        beyond = 0.5 * (gone - max(2.0 * top - start - end, start + end - 2.0 * bottom))
+        turns[i] = beyond if beyond > SMOOTH * steepest else 0.0
+    # All windows, half a window apart, in the intervals beside the chunk's nodes.
+    of_interval = ratio // half
+    for group in range(chunk.shape[0]):
+        ripple = largest = 0.0
+        first = of_interval * (CHUNK * group - 1)
+        count = of_interval * (CHUNK + 1)
+        for i in range(first, first + count):
+            here = i + halves if i < 0 else (i if i < halves else i - halves)
+            largest = max(largest, tilted[here])
+            ripple = max(ripple, turns[here] if i < first + count - 1 else 0.0)
+        chunk[group, RIPPLE + quantity] = ripple * width * ratio
+        chunk[group, TILT + quantity] = largest
 
 
 @inlined
 def fill_series_of_work(coarse: Floats, constants: Floats) -> None:
     """WORK_SERIES and SQUARES_SERIES, through the recurrence's ends at Chebyshev's points."""
+    works, squares = on_stack(SERIES_OF_WORK), on_stack(SERIES_OF_WORK)
     for i in range(SERIES_OF_WORK):
-        work = squares = 0.0
-        for n in range(coarse.shape[0]):
-            work = SERIES_DECAYS[i] * work + coarse[n, WORK]
-            squares = SERIES_DECAYS[i] * squares + coarse[n, SQUARES]
-        for j in range(SERIES_OF_WORK):
-            constants[WORK_SERIES + j] += SERIES_SHARES[j, i] * work
-            constants[SQUARES_SERIES + j] += SERIES_SHARES[j, i] * squares
+        works[i] = squares[i] = 0.0
+    for n in range(coarse.shape[0]):
+        work, square = coarse[n, WORK], coarse[n, SQUARES]
+        for i in range(SERIES_OF_WORK):
+            works[i] = SERIES_DECAYS[i] * works[i] + work
+            squares[i] = SERIES_DECAYS[i] * squares[i] + square
+    for j in range(SERIES_OF_WORK):
+        work = square = 0.0
+        for i in range(SERIES_OF_WORK):
+            work += SERIES_SHARES[j, i] * works[i]
+            square += SERIES_SHARES[j, i] * squares[i]
+        constants[WORK_SERIES + j] = work
+        constants[SQUARES_SERIES + j] = square
+
+
+@inlined
+def fill_chords(ratio: int, value: Floats, above: int, levels: Levels) -> None:
+    """How far a quantity rises above, and falls below, its chords in the intervals beside a node.
+
+    `value` is its row of a table, `above` the first of the two fields of coarse nodes.
+    """
+    coarse = levels.coarse
+    count = coarse.shape[0]
+    for n in range(count):
+        begin, end = n * ratio, (n + 1) * ratio if n + 1 < count else 0
+        left = value[begin]
+        step = (value[end] - left) / ratio
+        highest = lowest = 0.0
+        for i in range(1, ratio):
+            off = value[begin + i] - (left + step * i)
+            highest, lowest = max(highest, off), min(lowest, off)
+        coarse[n, above] = highest
+        coarse[n, above + 1] = -lowest
+    for field in range(above, above + 2):
+        before = coarse[count - 1, field]
+        for n in range(count):
+            here = coarse[n, field]
+            coarse[n, field] = max(before, here)
+            before = here
+        for group in range(count // CHUNK):
+            largest = 0.0
+            for i in range(CHUNK):
+                largest = max(largest, coarse[CHUNK * group + i, field])
+            levels.chunk[group, field] = largest
+
+
+@inlined
+def largest_of(numbers: Floats) -> float:
+    """Largest magnitude."""
+    largest = 0.0
+    for j in range(numbers.size):
+        largest = max(largest, abs(numbers[j]))
+    return largest
 
 
 @inlined
 def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
     """Both levels of a table of `tables.build`."""
-    fine, coarse = levels.fine, levels.coarse
+    fine, coarse, constants = levels.fine, levels.coarse, levels.constants
+    for i in range(CONSTANTS):
+        constants[i] = 0.0
     fill_fine(table, width, ratio, fine)
-    fill_means(ratio, fine, levels.constants)
+    fill_means(ratio, table, constants)
     count = coarse.shape[0]
     for n in range(count):
         here = ratio * (n + 1)
@@ -310,31 +422,18 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
         coarse[n, V] = fine[here, F_V]
         coarse[n, WORK] = fine[here + ratio, F_IP] - fine[here, F_IP]
         coarse[n, SQUARES] = fine[here + ratio, F_IV] - fine[here, F_IV]
-        for quantity in range(2):
-            above = below = 0.0
-            for begin in (here - ratio, here):
-                left = fine[begin, F_P + quantity]
-                # The interval's end: one row further lies in the margin for the last node too.
-                step = (fine[begin + ratio, F_P + quantity] - left) / ratio
-                for i in range(1, ratio):
-                    off = fine[begin + i, F_P + quantity] - (left + step * i)
-                    above = max(above, off)
-                    below = max(below, -off)
-            coarse[n, P_ABOVE + 2 * quantity] = above
-            coarse[n, P_BELOW + 2 * quantity] = below
+    fill_chords(ratio, table[GAS_WORK], P_ABOVE, levels)
+    fill_chords(ratio, table[SQUARE], V_ABOVE, levels)
     fill_moments(width, ratio, levels)
     if count <= MOST_IN_SERIES:
-        fill_series_of_work(coarse, levels.constants)
-    for group in range(count // CHUNK):
-        for field in range(P_ABOVE, V_BELOW + 1):
-            largest = 0.0
-            for i in range(CHUNK):
-                largest = max(largest, coarse[CHUNK * group + i, field])
-            levels.chunk[group, field] = largest
-    slope = slope_v = 0.0
-    for j in range(fine.shape[0]):
-        slope = max(slope, abs(fine[j, F_DP]))
-        slope_v = max(slope_v, abs(fine[j, F_DV]))
-    levels.constants[HIGHEST_SLOPE] = slope
-    levels.constants[HIGHEST_SLOPE_V] = slope_v
-    fill_ripple(table, width, ratio, levels)
+        fill_series_of_work(coarse, constants)
+    constants[HIGHEST_SLOPE] = largest_of(table[GAS_TORQUE])
+    constants[HIGHEST_SLOPE_V] = largest_of(table[SQUARE_SLOPE])
+    fill_ripple(
+        width, ratio, table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_TILT],
+        constants[HIGHEST_SLOPE], 0, levels,
+    )  # fmt: skip
+    fill_ripple(
+        width, ratio, table[SQUARE], table[SQUARE_SLOPE], table[SQUARE_TILT],
+        constants[HIGHEST_SLOPE_V], 1, levels,
+    )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.geometry.velocity_harmonics import FEW_TERMS, LARGEST_RATIO, MANY_TERMS
-from engine_dyn.speed.tables.work_tables import END_WEIGHT, MIDDLE_WEIGHT
+from engine_dyn.speed.tables.work_tables import mean_rate
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_harmonics", "means_of_diagrams"]
@@ -16,23 +16,19 @@ MOST_SAMPLES = 3 * MANY_TERMS // 2
 
 
 @kernel
-def means_of_diagrams(pressures: Floats, sines: Floats, rows: Integers, means: Floats) -> None:
+def means_of_diagrams(
+    pressures: Floats, sines: Floats, rows: Integers, rates: Floats, means: Floats
+) -> None:
     """Mean over angle of p sin(k phi) for every term, docs/method.md (49) and (112).
 
     `pressures` are (diagram, point) at the quadrature points of half intervals, `sines` (term,
-    point). `means` (row of the family, term) gets those of `rows`.
+    point). `means` (row of the family, term) gets those of `rows`; `rates` (point) is scratch.
     """
-    points = pressures.shape[1]
     for i in range(rows.size):
         for term in range(sines.shape[0]):
-            total = 0.0
-            for place in range(0, points, 3):
-                total += END_WEIGHT * (
-                    pressures[i, place] * sines[term, place]
-                    + pressures[i, place + 2] * sines[term, place + 2]
-                )
-                total += MIDDLE_WEIGHT * pressures[i, place + 1] * sines[term, place + 1]
-            means[rows[i], term] = total / (points // 3)
+            for place in range(rates.size):
+                rates[place] = pressures[i, place] * sines[term, place]
+            means[rows[i], term] = mean_rate(rates)
 
 
 @inlined

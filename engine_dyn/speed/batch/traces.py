@@ -72,7 +72,7 @@ from engine_dyn.speed.tables.work_tables import (
     blended,
     steps_of,
     stroke_friction_weights,
-    work_of_half,
+    mean_of_half,
 )
 from engine_dyn.status import CONVERGED
 from engine_dyn.types import Floats, Integers
@@ -346,7 +346,7 @@ def fill_points(
                     load, sine = friction.ring + pressure, angles.between_sine[here]
                     parts = stroke_friction_parts_at(load, v, sine)
                     rates[g] -= weighted_sum_at(of_member, parts) - level
-            rate += work_of_half(rates, 0)
+            rate += mean_of_half(rates[0], rates[1], rates[2])
         offset = angles.offset[j]
         node = angles.node[j]
         wrapped = node if node < nodes else 0

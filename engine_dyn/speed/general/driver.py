@@ -136,8 +136,8 @@ def solve_designs(
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             blend = blend_of(values, shared, row_of)
             work_tables.build(
-                values[shared[CRANK_RATIO]], values[shared[OFFSET_RATIO]], blend, nodes, width,
-                grid, table, scratch.middles, scratch.rates,
+                values[shared[CRANK_RATIO]], values[shared[OFFSET_RATIO]], blend, width, grid,
+                table, scratch.middles, scratch.rates,
             )  # fmt: skip
             if loaded:
                 keep_gas(table, scratch.plain)

@@ -28,11 +28,5 @@ def mean_gas_of_pairs(
         first = row_of[whole]
         second = row_of[whole + 1] if weight > 0.0 else first
         blend = Blend(first, second, weight, 1.0, 0.0, FRICTIONLESS)
-        if offset[i] == 0.0:
-            work_tables.rates_of_work(ratio[i], blend, grid, rates)
-        else:
-            work_tables.rates_with_offset(ratio[i], offset[i], blend, grid, rates)
-        total = 0.0
-        for place in range(0, rates.size, 3):
-            total += work_tables.work_of_half(rates, place)
-        result[i] = total / (rates.size // 3)
+        work_tables.rates_of_member(ratio[i], offset[i], blend, grid, 0, rates)
+        result[i] = work_tables.mean_rate(rates)

@@ -28,7 +28,7 @@ from engine_dyn.speed.tables.work_tables import (
     Blend,
     Grid,
     bounds_of,
-    build_equal,
+    build,
     make_grid,
 )
 from engine_dyn.types import Booleans, Floats, Integers
@@ -185,10 +185,9 @@ def resolved(
     middles: Floats, rates: Floats, enough: Booleans,
 ) -> None:  # fmt: skip
     """Whether the nodes of a grid are enough for each of its diagrams, see `_nodes_of_diagram`."""
-    nodes = table.shape[1]
     for row in range(begin, end):
         blend = Blend(row, row, 0.0, 1.0, 0.0, FRICTIONLESS)
-        build_equal(0.3, blend, nodes, width, grid, table, middles, rates)
+        build(0.3, 0.0, blend, width, grid, table, middles, rates)
         low, high = bounds_of(table[GAS_WORK])
         least, most = bounds_of(table[GAS_WORK_MIDDLE])
         falling, rising = bounds_of(table[GAS_WORK_TILT])
@@ -211,9 +210,9 @@ def _nodes_of_diagram(diagram: Diagram, tolerance: float) -> int:
     while steps < MOST_NODES:
         table = np.empty((TABLE_ROWS, steps))
         grid = make_grid(family, np.array([0]), steps)
-        build_equal(
-            0.3, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), steps, diagram.period / steps, grid,
-            table, np.empty((4, steps)), np.empty(6 * steps),
+        build(
+            0.3, 0.0, Blend(0, 0, 0.0, 1.0, 0.0, FRICTIONLESS), diagram.period / steps, grid, table,
+            np.empty((4, steps)), np.empty(6 * steps),
         )  # fmt: skip
         swing = np.ptp(table[GAS_WORK])
         beyond = 2.0 * QUINTIC * np.abs(table[GAS_WORK_TILT]).max()

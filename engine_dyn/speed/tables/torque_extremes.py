@@ -120,8 +120,7 @@ def extremes_of_torque(
             offsets_at(which, product.table_axes, product, product.value_start, shared)
             work_tables.build(
                 values[shared[CRANK_RATIO]], values[shared[OFFSET_RATIO]],
-                blend_of(values, shared, row_of), table.shape[1], width, grid, table, middles,
-                rates,
+                blend_of(values, shared, row_of), width, grid, table, middles, rates,
             )  # fmt: skip
             if loaded:
                 keep_gas(table, plain)

@@ -23,17 +23,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from engine_dyn.compilation import inlined, kernel
+from engine_dyn.compilation import formula, inlined, kernel, on_stack, wide_vectors
 from engine_dyn.geometry.cylinders import EQUAL, Member
 from engine_dyn.geometry.slider_crank import (
-    acceleration_at,
-    jerk_at,
-    offset_acceleration_at,
-    offset_jerk_at,
     offset_velocity_at,
     sine_of_top,
     turned,
-    velocity_at,
+    velocity_and_slopes_at,
 )
 from engine_dyn.loads.friction import (
     StrokeFriction,
@@ -53,13 +49,14 @@ from engine_dyn.types import Floats, Integers
 __all__ = [
     "END_WEIGHT",
     "FEWEST_NODES",
+    "HALVES_POINTS",
     "GAUSS_POINTS",
     "MIDDLE_WEIGHT",
     "MOST_NODES",
     "Blend",
+    "Cylinder",
     "Grid",
     "build",
-    "build_equal",
     "make_grid",
     "steps_per_cycle",
 ]
@@ -74,6 +71,10 @@ _THIRD = math.sqrt(0.15)
 GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
 END_WEIGHT, MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
 """Three-point Gauss-Legendre quadrature on [0, 1], docs/method.md (49)."""
+
+HALVES_POINTS = 6
+"""Quadrature points of both halves of an interval. Arrays have the first of all intervals of a
+cylinder's cycle, then the second ones, and so on, so that loops over intervals become vectors."""
 
 
 class Grid(NamedTuple):
@@ -129,6 +130,44 @@ def bounds_of(curve: Floats) -> tuple[float, float]:
         low = curve[j] if curve[j] < low or curve[j] != curve[j] else low
         high = curve[j] if curve[j] > high or curve[j] != curve[j] else high
     return low, high
+
+
+class Cylinder(NamedTuple):
+    """One representative cylinder of a table: its own crank ratio, offset and crank radius.
+
+    Attributes
+    ----------
+    ratio, offset : float
+        Crank radius over rod length, and offset over crank radius, both of its own crank radius.
+    radius, mass : float
+        Factors on the engine's crank radius, and on m r^2.
+    top, upright : float
+        Sine and cosine of the crank's angle to the cylinder axis at top dead centre.
+    weights : tuple of float
+        Level over cycle mean of each part of its friction, docs/method.md (32).
+    """
+
+    ratio: float
+    offset: float
+    radius: float
+    mass: float
+    top: float
+    upright: float
+    weights: tuple[float, float, float, float]
+
+
+@inlined
+def cylinder_of(
+    ratio: float, offset: float, member: int, weights: tuple[float, float, float, float],
+    grid: Grid,
+) -> Cylinder:  # fmt: skip
+    """One representative cylinder of a grid; `ratio` and `offset` are over the engine's radius."""
+    radius = grid.radii[member]
+    own_ratio, own_offset = ratio * radius, offset / radius
+    top = sine_of_top(own_ratio, own_offset)
+    mass = grid.masses[member] * radius * radius
+    upright = math.sqrt(1.0 - top * top)
+    return Cylinder(own_ratio, own_offset, radius, mass, top, upright, weights)
 
 
 @inlined
@@ -223,7 +262,7 @@ def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Fl
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
     offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
-    quadrature: Floats = (node[:, None] + offsets * width).reshape(-1)
+    quadrature: Floats = (node + offsets[:, None] * width).reshape(-1)
     middle: Floats = np.asarray(node + 0.5 * width)
     return node + phase, middle + phase, quadrature + phase
 
@@ -290,44 +329,62 @@ QUINTIC = 4.0 / math.sqrt(3125.0)
 Twice this is the factor on a TILT, docs/method.md (54) and (55)."""
 
 
+STRIP = 64
+"""Nodes that are taken at a time. Their values lie on the stack, where the compiler knows that they
+overlap nothing, so that loops over them become vectors: a table takes a third of the time."""
+
+
 @inlined
-def take_cubic(
-    nodes: int, width: float, table: Floats, value: int, slope: int, middle: Floats, missed: Floats
-) -> None:
+def take_cubic(width: float, value: Floats, slope: Floats, middle: Floats, missed: Floats) -> None:
     """What a cubic through two nodes misses in their middle, docs/method.md (52)."""
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        cubic = 0.5 * (table[value, j] + table[value, after]) + 0.125 * width * (
-            table[slope, j] - table[slope, after]
+    last = value.size - 1
+    for j in range(last):
+        missed[j] = middle[j] - cubic_in_middle(
+            width, value[j], value[j + 1], slope[j], slope[j + 1]
         )
-        missed[j] = middle[j] - cubic
+    missed[last] = middle[last] - cubic_in_middle(
+        width, value[last], value[0], slope[last], slope[0]
+    )
+
+
+@formula
+def cubic_in_middle(
+    width: float, left: float, right: float, left_slope: float, right_slope: float
+) -> float:
+    """Cubic Hermite interpolant in the middle of an interval, docs/method.md (52)."""
+    return 0.5 * (left + right) + 0.125 * width * (left_slope - right_slope)
 
 
 @inlined
 def take_tilt(
-    nodes: int, width: float, factor: float, table: Floats, value: int, slope: int, middle: Floats,
-    missed: Floats,
-) -> None:  # fmt: skip
+    width: float, factor: float, value: Floats, slope: Floats, middle: Floats, missed: Floats
+) -> None:
     """What a cubic misses of the slope in the middle, which is `factor` times `middle`.
 
-    docs/method.md (52).
+    docs/method.md (52), times the width of the interval.
     """
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        ends = table[slope, j] + table[slope, after]
-        cubic = 1.5 * (table[value, after] - table[value, j]) - 0.25 * width * ends
-        missed[j] = width * factor * middle[j] - cubic
+    last = value.size - 1
+    for j in range(last):
+        missed[j] = width * factor * middle[j] - cubic_rise_in_middle(
+            width, value[j], value[j + 1], slope[j], slope[j + 1]
+        )
+    missed[last] = width * factor * middle[last] - cubic_rise_in_middle(
+        width, value[last], value[0], slope[last], slope[0]
+    )
+
+
+@formula
+def cubic_rise_in_middle(
+    width: float, left: float, right: float, left_slope: float, right_slope: float
+) -> float:
+    """Slope of the cubic Hermite interpolant in the middle, times the width of the interval."""
+    return 1.5 * (right - left) - 0.25 * width * (left_slope + right_slope)
 
 
 @inlined
-def rates_of_work(ratio: float, blend: Blend, grid: Grid, rates: Floats) -> None:
-    """Rate of one cylinder's work, docs/method.md (28) over A r, at every quadrature point."""
-    first, second = grid.at_quadrature[blend.first], grid.at_quadrature[blend.second]
-    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
-    sine, cosine = grid.quadrature_sine, grid.quadrature_cosine
-    for place in range(rates.size):
-        pressure = before * first[place] + behind * second[place] - blend.crankcase
-        rates[place] = pressure * velocity_at(sine[place], cosine[place], ratio)
+def pressure_factors(blend: Blend) -> tuple[float, float]:
+    """Factors on the pressures of both diagrams of a blend."""
+    return blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
 
 
 @inlined
@@ -339,39 +396,51 @@ def stroke_friction_weights(
     The factors of docs/method.md (32). `ratio` and `offset` are over its own crank radius; `speeds`
     gets the reduced piston speed at its quadrature points.
     """
-    sine, cosine, first, second = points_of(blend, grid, member)
+    sines, cosines, firsts, seconds = points_of(blend, grid, member)
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)
-    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
-    lift, count = blend.friction.ring - blend.crankcase, sine.size
-    boundary = mixed = hydrodynamic = skirt = 0.0
-    # All points get the weight of the outer ones, then the middle ones what they lack, because
-    # only loops without branches become vectors.
-    weight = 3.0 * END_WEIGHT / count
-    for i in range(count):
-        s, c = turned(sine[i], cosine[i], top, upright)
-        speeds[i] = offset_velocity_at(s, c, ratio, offset)
-        load = before * first[i] + behind * second[i] + lift
-        parts = stroke_friction_parts_at(load, speeds[i], sine[i])
-        boundary += weight * parts[0]
-        mixed += weight * parts[1]
-        hydrodynamic += weight * parts[2]
-        skirt += weight * parts[3]
-    weight = 3.0 * (MIDDLE_WEIGHT - END_WEIGHT) / count
-    for i in range(1, count, 3):
-        load = before * first[i] + behind * second[i] + lift
-        parts = stroke_friction_parts_at(load, speeds[i], sine[i])
-        boundary += weight * parts[0]
-        mixed += weight * parts[1]
-        hydrodynamic += weight * parts[2]
-        skirt += weight * parts[3]
+    before, behind = pressure_factors(blend)
+    lift, count = blend.friction.ring - blend.crankcase, sines.size
+    # Each place of a strip has a sum of its own, so that the loop becomes vectors.
+    boundary, mixed, hydrodynamic, skirt = (
+        on_stack(STRIP), on_stack(STRIP), on_stack(STRIP), on_stack(STRIP)
+    )  # fmt: skip
+    for k in range(STRIP):
+        boundary[k] = mixed[k] = hydrodynamic[k] = skirt[k] = 0.0
+    steps = count // HALVES_POINTS
+    for point in range(HALVES_POINTS):
+        weight = 3.0 * (MIDDLE_WEIGHT if point % 3 == 1 else END_WEIGHT) / count
+        for begin in range(point * steps, (point + 1) * steps, STRIP):
+            n = min(STRIP, (point + 1) * steps - begin)
+            sine, cosine = sines[begin : begin + n], cosines[begin : begin + n]
+            first, second = firsts[begin : begin + n], seconds[begin : begin + n]
+            mine = speeds[begin : begin + n]
+            for k in range(n):
+                s, c = turned(sine[k], cosine[k], top, upright)
+                mine[k] = offset_velocity_at(s, c, ratio, offset)
+            for k in range(n):
+                load = before * first[k] + behind * second[k] + lift
+                parts = stroke_friction_parts_at(load, mine[k], sine[k])
+                boundary[k] += weight * parts[0]
+                mixed[k] += weight * parts[1]
+                hydrodynamic[k] += weight * parts[2]
+                skirt[k] += weight * parts[3]
     friction = blend.friction
     return (
-        level_over_mean_at(friction.boundary, boundary),
-        level_over_mean_at(friction.mixed, mixed),
-        level_over_mean_at(friction.hydrodynamic, hydrodynamic),
-        level_over_mean_at(friction.skirt, skirt),
+        level_over_mean_at(friction.boundary, sum_of(boundary)),
+        level_over_mean_at(friction.mixed, sum_of(mixed)),
+        level_over_mean_at(friction.hydrodynamic, sum_of(hydrodynamic)),
+        level_over_mean_at(friction.skirt, sum_of(skirt)),
     )
+
+
+@inlined
+def sum_of(numbers: Floats) -> float:
+    """Sum from the first to the last."""
+    total = 0.0
+    for k in range(numbers.size):
+        total += numbers[k]
+    return total
 
 
 @inlined
@@ -382,7 +451,7 @@ def points_of(
 
     The arrays begin at 0: where the compiler sees that no place is negative, loops become vectors.
     """
-    count = 6 * steps_of(grid)
+    count = HALVES_POINTS * steps_of(grid)
     here = slice(member * count, (member + 1) * count)
     return (
         grid.quadrature_sine[here], grid.quadrature_cosine[here],
@@ -391,29 +460,20 @@ def points_of(
 
 
 @inlined
-def rates_with_offset(ratio: float, offset: float, blend: Blend, grid: Grid, rates: Floats) -> None:
-    """As `rates_of_work`, for an offset, unequal throws and friction: docs/method.md (28), (32).
-
-    `offset` is over the crank radius.
-    """
-    for member in range(grid.masses.size):
-        rates_of_member(ratio, offset, blend, grid, member, rates)
-
-
-@inlined
 def rates_of_member(
     ratio: float, offset: float, blend: Blend, grid: Grid, member: int, rates: Floats
 ) -> tuple[float, float, float, float]:
-    """`rates_with_offset` of one representative cylinder, and the weights of its friction.
+    """Rate of one representative cylinder's work at its quadrature points; weights of its friction.
 
-    Its crank ratio and offset are over its own radius: the rod and the offset are the engine's.
+    docs/method.md (28) and (32) over A r. `ratio` and `offset` are over the engine's crank radius:
+    the rod and the offset are the engine's, but the crank radius is its own.
     """
     radius, friction = grid.radii[member], blend.friction
     own_ratio, own_offset = ratio * radius, offset / radius
     sine, cosine, first, second = points_of(blend, grid, member)
     count = sine.size
     mine = rates[member * count : (member + 1) * count]
-    before, behind = blend.scale * (1.0 - blend.weight), blend.scale * blend.weight
+    before, behind = pressure_factors(blend)
     if not varies_at(friction):
         top = sine_of_top(own_ratio, own_offset)
         upright = math.sqrt(1.0 - top * top)
@@ -431,10 +491,41 @@ def rates_of_member(
     return weights
 
 
+@formula
+def mean_of_half(start: float, middle: float, end: float) -> float:
+    """Mean over half an interval from its three quadrature points: docs/method.md (49)."""
+    return END_WEIGHT * (start + end) + MIDDLE_WEIGHT * middle
+
+
 @inlined
-def work_of_half(rates: Floats, place: int) -> float:
-    """Mean rate over half an interval from `place` on: Gauss-Legendre, docs/method.md (49)."""
-    return END_WEIGHT * (rates[place] + rates[place + 2]) + MIDDLE_WEIGHT * rates[place + 1]
+def add_works(width: float, rates: Floats, step: int, works: Floats, first_halves: Floats) -> None:
+    """Add the work of whole intervals, and of their first halves, from the node `step` on."""
+    nodes, steps = works.size, rates.size // HALVES_POINTS
+    r0 = rates[step : step + nodes]
+    r1 = rates[steps + step : steps + step + nodes]
+    r2 = rates[2 * steps + step : 2 * steps + step + nodes]
+    r3 = rates[3 * steps + step : 3 * steps + step + nodes]
+    r4 = rates[4 * steps + step : 4 * steps + step + nodes]
+    r5 = rates[5 * steps + step : 5 * steps + step + nodes]
+    for j in range(nodes):
+        first_halves[j] += 0.5 * width * mean_of_half(r0[j], r1[j], r2[j])
+    for j in range(nodes):
+        works[j] += 0.5 * width * (
+            mean_of_half(r0[j], r1[j], r2[j]) + mean_of_half(r3[j], r4[j], r5[j])
+        )  # fmt: skip
+
+
+@inlined
+def mean_rate(rates: Floats) -> float:
+    """Mean over the cycle of rates at the quadrature points of one cylinder, docs/method.md (29)."""
+    steps = rates.size // HALVES_POINTS
+    total = 0.0
+    for step in range(steps):
+        total += mean_of_half(rates[step], rates[steps + step], rates[2 * steps + step])
+        total += mean_of_half(
+            rates[3 * steps + step], rates[4 * steps + step], rates[5 * steps + step]
+        )
+    return total / (2 * steps)
 
 
 @inlined
@@ -450,175 +541,173 @@ def clear(table: Floats, middles: Floats) -> None:
 
 
 @inlined
-def finish(nodes: int, width: float, table: Floats, middles: Floats) -> None:
+def finish(width: float, table: Floats, middles: Floats) -> None:
     """From sums over cylinders: the work without its mean, and what cubics miss.
 
     docs/method.md (43) and (52).
     """
+    nodes = table.shape[1]
+    work, torque, square = table[GAS_WORK], table[TORQUE], table[SQUARE]
     total = 0.0
     for j in range(nodes):
-        total += table[GAS_WORK, j]
+        total += work[j]
     mean = total / (nodes * width)
     running = 0.0
     mean_work = 0.0
     # The squares of many cylinders nearly add up to a constant. It is subtracted before the mean is
     # taken: rounding in a sum of nearly equal numbers is always on the same side and would remain
     # in the mean, where masses far above the inertia multiply it.
-    level = table[SQUARE, 0]
+    level = square[0]
     mean_square = 0.0
     for j in range(nodes):
-        whole = table[GAS_WORK, j] - mean * width
-        table[GAS_WORK, j] = running
+        whole = work[j] - mean * width
+        work[j] = running
         mean_work += running
-        table[SQUARE, j] -= level
-        middles[1, j] -= level
-        mean_square += table[SQUARE, j]
-        middles[0, j] += running - 0.5 * mean * width
+        square[j] -= level
+        mean_square += square[j]
         running += whole
-        table[GAS_TORQUE, j] = table[TORQUE, j] - mean
     mean_work /= nodes
     mean_square /= nodes
+    slope, works, squares = table[GAS_TORQUE], middles[0], middles[1]
     for j in range(nodes):
-        table[GAS_WORK, j] -= mean_work
-        middles[0, j] -= mean_work
-        table[SQUARE, j] -= mean_square
-        middles[1, j] -= mean_square
-    take_cubic(nodes, width, table, GAS_WORK, GAS_TORQUE, middles[0], table[GAS_WORK_MIDDLE])
-    take_cubic(nodes, width, table, SQUARE, SQUARE_SLOPE, middles[1], table[SQUARE_MIDDLE])
-    take_cubic(nodes, width, table, TORQUE, TORQUE_SLOPE, middles[2], table[TORQUE_MIDDLE])
-    take_cubic(nodes, width, table, SHAPE, SHAPE_SLOPE, middles[3], table[SHAPE_MIDDLE])
+        works[j] += work[j] - 0.5 * mean * width - mean_work
     for j in range(nodes):
-        middles[2, j] -= mean
-    take_tilt(nodes, width, 1.0, table, GAS_WORK, GAS_TORQUE, middles[2], table[GAS_WORK_TILT])
-    take_tilt(nodes, width, -2.0, table, SQUARE, SQUARE_SLOPE, middles[3], table[SQUARE_TILT])
-
-
-@kernel
-def build_unequal(
-    ratio: float,
-    offset: float,
-    blend: Blend,
-    nodes: int,
-    width: float,
-    grid: Grid,
-    table: Floats,
-    middles: Floats,
-    rates: Floats,
-) -> None:
-    """Fill a table as `build_equal`, for an offset, unequal masses and radii, and friction.
-
-    docs/method.md (32), (34), (50) and (51).
-    """
-    clear(table, middles)
-    steps = steps_of(grid)
-    friction = blend.friction
-    varies, level = varies_at(friction), total_level_at(friction)
-    for member in range(grid.masses.size):
-        weights = rates_of_member(ratio, offset, blend, grid, member, rates)
-        radius = grid.radii[member]
-        own_ratio, own_offset = ratio * radius, offset / radius
-        mass = grid.masses[member] * radius * radius
-        top = sine_of_top(own_ratio, own_offset)
-        upright = math.sqrt(1.0 - top * top)
-        for step in range(member * steps, (member + 1) * steps):
-            j = step % nodes
-            before = 0.5 * width * work_of_half(rates, step * 6)
-            behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
-            table[GAS_WORK, j] += before + behind
-            middles[0, j] += before
-
-            sine, cosine = turned(grid.node_sine[step], grid.node_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own_ratio, own_offset)
-            b = offset_acceleration_at(sine, cosine, own_ratio, own_offset)
-            pressure = blended(blend, grid.at_node, step) - blend.crankcase
-            slope = blended(blend, grid.slope_at_node, step)
-            table[TORQUE, j] += radius * pressure * v
-            table[TORQUE_SLOPE, j] += radius * (slope * v + pressure * b)
-            table[SHAPE, j] -= mass * b * v
-            table[SHAPE_SLOPE, j] -= mass * (
-                b * b + v * offset_jerk_at(sine, cosine, own_ratio, own_offset)
-            )
-            table[SQUARE, j] += mass * v * v
-            table[SQUARE_SLOPE, j] += 2.0 * mass * v * b
-            if varies:
-                load, s, c = friction.ring + pressure, grid.node_sine[step], grid.node_cosine[step]
-                parts = stroke_friction_parts_at(load, v, s)
-                table[TORQUE, j] -= weighted_sum_at(weights, parts) - level
-                table[TORQUE_SLOPE, j] -= weighted_sum_at(
-                    weights, stroke_friction_slopes_at(load, slope, v, b, s, c)
-                )
-
-            sine, cosine = turned(grid.middle_sine[step], grid.middle_cosine[step], top, upright)
-            v = offset_velocity_at(sine, cosine, own_ratio, own_offset)
-            pressure = blended(blend, grid.at_middle, step) - blend.crankcase
-            middles[1, j] += mass * v * v
-            middles[2, j] += radius * pressure * v
-            middles[3, j] -= mass * offset_acceleration_at(sine, cosine, own_ratio, own_offset) * v
-            if varies:
-                load, s = friction.ring + pressure, grid.middle_sine[step]
-                parts = stroke_friction_parts_at(load, v, s)
-                middles[2, j] -= weighted_sum_at(weights, parts) - level
-    finish(nodes, width, table, middles)
-
-
-@kernel
-def build_equal(
-    ratio: float,
-    blend: Blend,
-    nodes: int,
-    width: float,
-    grid: Grid,
-    table: Floats,
-    middles: Floats,
-    rates: Floats,
-) -> None:
-    """Fill `table` (TABLE_ROWS, nodes) for one crank ratio and diagram, masses equal.
-
-    docs/method.md (34), (50) and (51). The period is `nodes` of the grid's cycle. `middles` (4,
-    nodes) and `rates` (quadrature points) are scratch.
-    """
-    steps = grid.node_sine.size
-    clear(table, middles)
-    rates_of_work(ratio, blend, grid, rates)
-    # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
-    for step in range(steps):
-        j = step % nodes
-        before = 0.5 * width * work_of_half(rates, step * 6)
-        behind = 0.5 * width * work_of_half(rates, step * 6 + 3)
-        table[GAS_WORK, j] += before + behind
-        middles[0, j] += before
-
-        sine, cosine = grid.node_sine[step], grid.node_cosine[step]
-        v = velocity_at(sine, cosine, ratio)
-        b = acceleration_at(sine, cosine, ratio)
-        pressure = blended(blend, grid.at_node, step) - blend.crankcase
-        slope = blended(blend, grid.slope_at_node, step)
-        table[TORQUE, j] += pressure * v
-        table[TORQUE_SLOPE, j] += slope * v + pressure * b
-        table[SHAPE, j] -= b * v
-        table[SHAPE_SLOPE, j] -= b * b + v * jerk_at(sine, cosine, ratio)
-        table[SQUARE, j] += v * v
-        table[SQUARE_SLOPE, j] += 2.0 * v * b
-
-        sine, cosine = grid.middle_sine[step], grid.middle_cosine[step]
-        v = velocity_at(sine, cosine, ratio)
-        pressure = blended(blend, grid.at_middle, step) - blend.crankcase
-        middles[1, j] += v * v
-        middles[2, j] += pressure * v
-        middles[3, j] -= acceleration_at(sine, cosine, ratio) * v
-    finish(nodes, width, table, middles)
+        work[j] -= mean_work
+    for j in range(nodes):
+        slope[j] = torque[j] - mean
+    for j in range(nodes):
+        squares[j] -= level + mean_square
+    for j in range(nodes):
+        square[j] -= mean_square
+    take_cubic(width, work, slope, works, table[GAS_WORK_MIDDLE])
+    take_cubic(width, square, table[SQUARE_SLOPE], squares, table[SQUARE_MIDDLE])
+    take_cubic(width, torque, table[TORQUE_SLOPE], middles[2], table[TORQUE_MIDDLE])
+    take_cubic(width, table[SHAPE], table[SHAPE_SLOPE], middles[3], table[SHAPE_MIDDLE])
+    torques = middles[2]
+    for j in range(nodes):
+        torques[j] -= mean
+    take_tilt(width, 1.0, work, slope, torques, table[GAS_WORK_TILT])
+    take_tilt(width, -2.0, square, table[SQUARE_SLOPE], middles[3], table[SQUARE_TILT])
 
 
 @inlined
+def add_nodes(
+    begin: int, end: int, step: int, own: Cylinder, blend: Blend, grid: Grid, table: Floats
+) -> None:  # fmt: skip
+    """Add a cylinder's torque, squared velocity and their slopes at the nodes begin .. end - 1.
+
+    docs/method.md (50) and (51). `step` is the place of the node `begin` in the grid.
+    """
+    n = end - begin
+    v, b, jerk = on_stack(STRIP), on_stack(STRIP), on_stack(STRIP)
+    pressure, rise = on_stack(STRIP), on_stack(STRIP)
+    sine, cosine = grid.node_sine[step : step + n], grid.node_cosine[step : step + n]
+    for k in range(n):
+        s, c = turned(sine[k], cosine[k], own.top, own.upright)
+        v[k], b[k], jerk[k] = velocity_and_slopes_at(s, c, own.ratio, own.offset)
+    before, behind = pressure_factors(blend)
+    first, second = grid.at_node[blend.first], grid.at_node[blend.second]
+    one, other = first[step : step + n], second[step : step + n]
+    for k in range(n):
+        pressure[k] = before * one[k] + behind * other[k] - blend.crankcase
+    first, second = grid.slope_at_node[blend.first], grid.slope_at_node[blend.second]
+    one, other = first[step : step + n], second[step : step + n]
+    for k in range(n):
+        rise[k] = before * one[k] + behind * other[k]
+    radius, mass = own.radius, own.mass
+    to = table[TORQUE, begin:end]
+    for k in range(n):
+        to[k] += radius * pressure[k] * v[k]
+    to = table[TORQUE_SLOPE, begin:end]
+    for k in range(n):
+        to[k] += radius * (rise[k] * v[k] + pressure[k] * b[k])
+    to = table[SHAPE, begin:end]
+    for k in range(n):
+        to[k] -= mass * b[k] * v[k]
+    to = table[SHAPE_SLOPE, begin:end]
+    for k in range(n):
+        to[k] -= mass * (b[k] * b[k] + v[k] * jerk[k])
+    to = table[SQUARE, begin:end]
+    for k in range(n):
+        to[k] += mass * v[k] * v[k]
+    to = table[SQUARE_SLOPE, begin:end]
+    for k in range(n):
+        to[k] += 2.0 * mass * v[k] * b[k]
+    friction = blend.friction
+    if varies_at(friction):
+        level = total_level_at(friction)
+        torque, slope = table[TORQUE, begin:end], table[TORQUE_SLOPE, begin:end]
+        for k in range(n):
+            parts = stroke_friction_parts_at(friction.ring + pressure[k], v[k], sine[k])
+            torque[k] -= weighted_sum_at(own.weights, parts) - level
+        for k in range(n):
+            parts = stroke_friction_slopes_at(
+                friction.ring + pressure[k], rise[k], v[k], b[k], sine[k], cosine[k]
+            )
+            slope[k] -= weighted_sum_at(own.weights, parts)
+
+
+@inlined
+def add_middles(
+    begin: int, end: int, step: int, own: Cylinder, blend: Blend, grid: Grid, middles: Floats
+) -> None:  # fmt: skip
+    """Add a cylinder's squared velocity, torque and shape in the middles behind the nodes.
+
+    Arguments as of `add_nodes`.
+    """
+    n = end - begin
+    v, b, pressure = on_stack(STRIP), on_stack(STRIP), on_stack(STRIP)
+    sine, cosine = grid.middle_sine[step : step + n], grid.middle_cosine[step : step + n]
+    for k in range(n):
+        s, c = turned(sine[k], cosine[k], own.top, own.upright)
+        v[k], b[k], _ = velocity_and_slopes_at(s, c, own.ratio, own.offset)
+    before, behind = pressure_factors(blend)
+    first, second = grid.at_middle[blend.first], grid.at_middle[blend.second]
+    one, other = first[step : step + n], second[step : step + n]
+    for k in range(n):
+        pressure[k] = before * one[k] + behind * other[k] - blend.crankcase
+    to = middles[1, begin:end]
+    for k in range(n):
+        to[k] += own.mass * v[k] * v[k]
+    to = middles[2, begin:end]
+    for k in range(n):
+        to[k] += own.radius * pressure[k] * v[k]
+    to = middles[3, begin:end]
+    for k in range(n):
+        to[k] -= own.mass * b[k] * v[k]
+    friction = blend.friction
+    if varies_at(friction):
+        level = total_level_at(friction)
+        to = middles[2, begin:end]
+        for k in range(n):
+            parts = stroke_friction_parts_at(friction.ring + pressure[k], v[k], sine[k])
+            to[k] -= weighted_sum_at(own.weights, parts) - level
+
+
+@kernel
 def build(
-    ratio: float, offset: float, blend: Blend, nodes: int, width: float, grid: Grid, table: Floats,
+    ratio: float, offset: float, blend: Blend, width: float, grid: Grid, table: Floats,
     middles: Floats, rates: Floats,
 ) -> None:  # fmt: skip
-    """Fill a table: by `build_equal` where cylinders are equal, else by `build_unequal`."""
-    plain = offset == 0.0 and not varies_at(blend.friction)
+    """Fill `table` (TABLE_ROWS, nodes of a period) for one crank ratio, offset and diagram.
+
+    docs/method.md (32), (34), (50) and (51). `offset` is over the crank radius. `middles` (4,
+    nodes) and `rates` (quadrature points) are scratch.
+    """
+    wide_vectors()
+    clear(table, middles)
+    nodes, steps = table.shape[1], steps_of(grid)
+    # Row GAS_WORK first collects the work of whole intervals, `middles` that of their first halves.
     for member in range(grid.masses.size):
-        plain = plain and grid.masses[member] == 1.0 and grid.radii[member] == 1.0
-    if plain:
-        build_equal(ratio, blend, nodes, width, grid, table, middles, rates)
-    else:
-        build_unequal(ratio, offset, blend, nodes, width, grid, table, middles, rates)
+        weights = rates_of_member(ratio, offset, blend, grid, member, rates)
+        own = cylinder_of(ratio, offset, member, weights, grid)
+        count = HALVES_POINTS * steps
+        mine = rates[member * count : (member + 1) * count]
+        for step in range(0, steps, nodes):
+            add_works(width, mine, step, table[GAS_WORK], middles[0])
+            at = member * steps + step
+            for begin in range(0, nodes, STRIP):
+                end = min(begin + STRIP, nodes)
+                add_nodes(begin, end, at + begin, own, blend, grid, table)
+                add_middles(begin, end, at + begin, own, blend, grid, middles)
+    finish(width, table, middles)
