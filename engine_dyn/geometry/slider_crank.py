@@ -314,25 +314,6 @@ def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
     return cosine + crank_ratio * bracket / (square * math.sqrt(square))
 
 
-@inlined
-def jerk_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """Return db/dphi over r omega^2, docs/method.md (11)."""
-    s2 = sine * sine
-    square = 1.0 - crank_ratio * crank_ratio * s2
-    bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
-    slope = sine * cosine * (4.0 * crank_ratio * crank_ratio * s2 - 4.0)
-    return -sine + crank_ratio * (
-        slope / (square * math.sqrt(square))
-        + 3.0
-        * crank_ratio
-        * crank_ratio
-        * sine
-        * cosine
-        * bracket
-        / (square * square * math.sqrt(square))
-    )
-
-
 # With an offset. Tables hold sine and cosine of the engine's angle; the crank stands theta_T ahead
 # of it, so a kernel turns them once a point (four products) and hands the result to the others.
 
@@ -379,24 +360,6 @@ def offset_acceleration_at(sine: float, cosine: float, crank_ratio: float, offse
     square = 1.0 - lean * lean
     bracket = crank_ratio * cosine * cosine - lean * sine * square
     return cosine + bracket / (square * math.sqrt(square))
-
-
-@inlined
-def offset_jerk_at(sine: float, cosine: float, crank_ratio: float, offset: float) -> float:
-    """Return db/dphi over r omega^2 with an offset, from sine and cosine of theta.
-
-    docs/method.md (11), with lean' = lambda cos(theta).
-    """
-    lean = crank_ratio * (sine - offset)
-    square = 1.0 - lean * lean
-    cube = square * math.sqrt(square)
-    bracket = crank_ratio * cosine * cosine - lean * sine * square
-    slope = -cosine * (
-        2.0 * crank_ratio * sine
-        + (crank_ratio * sine + lean) * square
-        - 2.0 * crank_ratio * lean * lean * sine
-    )
-    return -sine + slope / cube + 3.0 * crank_ratio * lean * cosine * bracket / (cube * square)
 
 
 @inlined

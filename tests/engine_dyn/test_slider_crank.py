@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn import acceleration, position, rod_angle, velocity
-from engine_dyn.geometry.slider_crank import acceleration_at, jerk_at, position_at, velocity_at
+from engine_dyn.geometry.slider_crank import acceleration_at, position_at, velocity_at
 from oracle import solution
 from tests.support.differences import PHI, slope
 
@@ -42,8 +42,6 @@ def test_formulas_of_kernels_are_the_same(ratio: float) -> None:
         assert acceleration_at(sine, cosine, ratio) == pytest.approx(
             acceleration(phi, ratio), rel=1e-13, abs=1e-15
         )
-        jerk = slope(lambda angle: acceleration(angle, ratio), phi, 1e-3)
-        assert jerk_at(sine, cosine, ratio) == pytest.approx(jerk, abs=1e-7)
 
 
 @pytest.mark.parametrize("ratio", RATIOS)

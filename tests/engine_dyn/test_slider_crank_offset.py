@@ -17,14 +17,13 @@ from engine_dyn.geometry.slider_crank import (
     acceleration_at,
     crank_radius,
     dead_centres,
-    jerk_at,
     offset_acceleration_at,
-    offset_jerk_at,
     offset_position_at,
     offset_velocity_at,
     position_at,
     sine_of_top,
     turned,
+    velocity_and_slopes_at,
     velocity_at,
 )
 from tests.support.differences import PHI, slope
@@ -129,9 +128,10 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
         assert b == pytest.approx(acceleration(phi, ratio, offset), rel=1e-11, abs=1e-11)
         jerk = slope(lambda angle: acceleration(angle, ratio, offset), phi, 1e-4)
         size = max(abs(acceleration(PHI, ratio, offset)).max(), 1.0)
-        assert offset_jerk_at(sine, cosine, ratio, offset) == pytest.approx(
-            jerk, rel=1e-6, abs=1e-8 * size
-        )
+        together = velocity_and_slopes_at(sine, cosine, ratio, offset)
+        assert together[0] == pytest.approx(v, rel=1e-13, abs=1e-15)
+        assert together[1] == pytest.approx(b, rel=1e-12, abs=1e-13 * size)
+        assert together[2] == pytest.approx(jerk, rel=1e-6, abs=1e-8 * size)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
@@ -142,7 +142,6 @@ def test_kernels_with_and_without_offset_agree(ratio: float) -> None:
         for with_offset, without in (
             (offset_velocity_at, velocity_at),
             (offset_acceleration_at, acceleration_at),
-            (offset_jerk_at, jerk_at),
         ):
             assert with_offset(s, c, ratio, 0.0) == pytest.approx(
                 without(s, c, ratio), rel=1e-12, abs=1e-14

@@ -414,7 +414,6 @@ def build_bound(
     works: Works, table: Floats, middles: Floats, rates: Floats, levels: Levels,
 ) -> None:  # fmt: skip
     """Bounds of one diagram, arguments as of `build_bounds`."""
-    nodes = table.shape[1]
     unit = row < 0
     # A crankcase at -1 under no pressure: what is left is a pressure of 1.
     scale, crankcase = (0.0, -1.0) if unit else (1.0, 0.0)
@@ -622,7 +621,7 @@ class Curves:
         return int(self.works.fine.shape[1]) - 2 * self.refinement
 
     def _sines_of(self, grid: Grid) -> tuple[Floats, Floats]:
-        """Sine of every term at the quadrature points and the nodes of a cycle, of all cylinders."""
+        """Sine of every term at the quadrature points, and at the nodes, of all cylinders."""
         if self._sines is None:
             at_quadrature = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
             at_node = np.arctan2(grid.node_sine, grid.node_cosine)

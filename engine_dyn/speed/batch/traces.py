@@ -70,9 +70,9 @@ from engine_dyn.speed.tables.work_tables import (
     Blend,
     Grid,
     blended,
+    mean_of_half,
     steps_of,
     stroke_friction_weights,
-    mean_of_half,
 )
 from engine_dyn.status import CONVERGED
 from engine_dyn.types import Floats, Integers

@@ -517,7 +517,7 @@ def add_works(width: float, rates: Floats, step: int, works: Floats, first_halve
 
 @inlined
 def mean_rate(rates: Floats) -> float:
-    """Mean over the cycle of rates at the quadrature points of one cylinder, docs/method.md (29)."""
+    """Mean over the cycle of rates at a cylinder's quadrature points, docs/method.md (29)."""
     steps = rates.size // HALVES_POINTS
     total = 0.0
     for step in range(steps):
