@@ -5,6 +5,7 @@ mechanism         forces on piston, wall, rod, crank pin and frame
 bearings          loads of pins and journals over the cycle
 bearing_extremes  the largest and the mean of them, of many designs
 harmonics         orders of the torque
+cylinder_harmonics    those of one cylinder
 superposition     sums of curves over the cylinders
 balance           shaking forces and moments, counterweights, balance shafts
 """

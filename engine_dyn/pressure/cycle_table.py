@@ -322,22 +322,23 @@ class CycleTable(Family):
         for begin in range(0, values.size, 512):
             here = slice(begin, begin + 512)
             below, weight = _split(values[here])
-            pressure = self._at_knots(below, factor)
+            pressure, _ = self.at_knots(below, factor)
             some = np.flatnonzero(weight)
             if some.size:
                 share = weight[some, None]
-                above = self._at_knots(below[some] + 1, factor)
+                above, _ = self.at_knots(below[some] + 1, factor)
                 pressure[some] = (1.0 - share) * pressure[some] + share * above
             found[here] = pressure.max(axis=1)
         return found[number.reshape(-1)].reshape(wanted.shape)
 
-    def _at_knots(self, rows: Integers, factor: float) -> Floats:
+    def at_knots(self, rows: Integers, factor: float) -> tuple[Floats, Floats]:
+        """Pressure [Pa] of rows at the knots, and its slope; `factor` as of `sampled`."""
         curves = self.curves(rows)
-        pressure = curves.pressure[curves.rows]
+        pressure, slope = curves.pressure[curves.rows], curves.slope[curves.rows]
         if factor != 1.0:
-            base = self.motored._at_knots(rows, 1.0)
-            pressure = base + factor * (pressure - base)
-        return pressure
+            base, rise = self.motored.at_knots(rows, 1.0)
+            pressure, slope = base + factor * (pressure - base), rise + factor * (slope - rise)
+        return pressure, slope
 
     @cached_property
     def motored(self) -> CycleTable:

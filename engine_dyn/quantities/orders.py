@@ -64,7 +64,9 @@ def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
 _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], harmonics.Part]]] = {
     "gas": (
         "Pa", "pressure times reduced piston velocity", ("row", "family", "period"),
-        lambda needs: harmonics.gas_part(needs["row"], needs["family"], needs["period"]),
+        lambda needs: harmonics.gas_part(
+            needs["row"], needs["family"], needs["period"], needs["threads"]
+        ),
     ),
     "speed": ("1", "the reduced piston velocity", (), lambda _: harmonics.VELOCITY),
     "inertia": (
@@ -72,6 +74,9 @@ _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], ha
     ),
 }  # fmt: skip
 """Unit, meaning, needs beside the motion, and the part itself."""
+
+_THREADED = ("gas",)
+"""Parts that take `threads`."""
 
 _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
@@ -90,7 +95,8 @@ def _of_equal(part: str) -> Node:
             needs["order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
         )  # fmt: skip
 
-    return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make)
+    return _harmonic(f"{part}_harmonics", unit, f"harmonics of {text}", (*_MOTION, *more), make,
+                     threaded=part in _THREADED)  # fmt: skip
 
 
 def _of_scope(scope: str, part: str) -> list[Node]:
@@ -110,7 +116,7 @@ def _of_scope(scope: str, part: str) -> list[Node]:
     return [
         _harmonic(name, unit, text, (one, *vectors), turned, when="equal"),
         _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
-                  when="unequal"),
+                  when="unequal", threaded=part in _THREADED),
     ]  # fmt: skip
 
 

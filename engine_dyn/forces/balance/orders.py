@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.forces.cylinder_harmonics import velocity_harmonics
+from engine_dyn.geometry import kinematic_series
 from engine_dyn.types import Complexes
 
 __all__ = ["Ellipse", "acceleration_harmonics", "direction_of", "ellipse_of"]
 
 
-SAMPLES = 1024
-"""Of a revolution, for harmonics up to half of it; the trapezoidal rule leaves only rounding."""
+MOST = 512
+"""Highest order."""
 
 
 def acceleration_harmonics(
@@ -41,7 +42,7 @@ def acceleration_harmonics(
     ValueError
         For an order that is not above 0, or above 512.
     """
-    nu = kinematic_series.checked_orders(orders, SAMPLES // 2)
+    nu = kinematic_series.checked_orders(orders, MOST)
     whole = nu == np.rint(nu)
     ratio, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(offset, dtype=float)
@@ -50,14 +51,15 @@ def acceleration_harmonics(
         among = np.where(whole, nu, 1.0)
         found_here = kinematic_series.acceleration_coefficients(among, ratio)
         return np.where(whole, found_here, 0.0).astype(np.complex128)
-    phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
-    b = slider_crank.acceleration(phi, ratio[..., None], offset_ratio[..., None])
-    found: Complexes = np.fft.rfft(b, axis=-1) * (2.0 / SAMPLES)
-    place = np.where(whole, nu, 0.0).astype(np.int64)
-    shape = np.broadcast_shapes(place.shape, ratio.shape)
-    table = found.reshape(-1, SAMPLES // 2 + 1)
-    row = np.broadcast_to(np.arange(table.shape[0]).reshape(ratio.shape), shape)
-    return np.where(np.broadcast_to(whole, shape), table[row, np.broadcast_to(place, shape)], 0.0)
+    among, which = np.unique(nu, return_inverse=True)
+    # The acceleration is the slope of the velocity.
+    found = (
+        1j * among * velocity_harmonics(among, ratio.reshape(-1, 1), offset_ratio.reshape(-1, 1))
+    )
+    place, row = np.broadcast_arrays(
+        which.reshape(nu.shape), np.arange(ratio.size).reshape(ratio.shape)
+    )
+    return np.asarray(found[row, place])
 
 
 class Ellipse(NamedTuple):

@@ -1,0 +1,269 @@
+r"""Harmonics of one cylinder: of piston velocity, inertia torque and gas torque.
+
+A periodic curve over the crank angle is its mean and its orders nu = 1/2, 1, 3/2, ... (four-stroke)
+or 1, 2, ... (two-stroke), periods a turn of the crank:
+
+    M(phi) = mean + sum_nu M_nu cos(nu phi + psi_nu) = mean + Re sum_nu C_nu exp(i nu phi),
+
+amplitude M_nu = |C_nu| and phase psi_nu = arg C_nu. With phi = omega t this is the form that
+programs for torsional vibration take (openTorsion: U exp(i omega t)). The complex numbers C_nu are
+called harmonics here.
+
+The velocity is a sum of few waves v_m exp(i m phi), see `velocity_waves`, so that
+
+- of the velocity, C_nu = 2 v_nu;
+- of the inertia torque -b v = -(v^2)'/2, C_nu = -i nu sum_m v_m v_(nu - m);
+- of the gas torque p v, C_nu = sum_m v_m c_(nu - m) with the Fourier coefficients c of the pressure
+  (`engine_dyn.pressure.fourier`), which know neither crank ratio nor offset: those of a row of the
+  diagrams serve all designs. The pressure is linear between two rows, and so are they.
+
+Without offset the first two have closed forms, `kinematic_series`. Nothing depends on the
+`angle_step` of a scene.
+
+Source: Rakopoulos notes, harmonics of the tangential force.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel, rows_on_stack
+from engine_dyn.geometry import kinematic_series, slider_crank
+from engine_dyn.geometry.velocity_waves import AT_ONCE, by_highest_order, velocity_waves
+from engine_dyn.pressure.curves import on_threads
+from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.fourier import coefficients_of_rows
+from engine_dyn.types import Booleans, Complexes, Floats, Integers
+
+__all__ = ["gas_harmonics", "inertia_harmonics", "velocity_harmonics"]
+
+MOST = 1024
+"""Highest order of smooth curves with an offset."""
+
+ROWS_AT_ONCE = 1024
+"""Diagrams whose coefficients exist at the same time."""
+
+FEWEST = 256
+"""Designs that are worth a thread: each takes some 2 us."""
+
+
+def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Harmonics of c/(r omega) [1]: -i gamma_nu without offset.
+
+    Parameters
+    ----------
+    orders : array_like
+        Orders above 0, along an axis on which the others have size 1; all broadcast.
+    crank_ratio, offset : array_like
+        lambda [1]; offset of the pin's line over the crank radius [1].
+
+    Raises
+    ------
+    ValueError
+        For an order that is not above 0, with an offset also above 1024; a crank ratio outside
+        (0, 1).
+    """
+    if not np.any(offset):
+        return -1j * kinematic_series.velocity_coefficients(orders, crank_ratio)
+    return _of_smooth(_velocity_orders, orders, crank_ratio, offset)
+
+
+def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
+    """Harmonics of -b v, the inertia torque of one cylinder over m r^2 omega^2 [1].
+
+    Parameters as `velocity_harmonics`. Rakopoulos notes, Delta T_l.
+    """
+    if not np.any(offset):
+        return -1j * kinematic_series.inertia_torque_coefficients(orders, crank_ratio)
+    return _of_smooth(_inertia_orders, orders, crank_ratio, offset)
+
+
+def _of_smooth(kernel_of: Any, orders: Any, crank_ratio: Any, offset: Any) -> Complexes:
+    """Harmonics of a curve that repeats every turn; half orders have none."""
+    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    nu, shape, columns = _designs(
+        kinematic_series.checked_orders(orders, MOST), crank_ratio, offset
+    )
+    result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
+    whole = np.where(nu % 1.0 == 0.0, nu, 0.0).astype(np.int64)
+    for highest, designs in by_highest_order(*columns):
+        for begin in range(0, designs.size, AT_ONCE):
+            some = designs[begin : begin + AT_ONCE]
+            waves = velocity_waves(*columns[:, some], highest)
+            found = np.empty((2, some.size, nu.size))
+            kernel_of(*waves, whole, *found)
+            result[some] = found[0] + 1j * found[1]
+    return _along_orders(result, orders, shape)
+
+
+@kernel
+def _velocity_orders(
+    wave: Floats, quadrature: Floats, orders: Integers, real: Floats, imaginary: Floats
+) -> None:
+    """Harmonics 2 v_nu of each design; an order 0 is one that has none."""
+    for design in range(wave.shape[0]):
+        for i in range(orders.size):
+            there = 0 < orders[i] < wave.shape[1]
+            order = orders[i] if there else 0
+            real[design, i] = 2.0 * wave[design, order] if there else 0.0
+            imaginary[design, i] = 2.0 * quadrature[design, order] if there else 0.0
+
+
+@kernel
+def _inertia_orders(
+    wave: Floats, quadrature: Floats, orders: Integers, real: Floats, imaginary: Floats
+) -> None:
+    """Harmonics -i nu sum_m v_m v_(nu - m) of each design; an order 0 is one that has none."""
+    highest = wave.shape[1] - 1
+    for design in range(wave.shape[0]):
+        w, q = wave[design], quadrature[design]
+        for i in range(orders.size):
+            nu = orders[i]
+            one, other = 0.0, 0.0
+            if nu > 0:
+                for m in range(nu - highest, highest + 1):
+                    a, b = _wave_at(w, q, m)
+                    c, d = _wave_at(w, q, nu - m)
+                    one += a * c - b * d
+                    other += a * d + b * c
+            real[design, i], imaginary[design, i] = nu * other, -nu * one
+
+
+@inlined
+def _wave_at(real: Floats, imaginary: Floats, order: int) -> tuple[float, float]:
+    """v_m of any order: v_-m is the conjugate of v_m."""
+    return real[abs(order)], imaginary[abs(order)] if order >= 0 else -imaginary[abs(order)]
+
+
+def gas_harmonics(
+    orders: Any,
+    crank_ratio: Any,
+    offset: Any,
+    row: Any,
+    family: Family,
+    period: float,
+    pressure_factor: float = 1.0,
+    threads: int | None = 1,
+) -> Complexes:
+    """Harmonics of p c/(r omega) [Pa] of one cylinder, with the absolute pressure.
+
+    Parameters
+    ----------
+    orders, crank_ratio, offset : array_like
+        As in `velocity_harmonics`.
+    row : array_like
+        (Fractional) rows of the family's table, see `family.Family.locate`.
+    family : Family
+        Indicator diagrams.
+    period : float
+        Angle of the cycle [rad], that of the family.
+    pressure_factor : float
+        See `motored`.
+    threads : int, optional
+        Largest number of threads; None: one for each processor.
+    """
+    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    nu, shape, columns = _designs(orders, crank_ratio, offset, row)
+    result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
+    most = threads or os.cpu_count() or 1
+    below = np.floor(columns[2]).astype(np.int64)
+    for highest, designs in by_highest_order(*columns[:2]):
+        reached = _reached(nu, highest)
+        order = designs[np.argsort(below[designs], kind="stable")]
+        begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::ROWS_AT_ONCE]
+        for some in np.split(order, begins[1:]):
+            _add_gas(some, columns, below, family, pressure_factor, highest, reached, most, result)
+    return _along_orders(result, orders, shape)
+
+
+def _reached(orders: Floats, highest: int) -> tuple[Floats, Integers, Booleans]:
+    """Orders nu - m of the pressure that waves reach: their sizes, and which one each is.
+
+    `place` is (nu, m) from m = -highest on; `turned` is True where nu - m is below 0, so that the
+    coefficient is the conjugate.
+    """
+    wanted = orders[:, None] - np.arange(-highest, highest + 1)
+    sizes, place = np.unique(np.abs(wanted), return_inverse=True)
+    return sizes, place.reshape(wanted.shape), wanted < 0.0
+
+
+def _add_gas(
+    designs: Integers, columns: Floats, below: Integers, family: Family, factor: float,
+    highest: int, reached: tuple[Floats, Integers, Booleans], threads: int, result: Complexes,
+) -> None:  # fmt: skip
+    """Fill in the harmonics of some designs, with few different rows."""
+    sizes, place, turned = reached
+    first, weight = below[designs], columns[2, designs] - below[designs]
+    both = np.stack([first, first + (weight > 0.0)])
+    rows = np.unique(both)
+    of_rows = coefficients_of_rows(family, rows, sizes, factor, threads)
+    both = np.searchsorted(rows, both)
+    for begin in range(0, designs.size, AT_ONCE):
+        here = slice(begin, begin + AT_ONCE)
+        some, pair, share = designs[here], both[:, here], weight[here]
+        found = np.empty((2, some.size, place.shape[0]))
+
+        def work(
+            begin: int, end: int, some: Integers = some, pair: Integers = pair,
+            share: Floats = share, found: Floats = found,
+        ) -> None:  # fmt: skip
+            waves = velocity_waves(*columns[:2, some[begin:end]], highest)
+            _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *found)
+
+        on_threads(some.size, work, threads, FEWEST)
+        result[some] = found[0] + 1j * found[1]
+
+
+@kernel
+def _gas_orders(
+    begin: int, wave: Floats, quadrature: Floats, rows: Integers, weight: Floats,
+    row_real: Floats, row_imaginary: Floats, place: Integers, turned: Booleans, real: Floats,
+    imaginary: Floats,
+) -> None:  # fmt: skip
+    """Harmonics sum_m v_m c_(nu - m) of the designs from `begin` on that have waves."""
+    highest = wave.shape[1] - 1
+    sizes = row_real.shape[1]
+    one, other = rows_on_stack(sizes), rows_on_stack(sizes)
+    for number in range(wave.shape[0]):
+        design = begin + number
+        share = weight[design]
+        rest = 1.0 - share
+        low, high = rows[0, design], rows[1, design]
+        for i in range(sizes):
+            one[i] = rest * row_real[low, i] + share * row_real[high, i]
+            other[i] = rest * row_imaginary[low, i] + share * row_imaginary[high, i]
+        w, q = wave[number], quadrature[number]
+        for i in range(place.shape[0]):
+            sum_real, sum_imaginary = 0.0, 0.0
+            for m in range(1, highest + 1):
+                # v_m c_(nu - m) and conj(v_m) c_(nu + m)
+                down, up = place[i, highest + m], place[i, highest - m]
+                sign = -1.0 if turned[i, highest + m] else 1.0
+                a, b = one[down], sign * other[down]
+                c, d = one[up], other[up]
+                sum_real += w[m] * (a + c) + q[m] * (d - b)
+                sum_imaginary += w[m] * (b + d) + q[m] * (a - c)
+            real[design, i], imaginary[design, i] = sum_real, sum_imaginary
+
+
+def _designs(orders: Any, *inputs: Any) -> tuple[Floats, tuple[int, ...], Floats]:
+    """Orders in a row; shape of the other inputs together, and these as columns."""
+    others = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
+    columns = np.stack([one.reshape(-1) for one in others])
+    return kinematic_series.checked_orders(orders).reshape(-1), others[0].shape, columns
+
+
+def _along_orders(values: Complexes, orders: Any, shape: tuple[int, ...]) -> Complexes:
+    """Give (designs, orders) the shape of both broadcast; designs have size 1 along the orders."""
+    own = np.shape(orders)
+    if values.shape[1] == 1:
+        return np.array(np.broadcast_to(values.reshape(shape), np.broadcast_shapes(own, shape)))
+    size = max(len(own), len(shape))
+    along = next((i - len(own) for i, length in enumerate(own) if length > 1), -1)
+    table = values.reshape(*(1,) * (size - len(shape)), *shape, values.shape[1])
+    if table.shape[along - 1] != 1:
+        raise ValueError("orders: must stand along an axis on which all else has size 1")
+    return np.moveaxis(table.squeeze(axis=along - 1), -1, along)
