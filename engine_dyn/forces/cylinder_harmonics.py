@@ -89,10 +89,10 @@ def _of_smooth(kernel_of: Any, orders: Any, crank_ratio: Any, offset: Any) -> Co
     )
     result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
     whole = np.where(nu % 1.0 == 0.0, nu, 0.0).astype(np.int64)
-    for highest, designs in by_highest_order(*columns):
+    for highest, designs in by_highest_order(columns[0], columns[1]):
         for begin in range(0, designs.size, AT_ONCE):
             some = designs[begin : begin + AT_ONCE]
-            waves = velocity_waves(*columns[:, some], highest)
+            waves = velocity_waves(columns[0, some], columns[1, some], highest)
             found = np.empty((2, some.size, nu.size))
             kernel_of(*waves, whole, *found)
             result[some] = found[0] + 1j * found[1]
@@ -170,7 +170,7 @@ def gas_harmonics(
     result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
     most = threads or os.cpu_count() or 1
     below = np.floor(columns[2]).astype(np.int64)
-    for highest, designs in by_highest_order(*columns[:2]):
+    for highest, designs in by_highest_order(columns[0], columns[1]):
         reached = _reached(nu, highest)
         order = designs[np.argsort(below[designs], kind="stable")]
         begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::ROWS_AT_ONCE]
@@ -210,7 +210,8 @@ def _add_gas(
             begin: int, end: int, some: Integers = some, pair: Integers = pair,
             share: Floats = share, found: Floats = found,
         ) -> None:  # fmt: skip
-            waves = velocity_waves(*columns[:2, some[begin:end]], highest)
+            mine = some[begin:end]
+            waves = velocity_waves(columns[0, mine], columns[1, mine], highest)
             _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *found)
 
         on_threads(some.size, work, threads, FEWEST)

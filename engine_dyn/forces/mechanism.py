@@ -48,15 +48,19 @@ lambda^3 u cos^2(theta)/W^3.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.compilation import kernel
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top, turned
+from engine_dyn.types import Floats
 
 __all__ = [
     "GRAVITY",
@@ -83,9 +87,6 @@ GRAVITY = 9.80665
 
 SAMPLES = 720
 """Of a turn, where a largest value is looked for."""
-
-AT_ONCE = 1024
-"""Designs whose curves exist at the same time."""
 
 
 def _turned(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
@@ -239,16 +240,7 @@ def rod_torque_error(
     At constant speed, one cylinder; it does not depend on the speed. `mass` is the reciprocating
     mass [kg]. Largest of 720 angles of a turn: of a smooth curve, to 1e-4 of itself.
     """
-
-    def curves(
-        phi: Any, crank_ratio: Any, excess: Any, moment: Any, offset: Any
-    ) -> tuple[Any, Any]:
-        left_out = rod_couple_torque(phi, crank_ratio, excess, 1.0, offset)
-        v = slider_crank.velocity(phi, crank_ratio, offset)
-        b = slider_crank.acceleration(phi, crank_ratio, offset)
-        return left_out, left_out - moment * v * b
-
-    return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
+    return _largest_errors(_TORQUE, crank_ratio, excess, mass * crank_radius**2, offset)
 
 
 def rod_thrust_error(
@@ -258,27 +250,47 @@ def rod_thrust_error(
 
     As `rod_torque_error`, for the wall thrust of inertia alone.
     """
-
-    def curves(
-        phi: Any, crank_ratio: Any, excess: Any, moment: Any, offset: Any
-    ) -> tuple[Any, Any]:
-        # both times the crank radius: r/l is the crank ratio
-        left_out = rod_thrust(phi, crank_ratio, excess, 1.0, 1.0 / crank_ratio, offset)
-        b = slider_crank.acceleration(phi, crank_ratio, offset)
-        return left_out, left_out - moment * (thrust_ratio(phi, crank_ratio, offset) * b)
-
-    return _largest_ratio(curves, crank_ratio, excess, mass * crank_radius**2, offset)
+    return _largest_errors(_THRUST, crank_ratio, excess, mass * crank_radius**2, offset)
 
 
-def _largest_ratio(curves: Callable[..., tuple[Any, Any]], *inputs: Any) -> Any:
-    """Largest size of one curve over that of another, for each design, some designs at a time."""
+_TORQUE, _THRUST = 0, 1
+
+
+def _largest_errors(which: int, crank_ratio: Any, excess: Any, moment: Any, offset: Any) -> Any:
+    """Largest size of what two masses leave out over that of the whole, for each design."""
+    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    inputs = (crank_ratio, excess, moment, offset)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
-    phi = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
-    flat = [column.reshape(-1) for column in columns]
-    result = np.empty(flat[0].size)
-    for begin in range(0, result.size, AT_ONCE):
-        here = slice(begin, begin + AT_ONCE)
-        one, other = curves(phi, *(column[here, None] for column in flat))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            result[here] = np.abs(one).max(axis=-1) / np.abs(other).max(axis=-1)
+    theta = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    result = np.empty(columns[0].size)
+    _fill_errors(
+        which, np.stack([column.reshape(-1) for column in columns]), np.sin(theta), np.cos(theta),
+        result,
+    )  # fmt: skip
     return result.reshape(columns[0].shape)
+
+
+@kernel
+def _fill_errors(which: int, inputs: Floats, sine: Floats, cosine: Floats, result: Floats) -> None:
+    """Fill in the errors; rows of `inputs` are lambda, excess, m r^2 and e/r."""
+    for design in range(result.size):
+        ratio, offset = inputs[0, design], inputs[3, design]
+        excess, moment = inputs[1, design], inputs[2, design]
+        top = sine_of_top(ratio, offset)
+        upright = math.sqrt(1.0 - top * top)
+        most, whole = 0.0, 0.0
+        for i in range(sine.size):
+            s, c = turned(sine[i], cosine[i], top, upright)
+            lean = ratio * (s - offset)
+            root = 1.0 / math.sqrt(1.0 - lean * lean)  # 1/cos(beta)
+            speed = ratio * c * root
+            couple = -excess * (lean * root * speed * speed - ratio * s * root)
+            b = offset_acceleration_at(s, c, ratio, offset)
+            if which == _TORQUE:
+                left_out = couple * speed
+                masses = moment * (s + lean * root * c) * b
+            else:  # both times the crank radius: r/l is the crank ratio
+                left_out = couple * root * ratio
+                masses = moment * lean * root * b
+            most, whole = max(most, abs(left_out)), max(whole, abs(left_out - masses))
+        result[design] = most / whole

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -351,6 +352,47 @@ def test_largest_is_that_of_a_dense_curve(text: str) -> None:
         )
         square = np.mean(np.abs(found.force(fine[:-1])) ** 2)
         assert found.force_rms() == pytest.approx(math.sqrt(square), rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["in-line 1", "V6 90 shared-pin", "boxer 4", "in-line 3"])
+def test_kernels_are_the_curves_of_any_gear(text: str) -> None:
+    """Offset, shafts, weights and unequal cylinders, of designs drawn at random."""
+    random = np.random.default_rng(4)
+    count = len(engine(text).members)
+    here = engine(text).with_factors(
+        mass_factor=tuple(random.uniform(0.7, 1.3, count)),
+        radius_factor=(1.0, *random.uniform(0.8, 1.2, count - 1)) if "in-line" in text else None,
+    )
+    size = 5
+    ratio, offset, turning, shaft, pair = (
+        random.uniform(low, high, (size, 1)) for low, high in (
+            (0.2, 0.35), (-0.3, 0.3), (-0.6 * MASS, 0.3), (0.0, 0.004), (0.0, 0.0007))
+    )  # fmt: skip
+    found = running_gear(
+        here, ratio, RADIUS, MASS, SPEED, offset=offset, turning_mass=turning, shaft=shaft,
+        pair=pair, spacing=SPACING, bank_offset=0.02, couple=1e-4,
+    )  # fmt: skip
+    fine = np.arange(40_000) * (2.0 * np.pi / 40_000)
+    for most, rms, curve in (
+        (found.force_max(), found.force_rms(), found.force(fine)),
+        (found.moment_max(), found.moment_rms(), found.moment(fine)),
+    ):
+        size_of = np.abs(curve)
+        # between two of the fine angles the largest is at most 1e-8 higher
+        assert most[:, 0] == pytest.approx(size_of.max(axis=1), rel=3e-8)
+        assert rms[:, 0] == pytest.approx(np.sqrt((size_of**2).mean(axis=1)), rel=1e-9)
+    weights = MASS * RADIUS * SPEED**2
+    best = replace(found, turning_mass=0.0).best_fraction("rms")
+    for at in range(size):
+        one = replace(found, crank_ratio=ratio[at], offset=offset[at], shaft=shaft[at],
+                      pair=pair[at], turning_mass=0.0)  # fmt: skip
+        without, unit = one.force(fine), replace(one, turning_mass=-MASS).force(fine)
+        added = unit - without
+        if np.abs(added).max() < 1e-9 * weights:
+            assert np.isnan(best[at, 0])
+            continue
+        exact = -(without * added.conj()).real.mean() / (np.abs(added) ** 2).mean()
+        assert best[at, 0] == pytest.approx(np.clip(exact, 0.0, 1.0), abs=1e-9)
 
 
 def test_every_design_of_an_array_is_itself() -> None:

@@ -106,11 +106,26 @@ def test_errors_of_two_masses() -> None:
     assert (none == 0.0).all()
 
 
-def test_designs_in_pieces_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    excess = np.linspace(-1e-3, 1e-3, 11)
-    whole = mechanism.rod_torque_error(0.3, excess, 1.2, 0.05)
-    monkeypatch.setattr(mechanism, "AT_ONCE", 4)
-    assert (mechanism.rod_torque_error(0.3, excess, 1.2, 0.05) == whole).all()
+@pytest.mark.parametrize("offset", [0.0, 0.25])
+def test_errors_of_designs_are_those_of_the_curves(offset: float) -> None:
+    """At the same 720 angles; each design alone has the same bits."""
+    ratio, mass, radius = np.array([0.2, 0.3, 0.4])[:, None], 1.2, 0.05
+    excess = np.array([-1e-3, -2e-4, 5e-4])[:, None]
+    phi = np.arange(720) * (2.0 * np.pi / 720)
+    v, b = (f(phi, ratio, offset) for f in (slider_crank.velocity, slider_crank.acceleration))
+    thrust = mechanism.thrust_ratio(phi, ratio, offset)
+    for error, left_out, usual in (
+        (mechanism.rod_torque_error,
+         mechanism.rod_couple_torque(phi, ratio, excess, 1.0, offset), mass * radius**2 * v * b),
+        (mechanism.rod_thrust_error,
+         mechanism.rod_thrust(phi, ratio, excess, 1.0, radius / ratio, offset),
+         mass * radius * b * thrust),
+    ):  # fmt: skip
+        wanted = np.abs(left_out).max(axis=1) / np.abs(left_out - usual).max(axis=1)
+        found = error(ratio, excess, mass, radius, offset)
+        assert found[:, 0] == pytest.approx(wanted, rel=1e-9)
+        for i in range(3):
+            assert error(ratio[i], excess[i], mass, radius, offset) == found[i]
 
 
 def test_ntua_rod_by_the_printed_masses() -> None:

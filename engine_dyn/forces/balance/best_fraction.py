@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
+from engine_dyn.compilation import inlined, kernel, rows_on_stack
 from engine_dyn.types import Complexes, Floats
 
 __all__ = ["least_mean_square", "least_peak"]
@@ -15,95 +19,143 @@ MOST_CUTS = 60
 ENOUGH = 1e-12
 """A parabola counts as higher if it exceeds the largest known square by more than this part."""
 
+Parabola = tuple[float, float, float]
+"""Square, half its slope and bend, at the fraction 0."""
 
-def least_mean_square(forces: Complexes, weights: Complexes, across_weight: float) -> Floats:
+
+def least_mean_square(forward: Any, backward: Any, weights: Any, across_weight: float) -> Floats:
     """Fraction c that makes the mean of |R + c G|^2 least, in closed form.
 
     Parameters
     ----------
-    forces, weights : ndarray, shape (designs, angles)
-        R, the forces without counterweights; G, the force of counterweights that balance all of the
-        reciprocating mass.
+    forward, backward : array_like
+        Complex amplitudes F and B of the first order of R, the forces without counterweights: F
+        turns with the crank and B against it. Other orders are orthogonal to G.
+    weights : array_like
+        G, the amplitude of the force of counterweights that balance all of the reciprocating mass,
+        which turns with the crank.
     across_weight : float
-        Factor on the component across cylinder 1.
+        Factor w on the component across cylinder 1.
+
+    Returns
+    -------
+    ndarray
+        From 0 to 1; NaN where the counterweights of all throws cancel. The mean of the product of
+        the components along is Re(F conj(G) + B G)/2, and of those across Re(F conj(G) - B G)/2.
+    """
+    weight = across_weight**2
+    product = (1.0 + weight) * (forward * np.conj(weights)).real
+    product = product + (1.0 - weight) * (backward * weights).real
+    size = (1.0 + weight) * np.abs(weights) ** 2
+    there = size > 0.0
+    fraction = -product / np.where(there, size, 1.0)
+    return np.where(there, np.clip(fraction, 0.0, 1.0), np.nan)
+
+
+def least_peak(
+    x: Floats, y: Floats, weights: Complexes, turn: Floats, across_weight: float
+) -> Floats:
+    """Fraction c that makes the largest |R + c G|^2 least.
+
+    At each angle |R + c G|^2 is a parabola in c. The highest parabolas at both ends of a bracket
+    bound from below what is possible within it: their lowest common point. If another parabola is
+    higher there, it replaces one of the two; if none is, the point is the answer (cutting planes
+    made of parabolas). Each step finds one more of finitely many parabolas.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (designs, angles)
+        Components of R.
+    weights : ndarray, shape (designs,)
+        As of `least_mean_square`.
+    turn : ndarray, shape (2, angles)
+        Cosines and sines of the angles.
+    across_weight : float
+        As of `least_mean_square`.
 
     Returns
     -------
     ndarray, shape (designs,)
         From 0 to 1; NaN where the counterweights of all throws cancel.
     """
-
-    def product(one: Complexes, other: Complexes) -> Floats:
-        return np.mean(
-            one.real * other.real + across_weight**2 * one.imag * other.imag, axis=1
-        )  # fmt: skip
-
-    size = product(weights, weights)
-    there = size > 0.0
-    fraction = -product(forces, weights) / np.where(there, size, 1.0)
-    return np.where(there, np.clip(fraction, 0.0, 1.0), np.nan)
-
-
-def least_peak(forces: Complexes, weights: Complexes, across_weight: float) -> Floats:
-    """Fraction c that makes the largest |R + c G|^2 least; parameters as `least_mean_square`.
-
-    At each angle |R + c G|^2 is a parabola in c. The highest parabolas at both ends of a bracket
-    bound from below what is possible within it: their lowest common point. If another parabola is
-    higher there, it replaces one of the two; if none is, the point is the answer (cutting planes
-    made of parabolas). Each step finds one more of finitely many parabolas.
-    """
-    parabolas = np.stack([
-        one.real * other.real + across_weight**2 * (one.imag * other.imag)
-        for one, other in ((forces, forces), (forces, weights), (weights, weights))
-    ])  # fmt: skip
-    there = parabolas[2].any(axis=1)
-    fraction = np.full(len(forces), np.nan)
-    active = np.flatnonzero(there)
-    ends = np.zeros(active.size), np.ones(active.size)
-    low, high = (_highest(parabolas[:, active], end) for end in ends)
-    below, above = ends
-    for _ in range(MOST_CUTS):
-        if not active.size:
-            break
-        here = np.clip(_lowest_of_two(low, high), below, above)
-        known = np.maximum(_value(low, here), _value(high, here))
-        new = _highest(parabolas[:, active], here)
-        fraction[active] = here
-        go = _value(new, here) > known * (1.0 + ENOUGH)
-        rises = new[1] + here * new[2] > 0.0
-        low, high = np.where(rises, low, new), np.where(rises, new, high)
-        below, above = np.where(rises, below, here), np.where(rises, here, above)
-        active, low, high = active[go], low[:, go], high[:, go]
-        below, above = below[go], above[go]
+    fraction = np.empty(weights.size)
+    real, imaginary = (np.ascontiguousarray(part) for part in (weights.real, weights.imag))
+    _least_peaks(x, y, real, imaginary, turn, across_weight, fraction)
     return fraction
 
 
-def _highest(parabolas: Floats, fraction: Floats) -> Floats:
-    """Parabolas (square, half its slope, bend at 0) that are highest at a fraction, by design."""
-    place = np.argmax(_value(parabolas, fraction[:, None]), axis=1)
-    return np.asarray(np.take_along_axis(parabolas, place[None, :, None], axis=2)[..., 0])
+@kernel
+def _least_peaks(
+    x: Floats, y: Floats, real: Floats, imaginary: Floats, turn: Floats, across_weight: float,
+    fraction: Floats,
+) -> None:  # fmt: skip
+    samples = turn.shape[1]
+    square, slope, bend = rows_on_stack(samples), rows_on_stack(samples), rows_on_stack(samples)
+    weight = across_weight * across_weight
+    for design in range(fraction.size):
+        a, b = real[design], imaginary[design]
+        for i in range(samples):
+            one, other = a * turn[0, i] - b * turn[1, i], a * turn[1, i] + b * turn[0, i]
+            p, q = x[design, i], y[design, i]
+            square[i] = p * p + weight * (q * q)
+            slope[i] = p * one + weight * (q * other)
+            bend[i] = one * one + weight * (other * other)
+        known = a != 0.0 or b != 0.0
+        fraction[design] = _lowest_of_all(square, slope, bend) if known else math.nan
 
 
-def _value(parabola: Floats, fraction: Floats) -> Floats:
-    square, slope, bend = parabola
-    return np.asarray(square + fraction * (2.0 * slope + fraction * bend))
+@inlined
+def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
+    """Where the highest of many parabolas is lowest, from 0 to 1."""
+    below, above = 0.0, 1.0
+    low, high = _highest(square, slope, bend, below), _highest(square, slope, bend, above)
+    here = below
+    for _ in range(MOST_CUTS):
+        here = min(max(_lowest_of_two(low, high), below), above)
+        known = max(_value(low, here), _value(high, here))
+        new = _highest(square, slope, bend, here)
+        if not _value(new, here) > known * (1.0 + ENOUGH):
+            break
+        if new[1] + here * new[2] > 0.0:
+            high, above = new, here
+        else:
+            low, below = new, here
+    return here
 
 
-def _lowest_of_two(one: Floats, other: Floats) -> Floats:
+@inlined
+def _highest(square: Floats, slope: Floats, bend: Floats, fraction: float) -> Parabola:
+    """Parabola that is highest at a fraction."""
+    best, most = 0, -math.inf
+    for i in range(square.size):
+        here = square[i] + fraction * (2.0 * slope[i] + fraction * bend[i])
+        if here > most:
+            best, most = i, here
+    return square[best], slope[best], bend[best]
+
+
+@inlined
+def _value(parabola: Parabola, fraction: float) -> float:
+    return parabola[0] + fraction * (2.0 * parabola[1] + fraction * parabola[2])
+
+
+@inlined
+def _lowest_of_two(one: Parabola, other: Parabola) -> float:
     """Where the higher of two parabolas is lowest: at the foot of one of them, or where they meet.
 
     They meet once between their feet, as each is higher at the foot of the other.
     """
-    foot, foot_of_other = (-p[1] / np.where(p[2] > 0.0, p[2], np.inf) for p in (one, other))
-    square, slope, bend = one - other
-    root = np.sqrt(np.maximum(slope * slope - bend * square, 0.0))
+    foot = -one[1] / one[2] if one[2] > 0.0 else 0.0
+    foot_of_other = -other[1] / other[2] if other[2] > 0.0 else 0.0
+    if _value(one, foot) >= _value(other, foot):
+        return foot
+    if _value(other, foot_of_other) >= _value(one, foot_of_other):
+        return foot_of_other
+    square, slope, bend = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+    root = math.sqrt(max(slope * slope - bend * square, 0.0))
     # Both roots of bend c^2 + 2 slope c + square, without the difference of near numbers.
-    turned = -(slope + np.copysign(root, slope))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        roots = square / turned, turned / bend
-    left, right = np.minimum(foot, foot_of_other), np.maximum(foot, foot_of_other)
-    meets = np.where((roots[0] >= left) & (roots[0] <= right), roots[0], roots[1])
-    meets = np.where(np.isfinite(meets), meets, 0.5 * (left + right))
-    higher = _value(one, foot) >= _value(other, foot)
-    other_higher = _value(other, foot_of_other) >= _value(one, foot_of_other)
-    return np.where(higher, foot, np.where(other_higher, foot_of_other, meets))
+    turned = -(slope + math.copysign(root, slope))
+    first, second = square / turned, turned / bend
+    left, right = min(foot, foot_of_other), max(foot, foot_of_other)
+    meets = first if left <= first <= right else second
+    return meets if math.isfinite(meets) else 0.5 * (left + right)

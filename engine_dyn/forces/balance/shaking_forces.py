@@ -5,7 +5,7 @@ The equations stand in the package's description.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,12 +13,6 @@ import numpy as np
 
 from engine_dyn.forces.balance.best_fraction import least_mean_square, least_peak
 from engine_dyn.forces.balance.counterweights import check_above_zero
-from engine_dyn.forces.balance.extremes import (
-    TURN_SAMPLES,
-    largest,
-    revolution,
-    root_mean_square,
-)
 from engine_dyn.forces.balance.lines import Lines, lines_of
 from engine_dyn.forces.balance.orders import (
     Ellipse,
@@ -26,9 +20,18 @@ from engine_dyn.forces.balance.orders import (
     direction_of,
     ellipse_of,
 )
+from engine_dyn.forces.balance.revolution import (
+    MOTION,
+    TURN_SAMPLES,
+    forces_at,
+    largest_of,
+    lines_array,
+    mean_squares_of,
+    turns,
+)
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
-from engine_dyn.types import Complexes, Floats
+from engine_dyn.types import Complexes, Floats, Integers
 
 __all__ = ["RunningGear", "running_gear"]
 
@@ -159,19 +162,19 @@ class RunningGear:
 
     def force_max(self) -> Floats:
         """Largest shaking force of a revolution, exact to 1e-9 of it, N."""
-        return self._each(lambda gear: largest(gear._vectors(moment=False)))
+        return self._each(lambda gear: gear._largest(moment=False))
 
     def moment_max(self) -> Floats:
         """Largest shaking moment of a revolution, exact to 1e-9 of it, N m."""
-        return self._each(lambda gear: largest(gear._vectors(moment=True)))
+        return self._each(lambda gear: gear._largest(moment=True))
 
     def force_rms(self) -> Floats:
         """Root of the mean square of the shaking force over a revolution, N."""
-        return self._each(lambda gear: root_mean_square(gear._vectors(moment=False)))
+        return self._each(lambda gear: gear._root_mean_square(moment=False))
 
     def moment_rms(self) -> Floats:
         """Root of the mean square of the shaking moment over a revolution, N m."""
-        return self._each(lambda gear: root_mean_square(gear._vectors(moment=True)))
+        return self._each(lambda gear: gear._root_mean_square(moment=True))
 
     # what would balance it
 
@@ -214,14 +217,14 @@ class RunningGear:
         """
         if norm not in ("rms", "peak"):
             raise ValueError(f"norm = {norm!r}: must be 'rms' or 'peak'")
-        find = least_mean_square if norm == "rms" else least_peak
-        phi = revolution(TURN_SAMPLES if norm == "rms" else 2 * TURN_SAMPLES)
-
-        def best(gear: RunningGear) -> Floats:
-            forces = gear._vectors(moment=False)(phi)
-            return find(forces, gear._counterweights(phi), across_weight)
-
-        return replace(self, turning_mass=0.0)._each(best)
+        without = replace(self, turning_mass=0.0)
+        if norm == "peak":
+            return without._each(lambda gear: gear._least_peak(across_weight))
+        forward, backward = without._orders(1.0, moment=False)
+        weights = without._counterweights()
+        shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in _ARRAYS))
+        found = least_mean_square(forward, backward, weights, across_weight)
+        return np.array(np.broadcast_to(found, shape))[()]
 
     # how it is done: everything below is in kg m, or kg m2 for moments
 
@@ -276,10 +279,13 @@ class RunningGear:
         return self._without_rounding(total, moment)
 
     def _without_rounding(self, vector: Any, moment: bool) -> Any:
+        return np.where(np.abs(vector) < self._least(moment), 0.0, vector)
+
+    def _least(self, moment: bool) -> Any:
+        """Size below which a sum over the cylinders is rounding."""
         mass = np.abs(self.reciprocating_mass) + np.abs(self.turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
-        least = CANCELLED * mass * self.crank_radius * weights
-        return np.where(np.abs(vector) < least, 0.0, vector)
+        return CANCELLED * mass * self.crank_radius * weights
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""
@@ -370,24 +376,59 @@ class RunningGear:
             result[places] = value(replace(self, **named))
         return result.reshape(asked)[()]
 
-    def _vectors(self, moment: bool) -> Callable[[Floats], Complexes]:
-        """Vectors of designs in a column, shape (designs, angles), as a function of the angles."""
-        count = np.shape(self.speed)[0]
+    def _largest(self, *, moment: bool) -> Floats:
+        """Largest vector of designs in a column."""
+        found = np.empty(np.shape(self.speed)[0])
+        for designs, motion, lines in self._engines(moment):
+            result = np.empty(designs.size)
+            largest_of(motion, lines, turns(TURN_SAMPLES), result)
+            found[designs] = result
+        return np.asarray(self._scaled(found[:, None])[:, 0])
 
-        def vectors(phi: Floats) -> Complexes:
-            found = np.asarray(self._scaled(self._sum(phi, moment)), dtype=complex)
-            return np.broadcast_to(found, (count, phi.shape[-1]))
+    def _root_mean_square(self, *, moment: bool) -> Floats:
+        """Root mean square of the vectors of designs in a column."""
+        found = np.empty(np.shape(self.speed)[0])
+        for designs, motion, lines in self._engines(moment):
+            result = np.empty(designs.size)
+            mean_squares_of(motion, lines, turns(TURN_SAMPLES), result)
+            found[designs] = np.sqrt(result)
+        return np.asarray(self._scaled(found[:, None])[:, 0])
 
-        return vectors
+    def _least_peak(self, across_weight: float) -> Floats:
+        """Fraction of the least largest force of designs in a column."""
+        found, turn = np.empty(np.shape(self.speed)[0]), turns(2 * TURN_SAMPLES)
+        weights = np.broadcast_to(self._counterweights(), (found.size, 1))[:, 0]
+        for designs, motion, lines in self._engines(moment=False):
+            x, y = np.empty((2, designs.size, turn.shape[1]))
+            forces_at(motion, lines, turn, x, y)
+            found[designs] = least_peak(x, y, weights[designs], turn, across_weight)
+        return found
 
-    def _counterweights(self, phi: Floats) -> Complexes:
-        """Force that a fraction of 1 adds, of designs in a column, at angles of a revolution."""
-        gear = replace(
-            self, turning_mass=-np.asarray(self.reciprocating_mass), shaft=0.0, pair=0.0, couple=0.0
-        )
-        amplitude = gear._scaled(gear._turning(moment=False))
-        size = np.abs(amplitude) > gear._scaled(gear._rounding(moment=False))
-        return np.where(size, amplitude, 0.0) * np.exp(1j * phi)
+    def _engines(self, moment: bool) -> Iterator[tuple[Integers, Floats, Floats]]:
+        """Designs in a column, engine by engine: their places, numbers and lines of force."""
+        first, second = self._shafts(moment)
+        waves = (self._turning(moment), first, *second)
+        numbers = (
+            self.crank_ratio, self.offset, np.asarray(self.crank_radius) * self.reciprocating_mass,
+            self.spacing if moment else 1.0, self.bank_offset if moment else 0.0,
+            self._least(moment), *(part(wave) for wave in waves for part in (np.real, np.imag)),
+        )  # fmt: skip
+        counts = np.asarray(self.cylinders)[:, 0]
+        motion = np.empty((MOTION, counts.size))
+        for row, values in zip(motion, numbers, strict=True):
+            row[:] = np.broadcast_to(values, (counts.size, 1))[:, 0]
+        for count in np.unique(counts):
+            designs = np.flatnonzero(counts == count)
+            lines = lines_of(self.by_count[int(count)])
+            yield designs, np.ascontiguousarray(motion[:, designs]), lines_array(
+                lines, moment=moment
+            )  # fmt: skip
+
+    def _counterweights(self) -> Any:
+        """Amplitude of the force that a fraction of 1 adds; 0 where that of all throws cancels."""
+        gear = replace(self, turning_mass=-np.asarray(self.reciprocating_mass))
+        amplitude = gear._turning(moment=False)
+        return np.where(np.abs(amplitude) > gear._rounding(moment=False), amplitude, 0.0)
 
 
 def running_gear(
