@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 
 __all__ = ["CHARACTERISTICS", "PROPELLER", "Characteristic", "load_for_torque"]
 
@@ -90,18 +90,22 @@ SAME = 1e-9
 
 
 def load_for_torque(
-    torque_of: Callable[[Floats], Any], loads: npt.ArrayLike, wanted: npt.ArrayLike
-) -> Floats:
+    torque_of: Callable[[Floats, Integers], Any], loads: npt.ArrayLike, wanted: npt.ArrayLike,
+    resolution: float = 0.0,
+) -> Floats:  # fmt: skip
     """Load [percent] at which the brake torque is what is wanted, for every element.
 
     Parameters
     ----------
     torque_of : callable
-        Torque [N m] of loads, in the shape of `wanted`; it rises with the load.
+        Torque [N m] of loads; it rises with the load. Takes flat arrays: loads, and the places of
+        their elements in `wanted`, of which only those without an answer are asked for.
     loads : array_like
         Loads of the given diagrams, ascending: between each two of them is a bracket.
     wanted : array_like
         [N m].
+    resolution : float
+        Difference of loads [percent] that the torque does not see.
 
     Returns
     -------
@@ -109,36 +113,40 @@ def load_for_torque(
         Shape of `wanted`; NaN where the diagrams do not reach it. The root is found to rounding, by
         regula falsi (the Illinois form) in the first bracket that contains it.
     """
-    goal = np.asarray(wanted, dtype=np.float64)
+    shape = np.shape(wanted)
+    goal = np.array(wanted, dtype=np.float64).reshape(-1)
     knots = np.asarray(loads, dtype=np.float64)
-    miss = [np.asarray(torque_of(np.full(goal.shape, load))) - goal for load in knots]
+    every = np.arange(goal.size)
+    miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
     slack = SAME * np.abs(goal)
-    found = np.full(goal.shape, np.nan)
+    found = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
         found = np.where(np.abs(here) <= slack, load, found)
-    low, high = np.full(goal.shape, np.nan), np.full(goal.shape, np.nan)
-    below, above = np.full(goal.shape, np.nan), np.full(goal.shape, np.nan)
+    low, high, below, above = np.full((4, goal.size), np.nan)
     for left, right, one, other in zip(knots, knots[1:], miss, miss[1:], strict=False):
         holds = np.isnan(low) & (one <= 0.0) & (other >= 0.0)
         low, high = np.where(holds, left, low), np.where(holds, right, high)
         below, above = np.where(holds, one, below), np.where(holds, other, above)
-    todo = np.isnan(found) & np.isfinite(low)
-    side = np.zeros(goal.shape)
+    todo = np.flatnonzero(np.isnan(found) & np.isfinite(low))
+    # Rows: both ends, the torque missed there, the end that stayed (-1 the lower), the last load.
+    bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
     for _ in range(MOST_STEPS):
-        if not todo.any():
+        if not todo.size:
             break
+        low, high, below, above, side, last = bracket
         with np.errstate(divide="ignore", invalid="ignore"):
             load = (low * above - high * below) / (above - below)
         load = np.where(np.isfinite(load), np.clip(load, low, high), 0.5 * (low + high))
-        here = np.asarray(torque_of(np.where(todo, load, knots[0]))) - goal
-        done = todo & ((np.abs(here) <= 1e-13 * np.abs(goal)) | (high - low <= 1e-13 * high))
-        found = np.where(done, load, found)
-        todo = todo & ~done
+        here = np.asarray(torque_of(load, todo)) - goal[todo]
+        done = (np.abs(here) <= 1e-13 * np.abs(goal[todo])) | (high - low <= 1e-13 * high)
+        done |= np.abs(load - last) <= resolution
+        found[todo[done]] = load[done]
+        down = here > 0.0
         # The value at an end that stays twice is halved, so that the other end moves too.
-        down, up = todo & (here > 0.0), todo & (here <= 0.0)
-        below = np.where(down & (side < 0.0), 0.5 * below, below)
-        above = np.where(up & (side > 0.0), 0.5 * above, above)
-        high, above = np.where(down, load, high), np.where(down, here, above)
-        low, below = np.where(up, load, low), np.where(up, here, below)
-        side = np.where(down, -1.0, np.where(up, 1.0, side))
-    return np.where(todo, 0.5 * (low + high), found)
+        below = np.where(down, np.where(side < 0.0, 0.5 * below, below), here)
+        above = np.where(down, here, np.where(side > 0.0, 0.5 * above, above))
+        low, high = np.where(down, low, load), np.where(down, load, high)
+        bracket = np.stack([low, high, below, above, np.where(down, -1.0, 1.0), load])[:, ~done]
+        todo = todo[~done]
+    found[todo] = 0.5 * (bracket[0] + bracket[1])
+    return found.reshape(shape)

@@ -315,9 +315,12 @@ def _morph(
             part = distance / (before if distance < 0.0 else after)
             bump = max(1.0 - part * part, 0.0)
             bump = bump * bump * bump
-            left, t = place_of(angle + (from_angle - peak) * bump, count, period)
-            low, _ = hermite_at(pressures[one], slopes[one], left, t, step)
-            left, t = place_of(angle + (to_angle - peak) * bump, count, period)
-            high, _ = hermite_at(pressures[other], slopes[other], left, t, step)
-            pressure[i] = math.exp((1.0 - f) * math.log(low) + f * math.log(high))
+            low, high = pressures[one, i], pressures[other, i]
+            if bump > 0.0:  # away from the combustion the warp is the identity
+                left, t = place_of(angle + (from_angle - peak) * bump, count, period)
+                low, _ = hermite_at(pressures[one], slopes[one], left, t, step)
+                left, t = place_of(angle + (to_angle - peak) * bump, count, period)
+                high, _ = hermite_at(pressures[other], slopes[other], left, t, step)
+            # low^(1 - f) high^f
+            pressure[i] = low * math.exp(f * math.log(high / low))
         spline_slopes(pressure, step, inverse, corner, slope)

@@ -29,7 +29,7 @@ from engine_dyn.pressure.curves import (
     sampled,
 )
 from engine_dyn.pressure.diagram import Diagram, table_angles
-from engine_dyn.pressure.family import Family, TableAxis
+from engine_dyn.pressure.family import ROW_STEP, Family, TableAxis
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds
 from engine_dyn.pressure.first_law import tabulate
 from engine_dyn.status import CONVERGED
@@ -160,6 +160,11 @@ class CycleTable(Family):
     def combinations(self) -> int:
         """Number of combinations of parameters."""
         return int(next(iter(self.changes.values())).size)
+
+    @property
+    def resolution(self) -> float:
+        """Difference of loads [percent] below which diagrams are the same: see `PLACES`."""
+        return ROW_STEP / PLACES
 
     @property
     def row_count(self) -> int:

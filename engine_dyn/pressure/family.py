@@ -178,6 +178,11 @@ class Family(RowsOfDiagrams):
         return float(self.loads[-1])
 
     @property
+    def resolution(self) -> float:
+        """Difference of loads [percent] below which diagrams are the same; 0: only rounding."""
+        return 0.0
+
+    @property
     def row_count(self) -> int:
         """Number of rows of the table."""
         return self._axis.count

@@ -22,9 +22,16 @@ def _load_of_characteristic(
 
     NaN where the engine's diagrams do not give that torque, and where there is no torque.
     """
+    wanted = np.asarray(characteristic_torque) * characteristic_share
+    arrays = {n: v for n, v in needs.items() if isinstance(v, np.ndarray) and v.ndim}
+    wanted = np.broadcast_to(
+        wanted, np.broadcast_shapes(wanted.shape, *(v.shape for v in arrays.values()))
+    )
 
-    def torque_of(load: Any) -> Any:
+    def torque_of(load: Any, which: Any) -> Any:
+        places = np.unravel_index(which, wanted.shape) if wanted.shape else ()
         known = {**needs, "load": load}
+        known |= {n: np.broadcast_to(v, wanted.shape)[places] for n, v in arrays.items()}
 
         def value(name: str) -> Any:
             if name not in known:
@@ -35,12 +42,8 @@ def _load_of_characteristic(
 
         return value("torque_mean")
 
-    arrays = [np.asarray(v) for v in needs.values() if isinstance(v, np.ndarray | float | int)]
-    wanted = np.asarray(characteristic_torque) * characteristic_share
-    wanted = np.broadcast_to(
-        wanted, np.broadcast_shapes(wanted.shape, *(a.shape for a in arrays if a.dtype.kind == "f"))
-    )
-    return load_for_torque(torque_of, needs["family"].loads, wanted)
+    family = needs["family"]
+    return load_for_torque(torque_of, family.loads, wanted, family.resolution)
 
 
 PARAMETERS = (

@@ -62,7 +62,7 @@ def test_bad_input(power: float, speed: float, what: str) -> None:
 def test_load_for_torque() -> None:
     """Kinked, curved, at the ends and beyond them; every element is its own."""
 
-    def torque(load: np.ndarray) -> np.ndarray:
+    def torque(load: np.ndarray, _: object = None) -> np.ndarray:
         return np.where(load < 50.0, load**2 / 50.0, 50.0 + 3.0 * (load - 50.0)) - 5.0
 
     wanted = np.array([-6.0, -5.0, 0.0, 44.0, 45.0, 46.0, 195.0, 195.1])[:, None]
@@ -73,5 +73,24 @@ def test_load_for_torque() -> None:
     for row in range(8):
         alone = load_for_torque(torque, [0.0, 30.0, 100.0], wanted[row])
         np.testing.assert_array_equal(alone, found[row])
-    assert load_for_torque(lambda load: load * 0.0 + 7.0, [100.0], 7.0) == 100.0
-    assert np.isnan(load_for_torque(lambda load: load * 0.0 + 7.0, [100.0], 8.0))
+    assert load_for_torque(lambda load, _: load * 0.0 + 7.0, [100.0], 7.0) == 100.0
+    assert np.isnan(load_for_torque(lambda load, _: load * 0.0 + 7.0, [100.0], 8.0))
+
+
+def test_only_elements_without_an_answer_are_asked_for() -> None:
+    """Some are straight lines, done at once; and steps that the torque does not see end early."""
+    bend = np.array([0.0, 0.0, 0.2])
+    asked: list[int] = []
+
+    def torque(load: np.ndarray, which: np.ndarray) -> np.ndarray:
+        asked.append(which.size)
+        seen = np.rint(load / 1e-6) * 1e-6
+        return seen + bend[which] * seen**2
+
+    wanted = np.array([30.0, 55.5, 700.0])
+    found = load_for_torque(torque, [0.0, 100.0], wanted, 1e-6)
+    assert found[:2] == pytest.approx([30.0, 55.5], abs=1e-9)
+    assert found[2] + 0.2 * found[2] ** 2 == pytest.approx(700.0, abs=1e-4)
+    assert asked[:3] == [3, 3, 3]
+    assert asked[3:] == [1] * (len(asked) - 3)
+    assert len(asked) < 25
