@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies rates stress \
+.PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies quantities rates stress \
 	reliability fuzz wheel clean distclean
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
+	@echo "make quantities  rates of single quantities, on the terminal (5 min; QUANTITIES='--all', and others)"
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
@@ -83,6 +84,10 @@ bench: $(VENV)/.installed-bench
 # Settings: STUDIES='--quick --only sampled v6_load', and others.
 studies: $(VENV)/.installed-test
 	$(python) -m benchmarks studies $(STUDIES)
+
+# Settings: QUANTITIES='--quick --only torque_order --kinds sampled', and others.
+quantities: $(VENV)/.installed-test
+	$(python) -m benchmarks quantities $(QUANTITIES)
 
 # Writes sweeps/planning/rates.py. Settings: RATES='--part 0.1', and others.
 rates: $(VENV)/.installed-test

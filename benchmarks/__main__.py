@@ -2,6 +2,7 @@
 
 python -m benchmarks [--quick] [--huge] [--threads N] [--seconds S] [-o FOLDER]
 python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies alone
+python -m benchmarks quantities [--all] [--only NAME ...]  rates of single quantities
 python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
 """
 
@@ -24,6 +25,7 @@ from benchmarks import (
     own,
     peers,
     problem,
+    quantity_times,
     report,
     sampled_peers,
     study_rates,
@@ -139,6 +141,11 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
     studies = study_times.measured(
         STUDIES, threads, runs, 0.005 if quick else 1.0, 2 if quick else 24, log
     )
+    log("quantities")
+    quantities = quantity_times.measured(
+        quantity_times.KINDS, quantity_times.CHOSEN[:: 8 if quick else 1], threads,
+        0.05 if quick else 1.0, 1 if quick else 3, log,
+    )  # fmt: skip
     log("one design, start-up, compiling")
     latencies = measure.latencies(1 if quick else 5, fresh=not quick)
     log("memory and a large run")
@@ -153,7 +160,7 @@ def collect(threads: int, quick: bool, huge: bool, seconds: float) -> report.Mea
         agreed=few.stop + len(some), table=table, table_alone=alone, sampled=drawn, scenes=scenes,
         numbers=numbers, by_threads=by_threads, by_cylinders=by_cylinders, traces=traces,
         flops=flops, flops_one=flops_one, writing=writing, latencies=latencies, memory=memory,
-        big=large, studies=studies, took=time.perf_counter() - began,
+        big=large, studies=studies, quantities=quantities, took=time.perf_counter() - began,
     )  # fmt: skip
 
 
@@ -161,6 +168,9 @@ def main() -> None:
     """Measure and write."""
     if sys.argv[1:2] == ["studies"]:
         study_times.main(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["quantities"]:
+        quantity_times.main(sys.argv[2:])
         return
     if sys.argv[1:2] == ["rates"]:
         study_rates.main(sys.argv[2:])

@@ -26,6 +26,7 @@ from benchmarks.measure import (
     Traces,
 )
 from benchmarks.own import CHUNK, EXTREMES, OF_TABLE, WORK, operations
+from benchmarks.quantity_times import Rates, quantities_section
 from benchmarks.study_report import studies_section
 from benchmarks.study_times import Studies
 from benchmarks.wording import number, rows, small, span
@@ -65,6 +66,7 @@ class Measured:
     memory: list[Memory]
     big: BigRun
     studies: Studies
+    quantities: Rates
     took: float
 
 
@@ -244,7 +246,8 @@ def text(m: Measured, machines: Sequence[Reached]) -> str:
         "points every half degree, which leaves an error of some 1e-10 to 1e-9 that finer nodes "
         "cannot remove.",
         "",
-        *ratios_section(m), *studies_section(m.studies), *sampled_section(m), *targets_section(m),
+        *ratios_section(m), *studies_section(m.studies), *quantities_section(m.quantities),
+        *sampled_section(m), *targets_section(m),
         *machines_section(machines), *table_section(m),
         *scenes_section(m), *scaling_section(m), *rest_section(m),
     ]  # fmt: skip

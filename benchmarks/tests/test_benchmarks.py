@@ -136,7 +136,7 @@ def test_command_writes_document_and_figures(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
     for heading in (
-        "Ratios", "Studies", "Sampled designs, beside other solvers", "Aims",
+        "Ratios", "Studies", "Quantities", "Sampled designs, beside other solvers", "Aims",
         "Designs that share nothing", "Factorial scenes", "Traces",
     ):  # fmt: skip
         assert f"\n## {heading}\n" in text
