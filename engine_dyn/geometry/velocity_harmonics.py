@@ -5,6 +5,8 @@ odd order, the first, docs/method.md (109):
 
     v(phi) = sin(phi) + sum_j gamma_j sin(2 j phi),    v^2 = mean + sum_m square_m cos(m phi)
 
+With an offset both have sines and cosines of all orders.
+
 The orders fall off by a factor of (lambda/(1 + sqrt(1 - lambda^2)))^2 each, so that few of them are
 the velocity to rounding. Everything that is linear in the velocity, such as the work of a pressure,
 is therefore a sum of few curves that do not depend on the crank ratio.
@@ -15,58 +17,105 @@ Values of lanes are side by side: arrays are (term, lane), flat.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from engine_dyn.compilation import inlined, wide_vectors
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [
     "FEW_TERMS",
     "LARGEST_RATIO",
     "MANY_TERMS",
-    "order_of",
+    "TURN_SAMPLES",
+    "OFFSET_TERMS",
+    "Samples",
+    "curves_at",
+    "orders_of",
+    "samples_of",
     "squares_of",
-    "weights_of_samples",
 ]
 
 FEW_TERMS, MANY_TERMS = 8, 16
 """Terms of the velocity: sin(phi), and sines of the orders 2, 4 and so on. The square has twice as
-many, of the orders 1, 2, 3 and so on."""
+many, cosines of the orders 1, 2, 3 and so on."""
 
-LARGEST_RATIO = {FEW_TERMS: 0.45, MANY_TERMS: 0.8}
+OFFSET_TERMS = 32
+"""Terms of the velocity with an offset: sines of the orders 1 to 16, then cosines of them. The
+square has twice as many, of the orders 1 to 32."""
+
+TURN_SAMPLES = 64
+"""Samples of the velocity over a turn, from which the terms with an offset follow: the orders from
+32 on, which would be taken for lower ones, are then below rounding."""
+
+LARGEST_RATIO = {FEW_TERMS: 0.45, MANY_TERMS: 0.8, OFFSET_TERMS: 0.45}
 """Largest crank ratio for which so many terms leave less than 3e-10 of the work of a pressure and
-of the square: the sums of all further orders, docs/method.md (107)."""
+of the square: the sums of all further orders, docs/method.md (107). With an offset it holds for
+lambda/(1 - lambda e/r), which has the singularities of both as close."""
 
 
 @inlined
 def order_of(term: int) -> int:
-    """Order of a term of the velocity."""
+    """Order of a term of the velocity without an offset."""
     return 2 * term if term > 0 else 1
 
 
-def weights_of_samples(terms: int) -> tuple[Floats, Floats, Floats]:
-    """Sines and cosines of the angles at which the velocity is sampled, and what makes terms of it.
+class Samples(NamedTuple):
+    """Angles at which the velocity is sampled, and what makes terms of the samples.
 
-    Discrete sine transform over a quarter of a turn, docs/method.md (110). Twice as many intervals
-    as terms would be exact up to the orders left out; half as many again make them vanish too.
-
-    Parameters
+    Attributes
     ----------
-    terms : int
-        Terms of the velocity.
-
-    Returns
-    -------
-    sine, cosine : ndarray, shape (samples,)
-        Of the angles, all between 0 and pi/2.
-    weights : ndarray, shape (terms - 1, samples)
-        Factors on (v - sin(phi))/lambda at the samples.
+    sine, cosine : ndarray, shape (sample,)
+        Of the angles.
+    weights : ndarray, shape (term, sample)
+        Factors on the samples: without an offset of (v - sin(phi))/lambda, for all terms but the
+        first; with an offset of v.
+    square_weights : ndarray, shape (term, sample)
+        Factors on the samples of v^2; none without an offset, where products of the terms do.
     """
+
+    sine: Floats
+    cosine: Floats
+    weights: Floats
+    square_weights: Floats
+
+
+def samples_of(terms: int) -> Samples:
+    """Samples for so many terms of the velocity.
+
+    Without an offset by a discrete sine transform over a quarter of a turn, docs/method.md (110).
+    Twice as many intervals as terms would be exact up to the orders left out; half as many again
+    make them vanish too. With an offset by a discrete Fourier transform over a turn.
+    """
+    if terms == OFFSET_TERMS:
+        angle = 2.0 * math.pi * np.arange(TURN_SAMPLES) / TURN_SAMPLES
+        weights, square_weights = (
+            2.0 / TURN_SAMPLES * curves_at(angle, *orders_of(terms, square))
+            for square in (False, True)
+        )
+        return Samples(np.sin(angle), np.cos(angle), weights, square_weights)
     intervals = 3 * terms // 2
     angle = 0.5 * math.pi * np.arange(1, intervals) / intervals
     orders = 2.0 * np.arange(1, terms)
-    return np.sin(angle), np.cos(angle), 2.0 / intervals * np.sin(np.outer(orders, angle))
+    weights_of_sines = 2.0 / intervals * np.sin(np.outer(orders, angle))
+    return Samples(np.sin(angle), np.cos(angle), weights_of_sines, np.zeros((0, 0)))
+
+
+def curves_at(angle: Floats, orders: Integers, cosines: Booleans) -> Floats:
+    """Sines, or cosines where `cosines` says so, of all orders: shape (term, angle)."""
+    turns = np.multiply.outer(orders, angle)
+    return np.where(cosines[:, None], np.cos(turns), np.sin(turns))
+
+
+def orders_of(terms: int, square: bool) -> tuple[Integers, Booleans]:
+    """Orders of the terms of the velocity, or of its square, and which of them are cosines."""
+    if terms == OFFSET_TERMS:
+        half = np.arange(1, (terms if square else terms // 2) + 1)
+        return np.tile(half, 2), np.repeat([False, True], half.size)
+    if square:
+        return np.arange(1, 2 * terms + 1), np.ones(2 * terms, dtype=np.bool_)
+    return np.array([order_of(term) for term in range(terms)]), np.zeros(terms, dtype=np.bool_)
 
 
 @inlined

@@ -61,6 +61,22 @@ class Curves(NamedTuple):
     sample: Floats
 
 
+class AngleLoad(NamedTuple):
+    """A load over angle that is the same for all designs but for its scale.
+
+    Attributes
+    ----------
+    table : ndarray
+        `TorqueOverAngle.table`.
+    gear_ratio, phase : float
+        The load's angle is the crank's times `gear_ratio`, plus `phase` [rad].
+    """
+
+    table: Floats
+    gear_ratio: float
+    phase: float
+
+
 @dataclass(frozen=True)
 class Problem:
     """One part of a sweep, whose designs one kernel call can treat alike.
@@ -89,6 +105,8 @@ class Problem:
         Angles [rad] at which curves are wanted; empty where none are.
     results : Results
         Where the results go.
+    load : AngleLoad or None
+        Load over angle that is common to all designs, for the batch solver.
     threads : int
         Threads at most.
     """
@@ -105,6 +123,7 @@ class Problem:
     width: float
     angles: Floats
     results: Results
+    load: AngleLoad | None
     threads: int
 
     @cached_property

@@ -21,7 +21,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.arguments import Choice, Problem
+from engine_dyn.speed.arguments import AngleLoad, Choice, Problem
 from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
 from engine_dyn.speed.batch.levels import CHUNK
 from engine_dyn.speed.broadcasting import (
@@ -39,6 +39,7 @@ from engine_dyn.speed.mechanisms import (
     GENERAL,
     OWN_CURVES,
     are_shared,
+    is_common,
     mechanism_of,
     tally_in_use,
 )
@@ -80,7 +81,8 @@ class Sweep:
 
     `methods` and `models` are codes, `row` is the place of the diagrams in the family, `sets` are
     the keys of `cylinders_by_count`. `shared` says that tables are common to many designs, or
-    depend on inputs that harmonics know nothing of. With `general` the batch solver is not
+    depend on inputs that harmonics know nothing of. `load` is a load over angle that own curves
+    can contain. With `general` the batch solver is not
     used. The other fields are those of `solve`.
     """
 
@@ -98,6 +100,7 @@ class Sweep:
     driven: DrivenMachine
     general: bool
     shared: bool
+    load: AngleLoad | None
     angles: Floats
     threads: int
 
@@ -227,6 +230,7 @@ def solve(
     if sharing is None:
         tables = math.prod(shape_of(*(inputs[name] for name in TABLE_NAMES)))
         sharing = tables, size // max(tables, 1)
+    special = _own_tables(inputs) or isinstance(family, CycleTable)
     sweep = Sweep(
         shape=shape,
         inputs=inputs,
@@ -241,7 +245,8 @@ def solve(
         tolerance=float(tolerance),
         driven=driven,
         general=general,
-        shared=are_shared(*sharing, special=_own_tables(inputs) or isinstance(family, CycleTable)),
+        shared=are_shared(*sharing, special=special),
+        load=_common_load(driven, inputs, *sharing, special),
         angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
         threads=threads or os.cpu_count() or 1,
     )
@@ -380,8 +385,9 @@ def _problem_of(
     # is.
     if not sweep.general and (iterated is None or kind != ANY_EXPONENT):
         mechanism = mechanism_of(
-            choice, sweep.driven.plain, sweep.shared, sweep.angles.size > 0, cylinders.equal_throws
-        )
+            choice, sweep.driven.plain, sweep.shared, sweep.angles.size > 0, cylinders.equal_throws,
+            sweep.load is not None,
+        )  # fmt: skip
     refinement = 0
     if mechanism != GENERAL:
         own = mechanism == OWN_CURVES
@@ -404,6 +410,7 @@ def _problem_of(
         width=period / steps,
         angles=sweep.angles,
         results=results,
+        load=sweep.load,
         threads=sweep.threads,
     )
     return problem, refinement, mechanism
@@ -437,6 +444,17 @@ def _kinds(exponent: Floats) -> Integers:
 
 
 def _own_tables(inputs: Mapping[str, Any]) -> bool:
-    """Whether tables depend on more than crank ratio and pressure, so that each must be built."""
-    uneven = any(may_be(inputs[name]) for name in FRICTION_NAMES)
-    return uneven or may_be(inputs["offset_ratio"])
+    """Whether friction over the stroke is a part of the tables, so that each must be built."""
+    return any(may_be(inputs[name]) for name in FRICTION_NAMES)
+
+
+def _common_load(
+    driven: DrivenMachine, inputs: Mapping[str, Any], tables: int, designs: int, special: bool
+) -> AngleLoad | None:
+    """A load over angle that is the same for all designs but for its scale."""
+    if driven.over_angle is None:
+        return None
+    gear_ratio, phase = np.asarray(inputs["gear_ratio"]), np.asarray(inputs["load_phase"])
+    if not is_common(driven.power_law, gear_ratio.size * phase.size, tables, designs, special):
+        return None
+    return AngleLoad(driven.angle_table, float(gear_ratio.flat[0]), float(phase.flat[0]))

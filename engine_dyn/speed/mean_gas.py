@@ -9,6 +9,7 @@ that of the motored diagram.
 from __future__ import annotations
 
 import threading
+from functools import lru_cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -17,24 +18,26 @@ import numpy as np
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
 from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.geometry.velocity_harmonics import (
-    FEW_TERMS,
     LARGEST_RATIO,
     MANY_TERMS,
-    order_of,
-    weights_of_samples,
+    TURN_SAMPLES,
+    curves_at,
 )
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.batch.mean_gas import mean_gas_of_harmonics, means_of_diagrams
+from engine_dyn.speed.batch.mean_gas import mean_gas_of_samples, means_of_diagrams
 from engine_dyn.speed.tables.mean_gas import mean_gas_of_pairs
-from engine_dyn.speed.tables.node_counts import may_be, row_map, rows_needed
-from engine_dyn.speed.tables.work_tables import FEWEST_NODES, make_grid
+from engine_dyn.speed.tables.node_counts import row_map, rows_needed
+from engine_dyn.speed.tables.work_tables import FEWEST_NODES, angles_of_cycle, make_grid
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
 
 MANY_MEANS = 512
-"""From so many on, mean torques are sums over harmonics of the velocity; the error is rounding."""
+"""From so many on, mean torques are sums over samples of the velocity; the error is rounding."""
+
+SAMPLED_ANGLES = 2.0 * np.pi * np.arange(TURN_SAMPLES) / TURN_SAMPLES
+"""Angles [rad] of these samples."""
 
 ROWS_AT_ONCE = 64
 """Diagrams whose pressures are tabulated at a time."""
@@ -52,11 +55,10 @@ def mean_gas_torque(
 
     docs/method.md (29). Times A r this is the mean torque of the absolute pressure, and of the
     gauge pressure too, because the crankcase pressure does no work over a cycle. The quadrature is
-    three-point Gauss-Legendre on half degrees. Means of many are sums over the harmonics of the
-    velocity; `tables` is the number of pairs of crank ratio and row of the whole sweep, where these
+    three-point Gauss-Legendre on half degrees. Means of many are sums over samples of the velocity;
+    `tables` is the number of pairs of crank ratio and row of the whole sweep, where these
     are a block of it.
     """
-    offset = may_be(offset_ratio)
     crank_ratio, row, offset_ratio = np.broadcast_arrays(
         np.asarray(crank_ratio, dtype=float), np.asarray(row, dtype=float),
         np.asarray(offset_ratio, dtype=float),
@@ -67,14 +69,16 @@ def mean_gas_torque(
     member = Member(0.0, pressure_factor, 1.0)
     alone = np.ones(ratios.size, dtype=np.bool_)
     many = (ratios.size if tables is None else tables) >= MANY_MEANS
-    if many and not offset and not isinstance(family, CycleTable):
-        alone = ~((ratios >= 0.0) & (ratios <= LARGEST_RATIO[MANY_TERMS]))
-        together = ~alone
+    if many and not isinstance(family, CycleTable):
+        # The singularities of a velocity with an offset are as close as those without at `like`.
+        like = ratios / (1.0 - ratios * np.abs(offsets))
+        together = (ratios >= 0.0) & (like >= 0.0) & (like <= LARGEST_RATIO[MANY_TERMS])
+        alone = ~together
         found = np.empty(int(together.sum()))
         means = _means_of(family, member, rows_needed(places))
-        mean_gas_of_harmonics(
-            ratios[together], places[together], means, *weights_of_samples(FEW_TERMS),
-            *weights_of_samples(MANY_TERMS), found,
+        mean_gas_of_samples(
+            ratios[together], offsets[together], places[together], means,
+            np.sin(SAMPLED_ANGLES), np.cos(SAMPLED_ANGLES), found,
         )  # fmt: skip
         result[together] = found
     if alone.any():
@@ -86,12 +90,26 @@ def mean_gas_torque(
     return result.reshape(row.shape)
 
 
+@lru_cache(maxsize=4)
+def _curves_of_samples(period: float) -> Floats:
+    """Velocity over a cycle that is 1 at one sample and 0 at the others, for each sample.
+
+    The Fourier series through the samples, without a mean: shape (sample, quadrature point).
+    """
+    orders = np.tile(np.arange(1, TURN_SAMPLES // 2), 2)
+    cosines = np.repeat([False, True], orders.size // 2)
+    at_samples = curves_at(SAMPLED_ANGLES, orders, cosines)
+    points = angles_of_cycle(period, FEWEST_NODES, 0.0)[2]
+    together = np.einsum("ki,kp->ip", at_samples, curves_at(points, orders, cosines))
+    return np.asarray(2.0 / TURN_SAMPLES * together)
+
+
 _kept: WeakKeyDictionary[Family, dict[float, Floats]] = WeakKeyDictionary()
 _lock = threading.Lock()
 
 
 def _means_of(family: Family, member: Member, rows: Integers) -> Floats:
-    """Means of the diagrams times harmonics, (row, term), NaN where not needed so far.
+    """Factors on samples of the velocity, (row, sample), NaN where not needed so far.
 
     They are kept with the family, because the next block of a sweep needs them again.
     """
@@ -99,19 +117,17 @@ def _means_of(family: Family, member: Member, rows: Integers) -> Floats:
         of_family = _kept.setdefault(family, {})
         means = of_family.get(member.pressure_factor)
         if means is None:
-            means = np.full((family.row_count + 1, MANY_TERMS), np.nan)
+            means = np.full((family.row_count + 1, TURN_SAMPLES), np.nan)
         missing = rows[np.isnan(means[rows, 0])]
         if missing.size:
             means = means.copy()  # what another thread reads stays
+            curves = _curves_of_samples(family.period)
             for begin in range(0, missing.size, ROWS_AT_ONCE):
                 some = missing[begin : begin + ROWS_AT_ONCE]
                 grid = make_grid(family, some, FEWEST_NODES, (member,))
-                angle = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
-                orders = [order_of(term) for term in range(MANY_TERMS)]
-                sines = np.sin(np.multiply.outer(orders, angle))
                 means_of_diagrams(
-                    grid.at_quadrature, sines, some, np.empty(angle.size), means
-                )  # fmt: skip
+                    grid.at_quadrature, curves, some, np.empty(curves.shape[1]), means
+                )
         of_family[member.pressure_factor] = means
         return means
 

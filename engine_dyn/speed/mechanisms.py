@@ -26,6 +26,7 @@ __all__ = [
     "Tally",
     "are_shared",
     "counted",
+    "is_common",
     "mechanism_of",
     "tally_in_use",
 ]
@@ -49,14 +50,31 @@ def are_shared(tables: int, designs: int, special: bool) -> bool:
     tables, designs : int
         Number of tables of the whole sweep, and of designs for each.
     special : bool
-        Whether curves depend on inputs for which they cannot be added up from harmonics.
+        Whether curves depend on inputs for which they cannot be added up from harmonics, such as
+        friction over the stroke.
     """
     return tables < MANY_TABLES or designs >= FEW_DESIGNS or special
 
 
+def is_common(power_law: bool, angles: int, tables: int, designs: int, special: bool) -> bool:
+    """Whether a load over angle may be a part of own curves.
+
+    Parameters
+    ----------
+    power_law : bool
+        Whether the rest of the load is one over speed, a + k omega^alpha.
+    angles : int
+        Number of different angles of the load: gear ratios times phases.
+    tables, designs, special
+        As of `are_shared`.
+    """
+    return power_law and angles == 1 and tables * designs >= MANY_TABLES and not special
+
+
 def mechanism_of(
-    choice: Choice, plain: bool, shared: bool, curves: bool, equal_throws: bool
-) -> str:
+    choice: Choice, plain: bool, shared: bool, curves: bool, equal_throws: bool,
+    angle_load: bool = False,
+) -> str:  # fmt: skip
     """Return the mechanism that solves the designs of a part, one of `MECHANISMS`.
 
     Parameters
@@ -71,8 +89,15 @@ def mechanism_of(
         Whether curves over the crank angle are wanted.
     equal_throws : bool
         Whether all crank radii are the engine's.
+    angle_load : bool
+        Whether there is a load over angle that own curves can contain, see `is_common`. Tables do
+        not contain it.
     """
-    if not (METHODS[choice.method].in_batch and plain and can_solve(choice, curves)):
+    if not (METHODS[choice.method].in_batch and can_solve(choice, curves)):
+        return GENERAL
+    if angle_load:
+        return OWN_CURVES if equal_throws and not curves else GENERAL
+    if not plain:
         return GENERAL
     return SHARED_TABLES if shared or curves or not equal_throws else OWN_CURVES
 

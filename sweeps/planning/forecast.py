@@ -30,6 +30,9 @@ __all__ = ["mechanism", "seconds", "seconds_of_computing", "table_count", "text"
 SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
 """Designs that agree in all of these share a table of work."""
 
+ANGLE_NAMES = ("gear_ratio", "load_phase")
+"""What the angle of a load over angle follows from."""
+
 DIRECT = {
     2.0: "in closed form, never iterates",
     0.0: "from the moments of the table, one sweep, never iterates",
@@ -139,7 +142,7 @@ def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float
     """Return what solves the designs of a stage, one of `engine_dyn.speed.mechanisms`."""
     # Kernels are imported with it, which a plan without a solution does not need.
     from engine_dyn.speed.arguments import Choice
-    from engine_dyn.speed.mechanisms import are_shared, mechanism_of
+    from engine_dyn.speed.mechanisms import are_shared, is_common, mechanism_of
 
     scene, words = plan.scene, variant_words(plan.scene)
     kind = {0.0: 0, 1.0: 1, 2.0: 2}.get(exponent, 3)
@@ -147,12 +150,18 @@ def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float
         METHOD_NAMES.index(method), kind, model == "variable", CLOSURES.index(scene.closure),
         scene.tolerance, 0.0,
     )  # fmt: skip
-    special = "offset" in words or "uniform_friction" not in words or "own_cycles" in words
+    special = "uniform_friction" not in words or "own_cycles" in words
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
     tables, designs = plan.leaves["sharing"].data
+    machine = driven_machine(scene)
+    angle_load = machine.over_angle is not None and is_common(
+        machine.power_law,
+        math.prod(np.size(plan.leaves[n].data) for n in ANGLE_NAMES if n in plan.leaves),
+        tables, designs, special,
+    )  # fmt: skip
     return mechanism_of(
-        choice, driven_machine(scene).plain, are_shared(tables, designs, special), curves,
-        "equal_throws" in words,
+        choice, machine.plain, are_shared(tables, designs, special), curves,
+        "equal_throws" in words, angle_load,
     )  # fmt: skip
 
 

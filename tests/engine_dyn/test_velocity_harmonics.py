@@ -14,8 +14,8 @@ from engine_dyn.geometry.velocity_harmonics import (
     LARGEST_RATIO,
     MANY_TERMS,
     order_of,
+    samples_of,
     squares_of,
-    weights_of_samples,
 )
 from engine_dyn.speed.batch.harmonics import images_of, interval_at
 
@@ -24,7 +24,7 @@ ANGLE = np.linspace(0.0, 2.0 * math.pi, 721)
 
 def coefficients(terms: int, ratio: float) -> Any:
     """Sine coefficients by the sampling that lanes use, docs/method.md (110)."""
-    sine, cosine, weights = weights_of_samples(terms)
+    sine, cosine, weights, _ = samples_of(terms)
     return np.append(1.0, ratio * weights @ (sine * cosine / np.sqrt(1.0 - (ratio * sine) ** 2)))
 
 

@@ -34,6 +34,8 @@ from engine_dyn.speed.fields import (
     BORE,
     CRANK_RATIO,
     CRANKCASE_PRESSURE,
+    DOUBLE_RADIUS,
+    LOAD_SCALE,
     MEAN_TORQUE,
     OFFSET_RATIO,
     OUTPUT,
@@ -209,15 +211,16 @@ def write_traces(
 
 @kernel
 def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -> None:
-    """Interval of crank ratios and row of the designs begin .. end - 1: interval * rows + row.
+    """Interval and row of the designs begin .. end - 1: interval * rows + row.
 
-    Negative for a crank ratio in no interval.
+    Negative for a crank ratio, or an offset, in no interval.
     """
     designs = count_of(product.other_axes, product)
     for index in range(begin, end):
         ratio = value_at(CRANK_RATIO, index // designs, product)
         row = int(math.floor(value_at(ROW, index // designs, product)))
-        interval = harmonics.interval_at(ratio)
+        offset = value_at(OFFSET_RATIO, index // designs, product)
+        interval = harmonics.interval_at(ratio, offset)
         keys[index - begin] = interval * rows + row if interval >= 0 else -1
 
 
@@ -256,8 +259,12 @@ def solve_by_harmonics(
     nodes = levels.coarse.shape[0] * ratio
     # Made here, so that the compiler knows that they do not overlap.
     state, chosen = on_stack(STATE_SIZE), indices_on_stack(LANES)
-    ratios, before, behind = on_stack(LANES), on_stack(LANES), on_stack(LANES)
-    crankcase = on_stack(LANES)
+    ratios, offsets, loads = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    before, behind, crankcase = on_stack(LANES), on_stack(LANES), on_stack(LANES)
+    inputs = harmonics.Lanes(ratios, offsets, before, behind, crankcase, loads)
+    loaded = levels.mix.size > 5 * works.coarse.shape[3] * LANES
+    for k in range(LANES):
+        loads[k] = 0.0
     size = (nodes // ratio + 2 * PAD) * LANES
     of_remainders = size if len(form) >= ITERATED else 0
     # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
@@ -303,11 +310,14 @@ def solve_by_harmonics(
             before[k] = scale * (1.0 - weight)
             behind[k] = scale * weight
             crankcase[k] = values[at[CRANKCASE_PRESSURE]]
+            offsets[k] = values[at[OFFSET_RATIO]]
+            if loaded:
+                lever = 0.125 * math.pi * values[at[BORE]] ** 2 * values[at[DOUBLE_RADIUS]]
+                loads[k] = values[at[LOAD_SCALE]] / lever
             state[FIRST_DIAGRAM + k] = first
             state[SECOND_DIAGRAM + k] = second
         harmonics.fill_block(
-            form, lanes, interval, first, second, ratios, before, behind, crankcase,
-            works, levels, state,
+            form, lanes, interval, first, second, inputs, works, levels, state,
         )  # fmt: skip
         numbers = works.numbers[interval, 1]
         solve_block(

@@ -163,14 +163,18 @@ class BatchSolver:
         order = np.argsort(keys.astype(small), kind="stable")
         few = 0 if finer else harmonics.FEW_INTERVALS * rows
         beyond_all = int(np.count_nonzero(keys < 0))
-        ends = int(np.count_nonzero(keys < few)) - beyond_all, keys.size - beyond_all
-        for terms, first, last in (
-            (harmonics.FEW_TERMS, 0, ends[0]), (harmonics.MANY_TERMS, ends[0], ends[1]),
+        centred = harmonics.CENTRED_INTERVALS * rows
+        first = 0
+        for terms, limit in (
+            (harmonics.FEW_TERMS, few), (harmonics.MANY_TERMS, centred),
+            (harmonics.OFFSET_TERMS, harmonics.INTERVAL_COUNT * rows),
         ):  # fmt: skip
+            last = int(np.count_nonzero(keys < limit)) - beyond_all
             if first < last:
                 self._solve_with_terms(terms, begin, order[first:last], keys, progress)
-        if ends[1] < order.size:
-            beyond = np.sort(order[ends[1] :])
+            first = max(first, last)
+        if beyond_all:
+            beyond = np.sort(order[first:])
             self.deferred(begin + beyond, problem.threads)
             if progress:
                 progress(beyond.size)
@@ -185,7 +189,7 @@ class BatchSolver:
         all_deferred: list[Integers] = []
         with harmonics.curves_of(
             problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
-            self.refinement, terms,
+            self.refinement, terms, problem.load,
         ) as curves:  # fmt: skip
             sorted_keys = keys[order]
             for first, last in curves.groups_of(sorted_keys, rows):
@@ -203,7 +207,10 @@ class BatchSolver:
                         *self._form(), begin, chosen[one:other], keys, rows, curves.place_of,
                         rows - 1, LANES, self.refinement, problem.width, problem.product,
                         curves.works, problem.choice, problem.results, self._scratch(),
-                        harmonics.make_own(problem.nodes, self.refinement, curves.works), deferred,
+                        harmonics.make_own(
+                            problem.nodes, self.refinement, curves.works, problem.load is not None
+                        ),
+                        deferred,
                     )  # fmt: skip
                     all_deferred.append(deferred[:count])
 

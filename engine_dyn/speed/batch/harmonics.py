@@ -6,10 +6,11 @@ pressure p at any crank ratio is a sum of its works against these sines, docs/me
 
     P(phi) = sum_t gamma_t(lambda) P_t(phi),    P_t = int sum_i p_i sin(k_t phi_i) dphi
 
-There is one set of curves P_t for each diagram of a family, and one for a pressure of 1, on which
-the crankcase pressure acts; the sum V of the squared velocities is a sum of cosines. They are
-summed over the cylinders once. Neither a crank ratio, nor a scale of the pressure, nor a diagram
-between two others needs another curve: a design adds up its own from `Works`.
+With an offset the velocity has cosines too. There is one set of curves P_t for each diagram of a
+family, and one for a pressure of 1, on which the crankcase pressure acts; the sum V of the squared
+velocities is a sum of cosines, and of sines with an offset. They are summed over the cylinders
+once. A load over angle is one curve more. Neither a crank ratio, nor a scale of the pressure, nor
+a diagram between two others needs another curve: a design adds up its own from `Works`.
 
 What is not linear in the curves is bounded, by its largest value over an interval of crank ratios:
 how far a curve rises above its chord between two coarse nodes, for example. The interval, and how
@@ -39,16 +40,21 @@ from engine_dyn.compilation import (
     wide_vectors,
 )
 from engine_dyn.geometry.cylinders import Member
+from engine_dyn.geometry.slider_crank import offset_velocity_at, sine_of_top, turned
 from engine_dyn.geometry.velocity_harmonics import (
     FEW_TERMS,
     LARGEST_RATIO,
     MANY_TERMS,
-    order_of,
+    OFFSET_TERMS,
+    TURN_SAMPLES,
+    curves_at,
+    orders_of,
+    samples_of,
     squares_of,
-    weights_of_samples,
 )
 from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.pressure.family import Family
+from engine_dyn.speed.arguments import AngleLoad
 from engine_dyn.speed.batch.forms import Form
 from engine_dyn.speed.batch.levels import (
     ALIAS_P,
@@ -80,11 +86,14 @@ from engine_dyn.speed.batch.levels import (
     fill_levels,
     make_levels,
 )
-from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE as SWING
-from engine_dyn.speed.batch.state import LANES
+from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE, LANES
 from engine_dyn.speed.pieces import run_pieces
 from engine_dyn.speed.tables import work_tables
+from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS, join_load, keep_gas
 from engine_dyn.speed.tables.work_tables import (
+    GAS_TORQUE,
+    GAS_WORK,
+    GAS_WORK_MIDDLE,
     HALVES_POINTS,
     SHAPE,
     SQUARE,
@@ -106,6 +115,7 @@ __all__ = [
     "INTERVAL_COUNT",
     "LEAST",
     "MANY_TERMS",
+    "OFFSET_TERMS",
     "TORQUE_RANGE",
     "Curves",
     "Works",
@@ -117,15 +127,21 @@ __all__ = [
     "own_pairs",
 ]
 
-INTERVALS = (0.0, 0.2, 0.36, LARGEST_RATIO[FEW_TERMS], 0.6, LARGEST_RATIO[MANY_TERMS])
+RATIOS = (0.0, 0.2, 0.36, LARGEST_RATIO[FEW_TERMS], 0.6, LARGEST_RATIO[MANY_TERMS])
 """Ends of the intervals of crank ratios over which bounds hold."""
 
-INTERVAL_COUNT = len(INTERVALS) - 1
-FEW_INTERVALS = INTERVALS.index(LARGEST_RATIO[FEW_TERMS])
+OFFSETS = (0.05, 0.2, 0.5)
+"""Largest offsets over the crank radius of intervals with an offset."""
+
+CENTRED_INTERVALS = len(RATIOS) - 1
+FEW_INTERVALS = RATIOS.index(LARGEST_RATIO[FEW_TERMS])
 """Intervals that FEW_TERMS suffice for."""
 
+INTERVAL_COUNT = CENTRED_INTERVALS + len(OFFSETS) * FEW_INTERVALS
+"""Intervals without an offset, then those of the first FEW_INTERVALS for each of OFFSETS."""
+
 BEYOND = -1
-"""Interval of a crank ratio for which no number of terms is provided."""
+"""Interval of a crank ratio, or an offset, for which no number of terms is provided."""
 
 BOUND = 1.05
 """Factor on bounds that were taken at the ends and in the middle of an interval only."""
@@ -138,15 +154,16 @@ fraction of it that the coarse nodes see wrongly."""
 ABOVE, BELOW, RIPPLES, TILTS = range(4)
 """Bounds of a chunk of coarse nodes, see `levels`."""
 
-UNIT, FIRST_SQUARE, SQUARE_WORKS = 0, 1, 2
-WORKS_BEFORE_ROWS = 1 + SQUARE_WORKS
+UNIT, FIRST_SQUARE, SQUARE_WORKS, LOAD = 0, 1, 2, 3
+WORKS_BEFORE_ROWS = 4
 """Places in `Works`: the work of a pressure of 1; twice as many terms of the squared velocity, in
-two places; behind them the diagrams."""
+two places; the work of a load over angle, as the first of the terms; behind them the diagrams."""
 
-BOUNDS_BEFORE_ROWS = 2
-"""Places in the bounds: of a pressure of 1, and of the squared velocity."""
+OF_LOAD = 2
+BOUNDS_BEFORE_ROWS = 3
+"""Places in the bounds: of a pressure of 1, of the squared velocity and of a load over angle."""
 
-TERM_ROWS, SAMPLE_ROWS = MANY_TERMS * LANES, (3 * MANY_TERMS // 2) * LANES
+TERM_ROWS, SAMPLE_ROWS = OFFSET_TERMS * LANES, TURN_SAMPLES * LANES
 
 SAME, TINY = 1e-11, 1e-14
 """Relative and absolute difference of works that differ by rounding only."""
@@ -177,8 +194,8 @@ class Works(NamedTuple):
         ABOVE, BELOW, RIPPLES and TILTS of a chunk of coarse nodes.
     numbers : ndarray, shape (interval, bound, NUMBERS)
         Bounds of the whole curve.
-    sine, cosine, weights : ndarray
-        As of `velocity_harmonics.weights_of_samples`.
+    sine, cosine, weights, square_weights : ndarray
+        As of `velocity_harmonics.Samples`.
     image : ndarray of int, shape (2, coarse node)
         The first coarse node, and the first interval, where the work of a pressure of 1 and the
         squared velocity are the same, see `images_of`.
@@ -192,18 +209,34 @@ class Works(NamedTuple):
     sine: Floats
     cosine: Floats
     weights: Floats
+    square_weights: Floats
     image: Integers
 
 
 @inlined
-def interval_at(ratio: float) -> int:
-    """Interval in which a crank ratio lies; BEYOND where none does."""
-    if not 0.0 <= ratio <= INTERVALS[INTERVAL_COUNT]:
+def interval_at(ratio: float, offset: float) -> int:
+    """Interval in which a crank ratio and an offset lie; BEYOND where none does."""
+    if not 0.0 <= ratio <= RATIOS[CENTRED_INTERVALS]:
         return BEYOND
     number = 0
-    for i in range(1, INTERVAL_COUNT):
-        number += 1 if ratio > INTERVALS[i] else 0
-    return number
+    for i in range(1, CENTRED_INTERVALS):
+        number += 1 if ratio > RATIOS[i] else 0
+    if offset == 0.0:
+        return number
+    size = abs(offset)
+    if not (ratio <= RATIOS[FEW_INTERVALS] * (1.0 - ratio * size) and size <= OFFSETS[-1]):
+        return BEYOND
+    for i in range(len(OFFSETS) - 1):
+        number += FEW_INTERVALS if size > OFFSETS[i] else 0
+    return CENTRED_INTERVALS + number
+
+
+def limits_of(interval: int) -> tuple[float, float, float]:
+    """Smallest and largest crank ratio, and the largest offset, of an interval."""
+    if interval < CENTRED_INTERVALS:
+        return RATIOS[interval], RATIOS[interval + 1], 0.0
+    place, number = divmod(interval - CENTRED_INTERVALS, FEW_INTERVALS)
+    return RATIOS[number], RATIOS[number + 1], OFFSETS[place]
 
 
 # --- building -------------------------------------------------------------------------------------
@@ -262,8 +295,8 @@ def build_diagrams(
 ) -> None:  # fmt: skip
     """Works of the diagrams `rows` of the grid against all terms, docs/method.md (112).
 
-    `sines` is (term, quadrature point), `node_sines` (term, node): the sine of each term there, for
-    all cylinders as in `grid`. `terms` is scratch (5, node); a period is that many nodes.
+    `sines` is (term, quadrature point), `node_sines` (term, node): every term of the velocity
+    there, for all cylinders as in `grid`. `terms` is scratch (5, node); a period has that many.
     """
     for i in range(places.size):
         build_diagram(
@@ -346,26 +379,30 @@ def take_middle(width: float, value: Floats, slope: Floats, middle: Floats) -> N
 
 @kernel
 def build_common(
-    width: float, ratio: int, phases: Floats, masses: Floats, works: Works, terms: Floats
-) -> None:
+    width: float, ratio: int, phases: Floats, masses: Floats, orders: Integers, cosines: Booleans,
+    works: Works, terms: Floats,
+) -> None:  # fmt: skip
     """Works of a pressure of 1, and the squared velocity, which have closed forms.
 
-    `phases` and `masses` are those of all cylinders; `terms` is scratch as in
-    `build_diagram`.
+    `phases` and `masses` are those of all cylinders, `orders` and `cosines` those of the terms of
+    the velocity, then of its square; `terms` is scratch as in `build_diagram`.
     """
     value, slope, middle = terms[0], terms[1], terms[2]
     nodes, count = value.size, works.coarse.shape[3]
     for number in range((1 + SQUARE_WORKS) * count):
         square = number >= count
-        order = float(number - count + 1 if square else order_of(number))
+        order = float(orders[number])
+        # The work of a sine is a cosine over minus its order, that of a cosine a sine over it.
+        sine = cosines[number] != square
         for j in range(nodes):
             value[j] = 0.0
             slope[j] = 0.0
             middle[j] = 0.0
         for member in range(phases.size):
-            factor = masses[member] if square else -1.0 / order
+            factor = masses[member] if square else (1.0 if sine else -1.0) / order
+            behind = 0.5 * math.pi if sine else 0.0  # sin(x) = cos(x - pi/2)
             for j in range(nodes):
-                angle = order * (j * width + phases[member])
+                angle = order * (j * width + phases[member]) - behind
                 value[j] += factor * math.cos(angle)
                 slope[j] -= factor * order * math.sin(angle)
                 middle[j] += factor * math.cos(angle + 0.5 * order * width)
@@ -386,7 +423,7 @@ def build_bounds(
     interval: int,
     bounds: Integers,
     rows: Integers,
-    ends: Floats,
+    limits: Floats,
     width: float,
     ratio: int,
     grid: Grid,
@@ -396,21 +433,22 @@ def build_bounds(
     rates: Floats,
     levels: Levels,
 ) -> None:
-    """Bounds of the diagrams `rows`, in the places `bounds`, for an interval with these `ends`.
+    """Bounds of the diagrams `rows`, in the places `bounds`, for an interval with these `limits`.
 
-    With row -1, those of a pressure of 1 and of the squared velocity. From tables at the ends and
-    in the middle; the other arrays are scratch.
+    With row -1, those of a pressure of 1 and of the squared velocity. From tables at the smallest
+    and the largest crank ratio and in the middle, with the largest offset of either sign and
+    without; the other arrays are scratch.
     """
     for i in range(rows.size):
         build_bound(
-            interval, bounds[i], rows[i], ends, width, ratio, grid, works, table, middles, rates,
+            interval, bounds[i], rows[i], limits, width, ratio, grid, works, table, middles, rates,
             levels,
         )  # fmt: skip
 
 
 @inlined
 def build_bound(
-    interval: int, bound: int, row: int, ends: Floats, width: float, ratio: int, grid: Grid,
+    interval: int, bound: int, row: int, limits: Floats, width: float, ratio: int, grid: Grid,
     works: Works, table: Floats, middles: Floats, rates: Floats, levels: Levels,
 ) -> None:  # fmt: skip
     """Bounds of one diagram, arguments as of `build_bounds`."""
@@ -419,32 +457,72 @@ def build_bound(
     scale, crankcase = (0.0, -1.0) if unit else (1.0, 0.0)
     blend = Blend(max(row, 0), max(row, 0), 0.0, scale, crankcase, FRICTIONLESS)
     for quantity in range(2 if unit else 1):
-        numbers, chunk = works.numbers[interval, bound + quantity], works.chunk[interval]
-        for field in range(NUMBERS):
-            numbers[field] = math.inf if field == LEAST else 0.0
-        for group in range(chunk.shape[1]):
-            for kind in range(4):
-                chunk[bound + quantity, group, kind] = 0.0
-    for i in range(3):
-        at = ends[0] + 0.5 * i * (ends[1] - ends[0])
-        work_tables.build(at, 0.0, blend, width, grid, table, middles, rates)
+        clear_bound(interval, bound + quantity, works)
+    tables = 3 if limits[2] == 0.0 else 9
+    for i in range(tables):
+        at = limits[0] + 0.5 * (i % 3) * (limits[1] - limits[0])
+        offset = limits[2] * (i // 3 - 1.0) if tables > 3 else 0.0
+        work_tables.build(at, offset, blend, width, grid, table, middles, rates)
         fill_levels(table, width, ratio, levels)
         for quantity in range(2 if unit else 1):
-            numbers = works.numbers[interval, bound + quantity]
-            chunk = works.chunk[interval, bound + quantity]
-            for group in range(chunk.shape[0]):
-                of = levels.chunk[group]
-                chunk[group, ABOVE] = max(chunk[group, ABOVE], BOUND * of[P_ABOVE + 2 * quantity])
-                chunk[group, BELOW] = max(chunk[group, BELOW], BOUND * of[P_BELOW + 2 * quantity])
-                chunk[group, RIPPLES] = max(chunk[group, RIPPLES], BOUND * of[RIPPLE + quantity])
-                chunk[group, TILTS] = max(chunk[group, TILTS], BOUND * of[TILT + quantity])
-            low, high = bounds_of(table[SHAPE if quantity == 1 else TORQUE])
-            slope = levels.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
-            least = bounds_of(table[SQUARE])[0]
-            numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
-            numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
-            numbers[WORST] = max(numbers[WORST], levels.constants[ALIASED])
-            numbers[LEAST] = min(numbers[LEAST], BOUND * least)
+            widen_bound(interval, bound + quantity, quantity, table, levels, works)
+
+
+@inlined
+def clear_bound(interval: int, bound: int, works: Works) -> None:
+    """Bounds of nothing."""
+    numbers, chunk = works.numbers[interval, bound], works.chunk[interval, bound]
+    for field in range(NUMBERS):
+        numbers[field] = math.inf if field == LEAST else 0.0
+    for group in range(chunk.shape[0]):
+        for kind in range(4):
+            chunk[group, kind] = 0.0
+
+
+@inlined
+def widen_bound(
+    interval: int, bound: int, quantity: int, table: Floats, levels: Levels, works: Works
+) -> None:
+    """Widen a bound by one table and its levels: for P (quantity 0) or V (1)."""
+    numbers, chunk = works.numbers[interval, bound], works.chunk[interval, bound]
+    for group in range(chunk.shape[0]):
+        of = levels.chunk[group]
+        chunk[group, ABOVE] = max(chunk[group, ABOVE], BOUND * of[P_ABOVE + 2 * quantity])
+        chunk[group, BELOW] = max(chunk[group, BELOW], BOUND * of[P_BELOW + 2 * quantity])
+        chunk[group, RIPPLES] = max(chunk[group, RIPPLES], BOUND * of[RIPPLE + quantity])
+        chunk[group, TILTS] = max(chunk[group, TILTS], BOUND * of[TILT + quantity])
+    low, high = bounds_of(table[SHAPE if quantity == 1 else TORQUE])
+    slope = levels.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
+    least = bounds_of(table[SQUARE])[0]
+    numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
+    numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
+    numbers[WORST] = max(numbers[WORST], levels.constants[ALIASED])
+    numbers[LEAST] = min(numbers[LEAST], BOUND * least)
+
+
+@kernel
+def build_load(
+    gear: float, phase: float, width: float, ratio: int, load: Floats, table: Floats,
+    plain: Floats, levels: Levels, works: Works,
+) -> None:  # fmt: skip
+    """Work of a load over angle and its bounds, docs/method.md (35) and (36).
+
+    Of a factor 1, and over a lever of 1 m3: a lane's weight has both. `load` is
+    `TorqueOverAngle.table`, `gear` and `phase` those of its angle. `table` is empty, `plain` is
+    scratch.
+    """
+    for row in range(table.shape[0]):
+        for j in range(table.shape[1]):
+            table[row, j] = 0.0
+    keep_gas(table, plain)
+    join_load(1.0, gear, phase, 1.0, width, load, plain, table)
+    store_term(
+        LOAD, 0, width, ratio, table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_MIDDLE], works
+    )
+    fill_levels(table, width, ratio, levels)
+    for interval in range(works.numbers.shape[0]):
+        clear_bound(interval, OF_LOAD, works)
+        widen_bound(interval, OF_LOAD, 0, table, levels, works)
 
 
 def images_of(coarse: Floats) -> Integers:
@@ -492,13 +570,15 @@ class Curves:
         Nodes of a coarse interval.
     terms : int
         Terms of the velocity that are added up.
+    load : AngleLoad, optional
+        Load over angle, common to all designs.
     most : int
         Diagrams that are kept at a time.
     """
 
     def __init__(
         self, family: Family, members: tuple[Member, ...], steps: int, nodes: int, width: float,
-        refinement: int, terms: int, most: int,
+        refinement: int, terms: int, load: AngleLoad | None, most: int,
     ) -> None:  # fmt: skip
         self.members, self.steps, self.refinement = members, steps, refinement
         self.width, self.most = width, most
@@ -513,7 +593,7 @@ class Curves:
             np.empty((places, terms)),
             np.empty((intervals, bounds, coarse // CHUNK, 4)),
             np.empty((intervals, bounds, NUMBERS)),
-            *weights_of_samples(terms),
+            *samples_of(terms),
             np.zeros((2, coarse), dtype=np.int64),
         )
         self.place_of = np.full(family.row_count + 1, -1, dtype=np.int64)
@@ -522,8 +602,22 @@ class Curves:
         turns = nodes * width * np.arange(steps // nodes)
         phases = np.add.outer([member.phase for member in members], turns).reshape(-1)
         masses = np.repeat([member.mass_factor for member in members], turns.size)
-        build_common(width, refinement, phases, masses, self.works, np.empty((5, nodes)))
-        self.works.image[:] = images_of(self.works.coarse[:WORKS_BEFORE_ROWS])
+        orders, cosines = (
+            np.concatenate(both)
+            for both in zip(orders_of(terms, False), orders_of(terms, True), strict=True)
+        )
+        build_common(
+            width, refinement, phases, masses, orders, cosines, self.works, np.empty((5, nodes))
+        )
+        self.works.image[:] = images_of(self.works.coarse[:LOAD])
+        if load is not None:
+            for array in self.works.fine, self.works.coarse, self.works.alias:
+                array[LOAD] = 0.0
+            build_load(
+                load.gear_ratio, load.phase, width, refinement, load.table,
+                np.empty((TABLE_ROWS, nodes)), np.empty((PLAIN_ROWS, nodes)),
+                make_levels(nodes, refinement), self.works,
+            )  # fmt: skip
         self._sines: tuple[Floats, Floats] | None = None
 
     def groups_of(self, keys: Integers, rows: int) -> list[tuple[int, int]]:
@@ -599,11 +693,11 @@ class Curves:
         self, interval: int, rows: Integers, bounds: Integers, grid: Grid, threads: int
     ) -> None:
         """Build the bounds of some rows of a grid over one interval."""
-        ends = np.array(INTERVALS[interval : interval + 2])
+        limits = np.array(limits_of(interval))
 
         def build(begin: int, end: int) -> None:
             build_bounds(
-                interval, bounds[begin:end], rows[begin:end], ends, self.width, self.refinement,
+                interval, bounds[begin:end], rows[begin:end], limits, self.width, self.refinement,
                 grid, self.works, np.empty((TABLE_ROWS, self.nodes)), np.empty((4, self.nodes)),
                 np.empty(6 * grid.node_sine.size), make_levels(self.nodes, self.refinement),
             )  # fmt: skip
@@ -621,15 +715,12 @@ class Curves:
         return int(self.works.fine.shape[1]) - 2 * self.refinement
 
     def _sines_of(self, grid: Grid) -> tuple[Floats, Floats]:
-        """Sine of every term at the quadrature points, and at the nodes, of all cylinders."""
+        """Every term of the velocity at the quadrature points and nodes of all cylinders."""
         if self._sines is None:
             at_quadrature = np.arctan2(grid.quadrature_sine, grid.quadrature_cosine)
             at_node = np.arctan2(grid.node_sine, grid.node_cosine)
-            orders = [order_of(term) for term in range(self.works.coarse.shape[3])]
-            self._sines = (
-                np.sin(np.multiply.outer(orders, at_quadrature)),
-                np.sin(np.multiply.outer(orders, at_node)),
-            )
+            orders = orders_of(self.works.coarse.shape[3], False)
+            self._sines = curves_at(at_quadrature, *orders), curves_at(at_node, *orders)
         return self._sines
 
 
@@ -645,20 +736,21 @@ _lock = threading.Lock()
 @contextmanager
 def curves_of(
     family: Family, members: tuple[Member, ...], steps: int, nodes: int, width: float,
-    refinement: int, terms: int,
+    refinement: int, terms: int, load: AngleLoad | None,
 ) -> Iterator[Curves]:  # fmt: skip
     """Curves of a family and an arrangement; parameters as of `Curves`.
 
     What another thread is using meanwhile is made anew for this one. Of all that are kept, those
     that were used last stay, up to KEPT_BYTES.
     """
-    key = (members, steps, nodes, refinement, terms)
+    of_load = load and (load.table.tobytes(), load.gear_ratio, load.phase)
+    key = (members, steps, nodes, refinement, terms, of_load)
     with _lock:
         curves = _kept.setdefault(family, {}).pop(key, None)
     if curves is None:
         most = max(4, LARGEST_BYTES // bytes_of_row(nodes, refinement, terms))
         most = min(most, family.row_count + 1)
-        curves = Curves(family, members, steps, nodes, width, refinement, terms, most)
+        curves = Curves(family, members, steps, nodes, width, refinement, terms, load, most)
     yield curves
     with _lock:
         kept = _kept.setdefault(family, {})
@@ -671,33 +763,119 @@ def curves_of(
 # --- lanes ----------------------------------------------------------------------------------------
 
 
-def make_own(nodes: int, refinement: int, works: Works) -> Levels:
-    """Levels of a block whose lanes have curves of their own; the fine level stays a sum."""
+class Lanes(NamedTuple):
+    """What the curves of the lanes of a block follow from, each (lane).
+
+    Attributes
+    ----------
+    ratios, offsets : ndarray
+        Crank radius over rod length, offset over crank radius.
+    before, behind : ndarray
+        Factors on the pressures of the two diagrams between which the lane's own lies.
+    crankcase : ndarray
+        Pressure below the piston [Pa].
+    loads : ndarray
+        Factor on a load over angle over piston area times crank radius [1/m3]; 0 without.
+    """
+
+    ratios: Floats
+    offsets: Floats
+    before: Floats
+    behind: Floats
+    crankcase: Floats
+    loads: Floats
+
+
+def make_own(nodes: int, refinement: int, works: Works, loaded: bool) -> Levels:
+    """Levels of a block whose lanes have curves of their own; the fine level stays a sum.
+
+    With a load over angle lanes have one weight more.
+    """
     coarse, terms = nodes // refinement, works.coarse.shape[3]
     return Levels(
         coarse=np.zeros((coarse, NODE_FIELDS, LANES)),
         chunk=np.zeros((coarse // CHUNK, NODE_FIELDS, LANES)),
         fine=works.fine,
         constants=np.zeros((CONSTANTS, LANES)),
-        mix=np.zeros((3 + SQUARE_WORKS) * terms * LANES),
+        mix=np.zeros(((3 + SQUARE_WORKS) * terms + loaded) * LANES),
         units=np.zeros((coarse, 2, LANES)),
         windows=np.zeros((0, 0)),
     )
 
 
 @inlined
-def weigh(
-    lanes: int, ratios: Floats, before: Floats, behind: Floats, crankcase: Floats, works: Works,
-    mix: Floats,
-) -> None:  # fmt: skip
+def weigh(lanes: int, inputs: Lanes, works: Works, mix: Floats) -> None:
     """Numbers by which every lane adds up its curves: (weight, lane), flat.
 
     For each term, those of the diagram before its own, of the one behind, and of a pressure of 1;
-    then those of the squared velocity. `before` and `behind` are the scales of the two diagrams.
+    then those of the squared velocity, and that of a load over angle where there is one.
     """
     wide_vectors()
     terms = works.coarse.shape[3]
-    velocity, samples = on_stack(TERM_ROWS), on_stack(SAMPLE_ROWS)
+    velocity = on_stack(TERM_ROWS)
+    squares = mix[3 * terms * LANES : 5 * terms * LANES]
+    if terms == OFFSET_TERMS:
+        terms_with_offset(lanes, inputs.ratios, inputs.offsets, works, velocity, squares)
+    else:
+        centred_terms(lanes, inputs.ratios, works, velocity)
+        squares_of(terms, LANES, velocity, squares)
+    before, behind, crankcase = inputs.before, inputs.behind, inputs.crankcase
+    for term in range(terms):
+        row = term * LANES
+        next_row, unit_row = row + terms * LANES, row + 2 * terms * LANES
+        for k in range(lanes):
+            mix[row + k] = before[k] * velocity[row + k]
+            mix[next_row + k] = behind[k] * velocity[row + k]
+            mix[unit_row + k] = -crankcase[k] * velocity[row + k]
+    if mix.size > 5 * terms * LANES:
+        row = 5 * terms * LANES
+        for k in range(lanes):
+            mix[row + k] = inputs.loads[k]
+
+
+@inlined
+def terms_with_offset(
+    lanes: int, ratios: Floats, offsets: Floats, works: Works, velocity: Floats, squares: Floats
+) -> None:
+    """Terms of the velocity of every lane, and of its square, from samples over a turn."""
+    wide_vectors()
+    samples, top, upright = on_stack(SAMPLE_ROWS), on_stack(LANES), on_stack(LANES)
+    for k in range(lanes):
+        top[k] = sine_of_top(ratios[k], offsets[k])
+        upright[k] = math.sqrt(1.0 - top[k] * top[k])
+    for i in range(TURN_SAMPLES):
+        sine, cosine = works.sine[i], works.cosine[i]
+        for k in range(lanes):
+            s, c = turned(sine, cosine, top[k], upright[k])
+            samples[i * LANES + k] = offset_velocity_at(s, c, ratios[k], offsets[k])
+    transform(lanes, works.weights, samples, velocity)
+    for i in range(SAMPLE_ROWS):
+        samples[i] *= samples[i]
+    transform(lanes, works.square_weights, samples, squares)
+
+
+@inlined
+def transform(lanes: int, weights: Floats, samples: Floats, to: Floats) -> None:
+    """Terms of samples of every lane: (term, lane) and (sample, lane), flat."""
+    wide_vectors()
+    sums = on_stack(LANES)
+    for term in range(weights.shape[0]):
+        for k in range(lanes):
+            sums[k] = 0.0
+        for i in range(weights.shape[1]):
+            weight = weights[term, i]
+            for k in range(lanes):
+                sums[k] += weight * samples[i * LANES + k]
+        for k in range(lanes):
+            to[term * LANES + k] = sums[k]
+
+
+@inlined
+def centred_terms(lanes: int, ratios: Floats, works: Works, velocity: Floats) -> None:
+    """Terms of the velocity of every lane without an offset, docs/method.md (110)."""
+    wide_vectors()
+    terms = works.coarse.shape[3]
+    samples = on_stack(SAMPLE_ROWS)
     for i in range(works.sine.size):
         sine, cosine = works.sine[i], works.cosine[i]
         for k in range(lanes):
@@ -715,14 +893,6 @@ def weigh(
                 velocity[row + k] += weight * samples[i * LANES + k]
         for k in range(lanes):
             velocity[row + k] *= ratios[k]
-    for term in range(terms):
-        row = term * LANES
-        next_row, unit_row = row + terms * LANES, row + 2 * terms * LANES
-        for k in range(lanes):
-            mix[row + k] = before[k] * velocity[row + k]
-            mix[next_row + k] = behind[k] * velocity[row + k]
-            mix[unit_row + k] = -crankcase[k] * velocity[row + k]
-    squares_of(terms, LANES, velocity, mix[3 * terms * LANES : 5 * terms * LANES])
 
 
 @formula
@@ -799,6 +969,10 @@ def fill_coarse(
         for i in range(0, terms, SIDE):
             add_eight(before, n, i, i * LANES, lanes, mix, values, integrals)
             add_eight(behind, n, i, of_next + i * LANES, lanes, mix, values, integrals)
+        if mix.size > 5 * terms * LANES:
+            weights = mix[5 * terms * LANES :]
+            add_one(lanes, works.coarse[LOAD, n, 0, 0], weights, values)
+            add_one(lanes, works.coarse[LOAD, n, 1, 0], weights, integrals)
         keep(lanes, values, integrals, coarse[n, P], coarse[n, WORK])
 
 
@@ -824,6 +998,8 @@ def own_pair(
         gas += fine[UNIT, place, column] * mix[row + 2 * terms * LANES]
         squares += fine[FIRST_SQUARE, place, column] * mix[row + 3 * terms * LANES]
         squares += fine[FIRST_SQUARE + 1, place, column] * mix[row + 4 * terms * LANES]
+    if mix.size > 5 * terms * LANES:
+        gas += fine[LOAD, place, pair * terms] * mix[5 * terms * LANES + k]
     return gas, squares
 
 
@@ -866,6 +1042,10 @@ def own_pairs(
         add_turned(fine[second], column, places, row, lanes, mix, turned, sums)
         row += terms * LANES
         add_turned(fine[UNIT], column, places, row, lanes, mix, turned, sums)
+    if mix.size > 5 * terms * LANES:
+        curve, weights = fine[LOAD], mix[5 * terms * LANES :]
+        for k in range(lanes):
+            sums[k] += curve[places[k], pair * terms] * weights[k]
     for k in range(lanes):
         gas[k] = sums[k]
         sums[k] = 0.0
@@ -880,12 +1060,15 @@ def own_pairs(
 
 @formula
 def mixed(
-    lanes: int, one: float, other: float, unit: float, before: Floats, behind: Floats,
-    crankcase: Floats, to: Floats,
-) -> None:  # fmt: skip
-    """Bound of every lane from those of its two diagrams and of a pressure of 1."""
+    lanes: int, one: float, other: float, unit: float, load: float, inputs: Lanes, to: Floats
+) -> None:
+    """Bound of every lane from those of its two diagrams, of a pressure of 1 and of a load."""
+    before, behind, crankcase, loads = (
+        inputs.before, inputs.behind, inputs.crankcase, inputs.loads
+    )  # fmt: skip
     for k in range(lanes):
-        to[k] = before[k] * one + behind[k] * other + crankcase[k] * unit
+        of_gas = before[k] * one + behind[k] * other + crankcase[k] * unit
+        to[k] = of_gas + abs(loads[k]) * load
 
 
 @formula
@@ -904,92 +1087,19 @@ def add_one(lanes: int, factor: float, weights: Floats, to: Floats) -> None:
 
 @inlined
 def fill_block(
-    form: Form, lanes: int, interval: int, first: int, second: int, ratios: Floats, before: Floats,
-    behind: Floats, crankcase: Floats, works: Works, levels: Levels, s: Floats,
+    form: Form, lanes: int, interval: int, first: int, second: int, inputs: Lanes, works: Works,
+    levels: Levels, state: Floats,
 ) -> None:  # fmt: skip
     """Coarse levels of all lanes of a block: between the same two diagrams, in one interval.
 
-    Arguments as of `weigh`; `first` and `second` are the places of the two diagrams.
+    `first` and `second` are the places of the two diagrams.
     """
     wide_vectors()
-    coarse, chunk, constants = levels.coarse, levels.chunk, levels.constants
+    coarse, constants = levels.coarse, levels.constants
     mix, terms = levels.mix, works.coarse.shape[3]
-    weigh(lanes, ratios, before, behind, crankcase, works, mix)
+    weigh(lanes, inputs, works, mix)
     fill_coarse(lanes, first, second, works, mix, coarse, levels.units)
-    shift = BOUNDS_BEFORE_ROWS - WORKS_BEFORE_ROWS
-    bounds, numbers = works.chunk[interval], works.numbers[interval]
-    here, after = first + shift, second + shift
-    for group in range(chunk.shape[0]):
-        either = max(bounds[0, group, ABOVE], bounds[0, group, BELOW])
-        mixed(
-            lanes,
-            bounds[here, group, ABOVE],
-            bounds[after, group, ABOVE],
-            either,
-            before,
-            behind,
-            crankcase,
-            chunk[group, P_ABOVE],
-        )
-        mixed(
-            lanes,
-            bounds[here, group, BELOW],
-            bounds[after, group, BELOW],
-            either,
-            before,
-            behind,
-            crankcase,
-            chunk[group, P_BELOW],
-        )
-        mixed(
-            lanes,
-            bounds[here, group, RIPPLES],
-            bounds[after, group, RIPPLES],
-            bounds[0, group, RIPPLES],
-            before,
-            behind,
-            crankcase,
-            chunk[group, RIPPLE],
-        )
-        mixed(
-            lanes,
-            bounds[here, group, TILTS],
-            bounds[after, group, TILTS],
-            bounds[0, group, TILTS],
-            before,
-            behind,
-            crankcase,
-            chunk[group, TILT],
-        )
-        equal(lanes, bounds[1, group, ABOVE], chunk[group, V_ABOVE])
-        equal(lanes, bounds[1, group, BELOW], chunk[group, V_BELOW])
-        equal(lanes, bounds[1, group, RIPPLES], chunk[group, RIPPLE_V])
-        equal(lanes, bounds[1, group, TILTS], chunk[group, TILT_V])
-    worst = max(
-        max(numbers[here, WORST], numbers[after, WORST]), max(numbers[0, WORST], numbers[1, WORST])
-    )
-    mixed(
-        lanes,
-        numbers[here, TORQUE_RANGE],
-        numbers[after, TORQUE_RANGE],
-        numbers[0, TORQUE_RANGE],
-        before,
-        behind,
-        crankcase,
-        s[SWING : SWING + LANES],
-    )
-    mixed(
-        lanes,
-        numbers[here, STEEPEST],
-        numbers[after, STEEPEST],
-        numbers[0, STEEPEST],
-        before,
-        behind,
-        crankcase,
-        constants[HIGHEST_SLOPE],
-    )
-    equal(lanes, numbers[1, STEEPEST], constants[HIGHEST_SLOPE_V])
-    equal(lanes, worst, constants[ALIASED])
+    fill_bounds(lanes, interval, first, second, inputs, works, levels, state)
     of_gas, of_squares = on_stack(LANES), on_stack(LANES)
     for k in range(lanes):
         of_gas[k] = of_squares[k] = 0.0
@@ -1004,9 +1114,56 @@ def fill_block(
         add_one(lanes, works.alias[FIRST_SQUARE, i], mix[row : row + LANES], of_squares)
         row += apart
         add_one(lanes, works.alias[FIRST_SQUARE + 1, i], mix[row : row + LANES], of_squares)
+    if mix.size > 5 * terms * LANES:
+        add_one(lanes, works.alias[LOAD, 0], mix[5 * terms * LANES :], of_gas)
     keep(lanes, of_gas, of_squares, constants[ALIAS_P], constants[ALIAS_V])
     if len(form) > 1:
         fill_moments(form, lanes, coarse, constants)
+
+
+@inlined
+def fill_bounds(
+    lanes: int, interval: int, first: int, second: int, inputs: Lanes, works: Works,
+    levels: Levels, state: Floats,
+) -> None:  # fmt: skip
+    """Bounds of the curves of every lane, from those over the interval; arguments as above."""
+    wide_vectors()
+    chunk, constants = levels.chunk, levels.constants
+    shift = BOUNDS_BEFORE_ROWS - WORKS_BEFORE_ROWS
+    bounds, numbers = works.chunk[interval], works.numbers[interval]
+    here, after = first + shift, second + shift
+    loaded = levels.mix.size > 5 * works.coarse.shape[3] * LANES
+    of_load = OF_LOAD if loaded else 0  # no load has the weight 0
+    for group in range(chunk.shape[0]):
+        one, other, unit, load = (
+            bounds[here, group], bounds[after, group], bounds[0, group], bounds[of_load, group]
+        )  # fmt: skip
+        # The crankcase pressure and the load are subtracted: above is below.
+        either, of_either = max(unit[ABOVE], unit[BELOW]), max(load[ABOVE], load[BELOW])
+        of_chunk = chunk[group]
+        mixed(lanes, one[ABOVE], other[ABOVE], either, of_either, inputs, of_chunk[P_ABOVE])
+        mixed(lanes, one[BELOW], other[BELOW], either, of_either, inputs, of_chunk[P_BELOW])
+        mixed(
+            lanes, one[RIPPLES], other[RIPPLES], unit[RIPPLES], load[RIPPLES], inputs,
+            of_chunk[RIPPLE],
+        )  # fmt: skip
+        mixed(lanes, one[TILTS], other[TILTS], unit[TILTS], load[TILTS], inputs, of_chunk[TILT])
+        equal(lanes, bounds[1, group, ABOVE], of_chunk[V_ABOVE])
+        equal(lanes, bounds[1, group, BELOW], of_chunk[V_BELOW])
+        equal(lanes, bounds[1, group, RIPPLES], of_chunk[RIPPLE_V])
+        equal(lanes, bounds[1, group, TILTS], of_chunk[TILT_V])
+    one, other, unit, load = numbers[here], numbers[after], numbers[0], numbers[of_load]
+    mixed(
+        lanes, one[TORQUE_RANGE], other[TORQUE_RANGE], unit[TORQUE_RANGE], load[TORQUE_RANGE],
+        inputs, state[GAS_TORQUE_RANGE : GAS_TORQUE_RANGE + LANES],
+    )  # fmt: skip
+    mixed(
+        lanes, one[STEEPEST], other[STEEPEST], unit[STEEPEST], load[STEEPEST], inputs,
+        constants[HIGHEST_SLOPE],
+    )  # fmt: skip
+    equal(lanes, numbers[1, STEEPEST], constants[HIGHEST_SLOPE_V])
+    worst = max(max(one[WORST], other[WORST]), max(unit[WORST], load[WORST]))
+    equal(lanes, max(worst, numbers[1, WORST]), constants[ALIASED])
 
 
 @inlined

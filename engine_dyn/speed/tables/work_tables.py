@@ -56,6 +56,7 @@ __all__ = [
     "Blend",
     "Cylinder",
     "Grid",
+    "angles_of_cycle",
     "build",
     "make_grid",
     "steps_per_cycle",
@@ -223,7 +224,7 @@ def make_grid(
     of_rows = [np.empty((rows.size, each * steps * count)) for each in (1, 1, 1, 6)]
     for place, member in enumerate(members):
         diagrams = [row_with_factor(family, row, member.pressure_factor) for row in rows.tolist()]
-        node, middle, quadrature = _angles(period, steps, member.phase)
+        node, middle, quadrature = angles_of_cycle(period, steps, member.phase)
         for out, angle, slopes in zip(
             of_rows, (node, node, middle, quadrature), (False, True, False, False), strict=True
         ):
@@ -238,7 +239,7 @@ def _sampled_rows(
     """As `_sampled` of many rows, those of all members behind each other."""
     found: list[list[Floats]] = [[], [], [], []]
     for member in members:
-        node, middle, quadrature = _angles(family.period, steps, member.phase)
+        node, middle, quadrature = angles_of_cycle(family.period, steps, member.phase)
         factor = member.pressure_factor
         pieces = (
             *family.sampled(rows, node, factor, slopes=True),
@@ -257,7 +258,7 @@ def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
     return tuple(np.concatenate(one) for one in zip(*of_members, strict=True))
 
 
-def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
+def angles_of_cycle(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
     """Nodes, middles and quadrature points of a cycle, in the angle of a cylinder of this phase."""
     width = period / steps
     node: Floats = np.arange(steps, dtype=np.float64) * width
@@ -270,7 +271,9 @@ def _angles(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Fl
 @lru_cache(maxsize=16)
 def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
     """Sine and cosine of the nodes, the middles and the quadrature points."""
-    return tuple(f(angle) for angle in _angles(period, steps, phase) for f in (np.sin, np.cos))
+    return tuple(
+        f(angle) for angle in angles_of_cycle(period, steps, phase) for f in (np.sin, np.cos)
+    )
 
 
 _kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
@@ -286,7 +289,7 @@ def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
     if known is None:
         known = _kept.setdefault(diagram, {})
     if (steps, phase) not in known:
-        node, middle, quadrature = _angles(diagram.period, steps, phase)
+        node, middle, quadrature = angles_of_cycle(diagram.period, steps, phase)
         found = diagram(node), diagram.derivative(node), diagram(middle), diagram(quadrature)
         if steps <= LARGEST_KEPT:
             while len(known) >= KEPT:
