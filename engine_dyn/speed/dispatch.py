@@ -391,7 +391,8 @@ def _problem_of(
     refinement = 0
     if mechanism != GENERAL:
         own = mechanism == OWN_CURVES
-        refinement = refinement_for(cylinders, bool(steep), kind, own, times, fewest)
+        steep_curve = bool(steep) or sweep.load is not None  # loads over angle have corners
+        refinement = refinement_for(cylinders, steep_curve, kind, own, times, fewest)
     if not refinement:
         mechanism = GENERAL
     multiple = math.lcm(SEGMENTS, refinement * CHUNK) if refinement else SEGMENTS

@@ -15,6 +15,7 @@ from engine_dyn.speed.mechanisms import (
     Tally,
     are_shared,
     counted,
+    is_common,
     tally_in_use,
 )
 
@@ -69,3 +70,11 @@ def test_tables_are_shared_where_few_are_needed() -> None:
     assert are_shared(1000, 64, special=False)
     assert are_shared(1000, 1, special=True)
     assert not are_shared(1000, 1, special=False)
+
+
+def test_a_load_over_angle_is_in_own_curves_where_many_designs_have_the_same() -> None:
+    assert is_common(True, 1, 1, 1000, special=False)
+    assert not is_common(False, 1, 1, 1000, special=False)
+    assert not is_common(True, 2, 1, 1000, special=False)
+    assert not is_common(True, 1, 1, 3, special=False)
+    assert not is_common(True, 1, 1, 1000, special=True)

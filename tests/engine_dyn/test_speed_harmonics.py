@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.mechanisms import counted
+from engine_dyn.speed.mechanisms import OWN_CURVES, counted
 from engine_dyn.status import CONVERGED
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
@@ -64,6 +65,59 @@ def test_curves_from_harmonics_are_as_good_as_tables(
     np.testing.assert_allclose(many["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
 
 
+def with_offset(inputs: dict[str, Any], largest: float) -> dict[str, Any]:
+    """The same designs, each with an offset of either sign, and one of them without."""
+    size = inputs["crank_ratio"].size
+    offset = np.random.default_rng(5).uniform(-largest, largest, size)
+    offset[size // 2] = 0.0
+    return inputs | {"offset_ratio": offset, "crank_ratio": 0.55 * inputs["crank_ratio"]}
+
+
+def with_load_over_angle(inputs: dict[str, Any]) -> dict[str, Any]:
+    """The same designs, each driving a pump of three pistons of a size of its own."""
+    angle = np.radians(np.arange(0.0, 360.0, 2.0))
+    wave = 10.0 * np.abs(np.sin(1.5 * angle)) + 3.0 * np.cos(angle)
+    load = torque_over_angle(angle, wave, own_angle=True)
+    scale = np.random.default_rng(6).uniform(0.0, 1.5, inputs["row"].size)
+    scale[3] = 0.0
+    return inputs | {
+        "driven": DrivenMachine(over_angle=load), "gear_ratio": 2.0, "load_phase": 0.4,
+        "load_scale": scale, "offset": 2.0 * scale * load.mean, "speed": 2.0 * inputs["speed"],
+    }  # fmt: skip
+
+
+VARIANTS = {
+    "offset": lambda inputs: with_offset(inputs, 0.55),
+    "load over angle": with_load_over_angle,
+    "both": lambda inputs: with_load_over_angle(with_offset(inputs, 0.1)),
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("cylinders", [1, 4])
+@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
+def test_an_offset_and_a_load_over_angle_are_in_the_curves(
+    family: Family, cylinders: int, exponent: float, variant: str
+) -> None:
+    """With the largest offsets, some crank ratios lie beyond all intervals."""
+    inputs = VARIANTS[variant](designs(150, family, cylinders))
+    with counted() as tally:
+        many = dispatch.solve(wanted=WANTED, exponent=exponent, **inputs)
+    assert tally.designs[OWN_CURVES] == 150 and tally.deferred < 75
+    known = dispatch.solve(
+        wanted=WANTED, exponent=exponent, general=True, finer=2, tolerance=1e-8, **inputs
+    )
+    good = known["status"] == CONVERGED
+    assert good.sum() > 100 and (many["status"][good] == CONVERGED).all()
+    for name in WANTED:
+        np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
+    order = np.random.default_rng(1).permutation(150)[:90]
+    taken = {k: v[order] if isinstance(v, np.ndarray) else v for k, v in inputs.items()}
+    part = dispatch.solve(wanted=WANTED, exponent=exponent, sharing=(150, 1), **taken)
+    for name in WANTED:
+        np.testing.assert_array_equal(part[name], many[name][order])
+
+
 def test_order_of_designs_does_not_matter(family: Family) -> None:
     """The company does not matter either, as long as designs have curves of their own."""
     inputs = designs(300, family, 2)
@@ -78,10 +132,12 @@ def test_order_of_designs_does_not_matter(family: Family) -> None:
 def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
     random = np.random.default_rng(2)
     ratio, row = random.uniform(0.1, 0.5, 3000), random.uniform(0.0, 6.0, 3000)
-    many = mean_gas_torque(ratio, row, family)
+    offset = np.where(np.arange(3000) % 500 == 0, 0.0, random.uniform(-0.5, 0.5, 3000))
+    many = mean_gas_torque(ratio, row, family, offset)
     some = slice(0, 3000, 250)
-    for one, place, found in zip(ratio[some], row[some], many[some], strict=True):
-        assert found == pytest.approx(float(mean_gas_torque(one, place, family)), rel=1e-12)
+    for *one, found in zip(ratio[some], row[some], offset[some], many[some], strict=True):
+        alone = mean_gas_torque(one[0], one[1], family, one[2])
+        assert found == pytest.approx(float(alone), rel=1e-12)
 
 
 def test_crank_ratios_beyond_all_intervals_are_solved_too(family: Family) -> None:

@@ -9,15 +9,25 @@ import numpy as np
 import pytest
 
 from engine_dyn.geometry.kinematic_series import velocity_coefficients
+from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.geometry.velocity_harmonics import (
     FEW_TERMS,
     LARGEST_RATIO,
     MANY_TERMS,
+    OFFSET_TERMS,
+    curves_at,
     order_of,
+    orders_of,
     samples_of,
     squares_of,
 )
-from engine_dyn.speed.batch.harmonics import images_of, interval_at
+from engine_dyn.speed.batch.harmonics import (
+    CENTRED_INTERVALS,
+    INTERVAL_COUNT,
+    images_of,
+    interval_at,
+    limits_of,
+)
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 721)
 
@@ -58,17 +68,41 @@ def test_the_largest_crank_ratio_is_resolved(terms: int) -> None:
         )
 
 
+@pytest.mark.parametrize("offset", [0.01, -0.3, 0.5])
+@pytest.mark.parametrize("fraction", [0.3, 1.0])
+def test_terms_with_an_offset(offset: float, fraction: float) -> None:
+    """Against the closed form, up to the largest crank ratio that they are used for."""
+    largest = LARGEST_RATIO[OFFSET_TERMS]
+    ratio = fraction * largest / (1.0 + largest * abs(offset))
+    sine, _, weights, square_weights = samples_of(OFFSET_TERMS)
+    angle = 2.0 * math.pi * np.arange(sine.size) / sine.size
+    samples = velocity(angle, ratio, offset)
+    exact = velocity(ANGLE, ratio, offset)
+    summed = (weights @ samples) @ curves_at(ANGLE, *orders_of(OFFSET_TERMS, False))
+    np.testing.assert_allclose(summed, exact, atol=4e-10)
+    summed = (square_weights @ samples**2) @ curves_at(ANGLE, *orders_of(OFFSET_TERMS, True))
+    np.testing.assert_allclose(summed, exact**2 - np.mean(exact[:-1] ** 2), atol=4e-10)
+
+
 def test_intervals_of_crank_ratios() -> None:
-    assert [interval_at(x) for x in (0.0, 0.2, 0.21, 0.36, 0.45, 0.46, 0.8)] == [
-        0,
-        0,
-        1,
-        1,
-        2,
-        3,
-        4,
-    ]
-    assert [interval_at(x) for x in (0.81, -0.1, math.nan)] == [-1, -1, -1]
+    ratios = (0.0, 0.2, 0.21, 0.36, 0.45, 0.46, 0.8)
+    assert [interval_at(x, 0.0) for x in ratios] == [0, 0, 1, 1, 2, 3, 4]
+    assert [interval_at(x, 0.0) for x in (0.81, -0.1, math.nan)] == [-1, -1, -1]
+
+
+def test_intervals_of_offsets_contain_what_lies_in_them() -> None:
+    random = np.random.default_rng(3)
+    numbers = set()
+    for _ in range(300):
+        ratio, offset = random.uniform(0.01, 0.5), random.uniform(-0.6, 0.6)
+        number = interval_at(ratio, offset)
+        numbers.add(number)
+        if number < 0:
+            assert ratio / (1.0 - ratio * abs(offset)) > 0.45 or abs(offset) > 0.5
+        else:
+            smallest, largest, farthest = limits_of(number)
+            assert smallest <= ratio <= largest and 0.0 < abs(offset) <= farthest
+    assert numbers == {-1, *range(CENTRED_INTERVALS, INTERVAL_COUNT)}
 
 
 def test_images_of_even_and_repeated_curves() -> None:

@@ -2,7 +2,7 @@
 
 The mean of a pressure times the velocity is linear in the velocity, and this is its Fourier series
 through TURN_SAMPLES samples: orders from half as many on are 5e-10 at a crank ratio of 0.8. So the
-mean is a sum of samples, times factors that depend on the pressure alone.
+mean is a sum of samples, times factors that depend on the pressure alone: docs/method.md (122).
 """
 
 from __future__ import annotations
