@@ -84,12 +84,11 @@ EIGHT_ROWS = 8 * LANES
 VALUES, SLOPES, INTEGRALS, MIDDLES = 0, 1, 2, 3
 """Pairs of fields of a fine node, one of P and the same of V."""
 
-
 BEYOND_MIDDLE = 0.1
-"""Part of the correction by the middle that the terms after it may make up. The odd ones are bounded
-by the tilts of the table; an even one is some (k h)^2/30 of the term before, below a hundredth for
-all orders k that the nodes resolve. With 1 for 0.1, two designs in a thousand of a grid were solved
-again, which took a third of its time, and differed by 1e-9."""
+"""Part of the correction by the middle that the terms after it may make up. The odd ones are
+bounded by the tilts of the table; an even one is some (k h)^2/30 of the term before, below a
+hundredth for all orders k that the nodes resolve. With 1, two designs in a thousand of a grid
+were solved again, which took a third of its time, and differed by 1e-9."""
 
 
 @formula

@@ -83,6 +83,7 @@ from engine_dyn.speed.batch.levels import (
     Levels,
     P,
     V,
+    aliased_beyond,
     fill_levels,
     make_levels,
 )
@@ -164,6 +165,9 @@ BOUNDS_BEFORE_ROWS = 3
 """Places in the bounds: of a pressure of 1, of the squared velocity and of a load over angle."""
 
 TERM_ROWS, SAMPLE_ROWS = OFFSET_TERMS * LANES, TURN_SAMPLES * LANES
+
+ROUNDED = 1e-20
+"""Mean square of the work of a pressure of 1, and of V, below which they are rounding."""
 
 SAME, TINY = 1e-11, 1e-14
 """Relative and absolute difference of works that differ by rounding only."""
@@ -496,7 +500,9 @@ def widen_bound(
     least = bounds_of(table[SQUARE])[0]
     numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
     numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
-    numbers[WORST] = max(numbers[WORST], levels.constants[ALIASED])
+    # The work of a pressure of 1, and V, of many cylinders can vanish but for rounding.
+    least = ROUNDED if bound < BOUNDS_BEFORE_ROWS else 0.0
+    numbers[WORST] = max(numbers[WORST], aliased_beyond(least, levels.constants))
     numbers[LEAST] = min(numbers[LEAST], BOUND * least)
 
 

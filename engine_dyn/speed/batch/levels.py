@@ -37,6 +37,7 @@ __all__ = [
     "SQUARES_SERIES",
     "WORK_SERIES",
     "Levels",
+    "aliased_beyond",
     "fill_levels",
     "make_levels",
 ]
@@ -248,11 +249,22 @@ def fill_means(ratio: int, table: Floats, constants: Floats) -> None:
         for k in range(STRIP):
             total += sums[i * STRIP + k]
         constants[i] = total
+    constants[ALIASED] = aliased_beyond(0.0, constants)
+
+
+@inlined
+def aliased_beyond(least: float, constants: Floats) -> float:
+    """Largest part of P and V, and of their squares, that the coarse nodes see wrongly.
+
+    Of what has a mean square of `least` at most, nothing: it is rounding.
+    """
     c = constants
-    root_p, root_v = math.sqrt(c[PP]), math.sqrt(c[VV])
-    of_p = max(abs(c[ALIAS_P]) / root_p, abs(c[ALIAS_PP]) / c[PP]) if c[PP] > 0.0 else 0.0
-    of_v = max(abs(c[ALIAS_V]) / root_v, abs(c[ALIAS_VV]) / c[VV]) if c[VV] > 0.0 else 0.0
-    constants[ALIASED] = max(of_p, of_v)
+    of_p = of_v = 0.0
+    if c[PP] > least:
+        of_p = max(abs(c[ALIAS_P]) / math.sqrt(c[PP]), abs(c[ALIAS_PP]) / c[PP])
+    if c[VV] > least:
+        of_v = max(abs(c[ALIAS_V]) / math.sqrt(c[VV]), abs(c[ALIAS_VV]) / c[VV])
+    return max(of_p, of_v)
 
 
 @formula
