@@ -67,9 +67,9 @@ COARSE_NODES = {1: 92, 4: 48, 8: 24}
 
 # To be kept by whoever changes a kernel: what the code does for one design, counted by hand in
 # `recurrence.py`, `iteration.py` and `extrema.py` of `engine_dyn/speed/batch`.
-LINEAR, FREE, MARCH, MEAN, TURNED = 28, 30, 12, 20, 12
-REST, ANSWER = {1.0: 18, 2.0: 6}, {1.0: 22, 2.0: 18}
-REST_OF_POWERS, ANSWER_OF_POWERS = 26, 26
+LINEAR, CONSTANT_LOAD, RECURRENCE, MEAN, VARIABLE = 28, 30, 12, 20, 12
+REMAINDER, RESPONSE = {1.0: 18, 2.0: 6}, {1.0: 22, 2.0: 18}
+REMAINDER_OF_POWERS, RESPONSE_OF_POWERS = 26, 26
 CHUNK, WORK, EXTREMES = 14 / 4, 70, 900
 OF_TABLE = Operations(
     32000, "20000 to interpolate a coarse table, 2400 for fine nodes, the rest the passes"
@@ -80,15 +80,15 @@ def operations(scene: Scene, passes: float) -> Operations:
     """Operations of a design of a factorial scene, which its load takes so many passes."""
     nodes, alpha = COARSE_NODES[scene.cylinders], scene.exponent
     if alpha == 0.0:
-        node, note = float(FREE), f"one pass of {FREE} a node"
+        node, note = float(CONSTANT_LOAD), f"one pass of {CONSTANT_LOAD} a node"
     elif alpha == 2.0 and not scene.variable:
         node, note = float(LINEAR), f"one pass of {LINEAR} a node"
     else:
-        rest = REST.get(alpha, REST_OF_POWERS) + (TURNED if scene.variable else 0)
-        back = ANSWER.get(alpha, ANSWER_OF_POWERS) + (TURNED if scene.variable else 0)
+        remainder = REMAINDER.get(alpha, REMAINDER_OF_POWERS) + (VARIABLE if scene.variable else 0)
+        response = RESPONSE.get(alpha, RESPONSE_OF_POWERS) + (VARIABLE if scene.variable else 0)
         last = 0 if alpha == 1.0 else MEAN
-        node = MARCH + (passes - 1.0) * (rest + back) + last
-        note = f"{MARCH} a node, {passes - 1.0:.2f} times {rest} for the rest and {back} for what "
-        note += "it adds" + (f", {last} for the mean" if last else "")
+        node = RECURRENCE + (passes - 1.0) * (remainder + response) + last
+        note = f"{RECURRENCE} a node, {passes - 1.0:.2f} times {remainder} for the remainder and "
+        note += f"{response} for what it adds" + (f", {last} for the mean" if last else "")
     total = nodes * (node + CHUNK) + (WORK if alpha > 0.0 else 0) + EXTREMES
     return Operations(total, f"{nodes} coarse nodes: {note}")

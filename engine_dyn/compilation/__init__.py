@@ -13,7 +13,6 @@ from engine_dyn.compilation.vectors import (
     turn_eights,
     turn_fours,
     turn_pairs,
-    turn_square,
     wide_vectors,
 )
 
@@ -36,6 +35,5 @@ __all__ = [
     "turn_eights",
     "turn_fours",
     "turn_pairs",
-    "turn_square",
     "wide_vectors",
 ]

@@ -60,8 +60,9 @@ def inlined(function: Callable[..., Any]) -> Any:
 def formula(function: Callable[..., Any]) -> Any:
     """Compile a small formula that is inlined wherever it is called, so that loops become vectors.
 
-    The compiler by itself leaves a formula that is called often to a call. No argument is a literal
-    inside, but constants are known to LLVM.
+    The compiler by itself leaves a formula that is called often to a call: one table then takes 3
+    to 7 % longer, and last digits change. No argument is a literal inside, but constants are known
+    to LLVM.
     """
     return _part_of_kernels(function, forceinline=True)
 

@@ -18,12 +18,11 @@ __all__ = [
     "turn_eights",
     "turn_fours",
     "turn_pairs",
-    "turn_square",
     "wide_vectors",
 ]
 
 SQUARE_SIDE = 8
-"""Numbers in a row of what `turn_square` transposes."""
+"""Lanes that `turn_eights` and its like serve at a time."""
 
 
 def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
@@ -46,26 +45,6 @@ def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
                     rows[i + up] = builder.shuffle_vector(*pair, ir.Constant(numbers, mask))
         half *= 2
     return rows
-
-
-def _turn(
-    typing: Any, source: Any, begin: Any, width: Any, target: Any, to: Any, height: Any
-) -> Any:
-    vector = ir.VectorType(ir.DoubleType(), SQUARE_SIDE)
-
-    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        def place(array: int, i: int) -> Any:
-            kind, begin, step = signature.args[array], arguments[array + 1], arguments[array + 2]
-            data = context.make_array(kind)(context, builder, arguments[array]).data
-            offset = builder.add(begin, builder.mul(step, ir.Constant(step.type, i)))
-            return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
-
-        rows = [builder.load(place(0, i), align=8) for i in range(SQUARE_SIDE)]
-        for i, row in enumerate(_transposed(builder, rows)):
-            builder.store(row, place(3, i), align=8)
-        return context.get_dummy_value()
-
-    return types.none(source, types.intp, types.intp, target, types.intp, types.intp), build
 
 
 def _turn_rows(fields: int) -> Callable[..., Any]:
@@ -122,15 +101,6 @@ def _turn_rows_plainly(fields: int) -> Callable[..., None]:
     return turn
 
 
-def _turn_plainly(
-    source: npt.NDArray[np.float64], begin: int, width: int,
-    target: npt.NDArray[np.float64], to: int, height: int,
-) -> None:  # fmt: skip
-    for i in range(SQUARE_SIDE):
-        for k in range(SQUARE_SIDE):
-            target[to + height * k + i] = source[begin + width * i + k]
-
-
 def _wide(typing: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         # llvmlite's own set knows attributes without values only; it prints what it holds.
@@ -140,21 +110,20 @@ def _wide(typing: Any) -> Any:
     return types.none(), build
 
 
-turn_square: Any = intrinsic(_turn) if COMPILED else _turn_plainly
-"""`turn_square(source, begin, width, target, to, height)` turns a square of SQUARE_SIDE numbers
-a side, from place `begin` of rows of `width` to place `to` of rows of `height`. In registers: the
-compiler by itself would gather every number."""
-
 turn_pairs: Any = intrinsic(_turn_rows(2)) if COMPILED else _turn_rows_plainly(2)
 turn_fours: Any = intrinsic(_turn_rows(4)) if COMPILED else _turn_rows_plainly(4)
 turn_eights: Any = intrinsic(_turn_rows(8)) if COMPILED else _turn_rows_plainly(8)
 """`turn_eights(source, column, places, begin, target)` takes eight numbers from a column on of the
 rows of `source` that SQUARE_SIDE lanes look at, `places` from `begin` on, and writes them to those
-lanes of the eight rows of `target`; its like take fewer. A row is read at once, not gathered."""
+lanes of the eight rows of `target`; its like take fewer. A row is read at once, not gathered: with
+loops in its place one table takes 25 % longer with exponents 2 and 0 and 7 % with 1.5, designs with
+curves from harmonics 22 %."""
 
 wide_vectors: Any = intrinsic(_wide) if COMPILED else lambda: None
 """Says inside a kernel that its vectors should be as wide as the processor has them.
 
 For some processors the compiler prefers half the width, which is meant for programs that use
 vectors now and then; here they are all there is. Only the kernel that calls it is affected.
+Without it one table takes 2.8 times as long with exponents 2 and 0 and 1.6 times with 1.5, designs
+with curves from harmonics 1.07 times (a Xeon with AVX-512).
 """

@@ -131,6 +131,7 @@ class Packed:
             position_start=np.array([0, *itertools.accumulate(sizes)], dtype=np.int64),
             values=self.values,
             value_start=self.start,
+            places=np.arange(INPUTS),
         )
 
 

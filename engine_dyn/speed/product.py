@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.fields import INPUTS, OUTPUT
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "Product",
+    "add_offsets",
     "count_of",
     "offsets_at",
-    "other_offsets_at",
-    "value_at",
+    "take_offsets",
     "varies",
-    "varying_offsets_at",
 ]
 
 
@@ -34,6 +32,8 @@ class Product(NamedTuple):
         Where along each axis the part lies; the positions of all axes one after the other.
     values, value_start : ndarray
         All inputs one after the other, flat.
+    places : ndarray
+        The places of all inputs and of OUTPUT.
     """
 
     table_axes: Integers
@@ -44,6 +44,7 @@ class Product(NamedTuple):
     position_start: Integers
     values: Floats
     value_start: Integers
+    places: Integers
 
 
 @inlined
@@ -56,22 +57,39 @@ def count_of(axes: Integers, product: Product) -> int:
 
 
 @inlined
-def offsets_at(
-    index: int, axes: Integers, product: Product, start: Integers, offsets: Integers
+def add_offsets(
+    index: int, axes: Integers, fields: Integers, product: Product, offsets: Integers
 ) -> None:
-    """Place of every input in `values` (of OUTPUT in the results) at flat `index` over `axes`.
+    """Add to the places of some inputs what flat `index` over `axes` makes of them.
 
-    The last axis runs fastest. `start` is added: the offsets of the other axes.
+    The last axis runs fastest.
     """
-    for i in range(INPUTS):
-        offsets[i] = start[i]
     for back in range(axes.size):
         axis = axes[axes.size - 1 - back]
         size = product.shape[axis]
         here = product.positions[product.position_start[axis] + index % size]
         index //= size
-        for i in range(INPUTS):
-            offsets[i] += product.strides[axis, i] * here
+        for i in range(fields.size):
+            offsets[fields[i]] += product.strides[axis, fields[i]] * here
+
+
+@inlined
+def take_offsets(fields: Integers, start: Integers, offsets: Integers) -> None:
+    """Start with the places of some inputs."""
+    for i in range(fields.size):
+        offsets[fields[i]] = start[fields[i]]
+
+
+@inlined
+def offsets_at(
+    index: int, axes: Integers, product: Product, start: Integers, offsets: Integers
+) -> None:
+    """Place of every input in `values` (of OUTPUT in the results) at flat `index` over `axes`.
+
+    `start` is added: the offsets of the other axes.
+    """
+    take_offsets(product.places, start, offsets)
+    add_offsets(index, axes, product.places, product, offsets)
 
 
 @inlined
@@ -81,54 +99,3 @@ def varies(field: int, product: Product) -> bool:
     for axis in range(product.strides.shape[0]):
         steps += abs(product.strides[axis, field])
     return steps > 0
-
-
-@inlined
-def varying_offsets_at(
-    table: int, other: int, fields: Integers, product: Product, offsets: Integers
-) -> None:
-    """As `offsets_at`, for some fields, at flat indices over both kinds of axes."""
-    for i in range(fields.size):
-        offsets[fields[i]] = product.value_start[fields[i]]
-    for kind in range(2):
-        axes, index = (product.table_axes, table) if kind == 0 else (product.other_axes, other)
-        for back in range(axes.size):
-            axis = axes[axes.size - 1 - back]
-            size = product.shape[axis]
-            here = product.positions[product.position_start[axis] + index % size]
-            index //= size
-            for i in range(fields.size):
-                offsets[fields[i]] += product.strides[axis, fields[i]] * here
-
-
-@inlined
-def other_offsets_at(
-    index: int, fields: Integers, product: Product, start: Integers, offsets: Integers
-) -> None:
-    """As `offsets_at` over the other axes, for some fields and the place of the results."""
-    for i in range(fields.size):
-        offsets[fields[i]] = start[fields[i]]
-    offsets[OUTPUT] = start[OUTPUT]
-    axes = product.other_axes
-    for back in range(axes.size):
-        axis = axes[axes.size - 1 - back]
-        size = product.shape[axis]
-        here = product.positions[product.position_start[axis] + index % size]
-        index //= size
-        for i in range(fields.size):
-            offsets[fields[i]] += product.strides[axis, fields[i]] * here
-        offsets[OUTPUT] += product.strides[axis, OUTPUT] * here
-
-
-@inlined
-def value_at(which: int, index: int, product: Product) -> float:
-    """Value of one input on which tables depend, at flat `index` over the axes of tables."""
-    axes = product.table_axes
-    place = product.value_start[which]
-    for back in range(axes.size):
-        axis = axes[axes.size - 1 - back]
-        size = product.shape[axis]
-        here = product.positions[product.position_start[axis] + index % size]
-        index //= size
-        place += product.strides[axis, which] * here
-    return product.values[place]

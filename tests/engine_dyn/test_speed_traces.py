@@ -10,7 +10,7 @@ import pytest
 
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import traces
+from engine_dyn.speed.batch import angles
 from engine_dyn.speed.methods import INERTIA_MODELS
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED
@@ -207,7 +207,7 @@ def test_many_tables(designs: int) -> None:
 def test_runs_cover_every_angle(cylinders: int) -> None:
     family = inputs()["family"]
     engine = even_cylinders(cylinders, CYCLE)
-    at = traces.make_angles(ANGLES, family, np.array([0]), engine, 736, 8)
+    at = angles.make_angles(ANGLES, family, np.array([0]), engine, 736, 8)
     tile = np.repeat(np.arange(at.first_run.size - 1), np.diff(at.first_run))
     covered = np.zeros(ANGLES.size, dtype=int)
     period = 4.0 * np.pi / cylinders
@@ -215,7 +215,7 @@ def test_runs_cover_every_angle(cylinders: int) -> None:
     for run, target in enumerate(at.target):
         for i in range(at.length[run]):
             covered[target + i] += 1
-            here = tile[run] * traces.TILE + at.source[run] + i
+            here = tile[run] * angles.TILE + at.source[run] + i
             phase = at.node[here] * width + at.offset[here]
             turn = (ANGLES[target + i] - phase) / period
             assert turn == pytest.approx(round(turn), abs=1e-9)

@@ -27,11 +27,13 @@ constant_load exponent 0
 closures      constants of the closures, mean speeds, cycle times
 powers        series of powers, roots and logarithms
 candidates    at which coarse nodes the extremes can be
-extrema       the extremes between the nodes
+intervals     the search for an extreme beside one coarse node
+extrema       the extremes, and the estimate of their error
 ripple        whether ripple of the torque can have misled that search
 block         all of these for one block
 storage       results of a block
 driver        the kernels: loops over blocks
+angles        the angles of curves, and a table's curves at them
 traces        speed over the crank angle
 front         what Python calls
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine_dyn.compilation import formula, inlined
+from engine_dyn.compilation import formula
 from engine_dyn.speed.arguments import Choice
 from engine_dyn.speed.batch.candidates import find_candidates
 from engine_dyn.speed.batch.closures import MOST_SCALES, fill_mean_speed, next_energy_scale
@@ -17,23 +17,10 @@ from engine_dyn.speed.batch.ripple import clear_ripple
 from engine_dyn.speed.batch.state import CODE, DEFERRED, ENERGY_SCALE, SCALE_MOVES, Block
 from engine_dyn.speed.batch.storage import store_block
 from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.results import IDLE, Results
-from engine_dyn.status import NO_STEADY_STATE
+from engine_dyn.speed.results import Results
 from engine_dyn.types import Integers
 
-__all__ = ["clear", "solve_block"]
-
-
-@inlined
-def clear(block: Block) -> None:  # fmt: skip
-    """Fill the memory of a block with zeros, once a kernel."""
-    for rows in (
-        block.state, block.deviations, block.remainders, block.changes, block.maxima, block.minima
-    ):  # fmt: skip
-        for i in range(rows.size):
-            rows[i] = 0.0
-    for k in range(block.chosen.size):
-        block.chosen[k] = 0
+__all__ = ["solve_block"]
 
 
 @formula
@@ -57,8 +44,8 @@ def solve_block(
         state[SCALE_MOVES + k] = 0.0
     for _ in range(MOST_SCALES):
         reduce_inputs(
-            form, inertia, step, coarse, shape, least_square, IDLE, float(NO_STEADY_STATE), invalid,
-            levels.constants, lanes, state,
+            form, inertia, step, coarse, shape, least_square, invalid, levels.constants, lanes,
+            state,
         )  # fmt: skip
         if len(form) != CONSTANT_LOAD:  # exponent 0 has no load that its work would drive
             end_of_period(step, lanes, levels.coarse, levels.constants, state)

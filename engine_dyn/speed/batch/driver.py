@@ -9,46 +9,39 @@ from engine_dyn.compilation import (
     inlined,
     kernel,
     on_stack,
-    rows_on_stack,
     wide_vectors,
 )
 from engine_dyn.speed.arguments import Choice
 from engine_dyn.speed.batch import harmonics, traces
-from engine_dyn.speed.batch.block import clear, solve_block
-from engine_dyn.speed.batch.forms import ITERATED, Form, Inertia
-from engine_dyn.speed.batch.inputs import take_common, take_designs
-from engine_dyn.speed.batch.levels import CHUNK, Levels, fill_levels
+from engine_dyn.speed.batch.angles import Angles, fill_points
+from engine_dyn.speed.batch.block import solve_block
+from engine_dyn.speed.batch.forms import Form, Inertia
+from engine_dyn.speed.batch.inputs import take_common, take_designs, take_sorted, take_unvarying
+from engine_dyn.speed.batch.levels import Levels, fill_levels
 from engine_dyn.speed.batch.scratch import BlockScratch
 from engine_dyn.speed.batch.state import (
     DEFERRED,
     FIRST_DIAGRAM,
     GAS_TORQUE_RANGE,
     LANES,
-    PAD,
     SECOND_DIAGRAM,
     STATE_SIZE,
     Block,
+    with_state,
 )
 from engine_dyn.speed.batch.storage import note_deferred
 from engine_dyn.speed.fields import (
-    BORE,
     CRANK_RATIO,
-    CRANKCASE_PRESSURE,
-    DOUBLE_RADIUS,
-    LOAD_SCALE,
-    MEAN_TORQUE,
+    INPUTS,
     OFFSET_RATIO,
-    OUTPUT,
     ROW,
-    SCALE,
 )
 from engine_dyn.speed.product import (
     Product,
+    add_offsets,
     count_of,
     offsets_at,
-    value_at,
-    varies,
-    varying_offsets_at,
+    take_offsets,
 )
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.tables import work_tables
@@ -57,11 +50,11 @@ from engine_dyn.speed.tables.work_tables import Grid
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["WHOLE", "hold_table", "keys_of", "solve_by_harmonics", "solve_by_table", "write_traces"]
+__all__ = ["hold_table", "keys_of", "solve_by_harmonics", "solve_by_table", "write_traces"]
 
 WHOLE = -LANES
-"""Mask that leaves a multiple of LANES, a power of two, as it is: a count of lanes it was put on is
-known to be one, so that loops over lanes are vectors without a remainder."""
+"""Mask that leaves a multiple of LANES, a power of two, as it is: a count of lanes that it was put
+on is known to be one, so that loops over lanes are vectors without a remainder."""
 
 
 @inlined
@@ -98,6 +91,7 @@ def solve_by_table(
     choice: Choice,
     results: Results,
     scratch: BlockScratch,
+    memory: Block,
     deferred: Integers,
     kept: traces.Kept,
 ) -> int:
@@ -107,24 +101,13 @@ def solve_by_table(
 
     `lanes` is LANES, as a number that the compiler does not know. Every `ratio`-th node is a coarse
     one. `deferred` gets the designs that are deferred, `kept` what `write_traces` needs unless it
-    is empty.
+    is empty. `memory` is that of `scratch.make_block`.
     """
     wide_vectors()
     lanes &= WHOLE
     table = scratch.table
-    nodes = table.shape[1]
-    # Made here, so that the compiler knows that they do not overlap.
-    state, chosen = on_stack(STATE_SIZE), indices_on_stack(LANES)
-    size = (nodes // ratio + 2 * PAD) * LANES
-    of_remainders = size if len(form) >= ITERATED else 0
-    # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
-    changes = rows_on_stack(of_remainders)
-    deviations = rows_on_stack(size)
-    remainders = rows_on_stack(of_remainders)
-    maxima = rows_on_stack(nodes // ratio // CHUNK * LANES)
-    minima = rows_on_stack(nodes // ratio // CHUNK * LANES)
-    block = Block(state, deviations, remainders, changes, maxima, minima, chosen)
-    clear(block)
+    state = on_stack(STATE_SIZE)
+    block = with_state(state, memory)
     levels, places = scratch.levels, scratch.places
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
@@ -172,15 +155,16 @@ def write_traces(
     choice: Choice,
     results: Results,
     scratch: BlockScratch,
-    angles: traces.Angles,
+    angles: Angles,
     kept: traces.Kept,
     points: Floats,
-    ws: Floats,
-    ds: Floats,
+    smooth: Floats,
+    rises: Floats,
 ) -> None:
     """Write the curves of the designs begin .. end - 1, which `solve_by_table` has just solved.
 
-    Arguments as there: it makes the same blocks of them. `points`, `ws` and `ds` are scratch.
+    Arguments as there: it makes the same blocks of them. `points`, `smooth` and `rises` are
+    scratch.
     """
     lanes &= WHOLE
     shared, levels = scratch.shared, scratch.levels
@@ -194,7 +178,7 @@ def write_traces(
             current = which
             hold_table(which, ratio, product, row_of, width, grid, scratch)
             if scratch.cached[1] != which:
-                traces.fill_points(
+                fill_points(
                     product.values[shared[CRANK_RATIO]], product.values[shared[OFFSET_RATIO]],
                     blend_of(product.values, shared, row_of), grid, scratch.table, levels.fine,
                     ratio, angles, points, scratch.rates,
@@ -203,7 +187,7 @@ def write_traces(
         count = min(min(end, (which + 1) * designs) - index, LANES)
         traces.write_block(
             count, number, inertia, width * ratio, ratio, lanes,
-            levels, angles, points, kept, ws, ds, results.omega, results.acceleration,
+            levels, angles, points, kept, smooth, rises, results.omega, results.acceleration,
         )  # fmt: skip
         number += 1
         index += count
@@ -216,11 +200,14 @@ def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -
     Negative for a crank ratio, or an offset, in no interval.
     """
     designs = count_of(product.other_axes, product)
+    asked, at = indices_on_stack(3), indices_on_stack(INPUTS)
+    asked[0], asked[1], asked[2] = CRANK_RATIO, ROW, OFFSET_RATIO
     for index in range(begin, end):
-        ratio = value_at(CRANK_RATIO, index // designs, product)
-        row = int(math.floor(value_at(ROW, index // designs, product)))
-        offset = value_at(OFFSET_RATIO, index // designs, product)
-        interval = harmonics.interval_at(ratio, offset)
+        take_offsets(asked, product.value_start, at)
+        add_offsets(index // designs, product.table_axes, asked, product, at)
+        ratio = product.values[at[CRANK_RATIO]]
+        row = int(math.floor(product.values[at[ROW]]))
+        interval = harmonics.interval_at(ratio, product.values[at[OFFSET_RATIO]])
         keys[index - begin] = interval * rows + row if interval >= 0 else -1
 
 
@@ -242,6 +229,7 @@ def solve_by_harmonics(
     choice: Choice,
     results: Results,
     scratch: BlockScratch,
+    memory: Block,
     levels: Levels,
     deferred: Integers,
 ) -> int:
@@ -255,39 +243,17 @@ def solve_by_harmonics(
     """
     wide_vectors()
     lanes &= WHOLE
-    values, at, shared, places = product.values, scratch.at, scratch.shared, scratch.places
-    nodes = levels.coarse.shape[0] * ratio
-    # Made here, so that the compiler knows that they do not overlap.
-    state, chosen = on_stack(STATE_SIZE), indices_on_stack(LANES)
+    places = scratch.places
     ratios, offsets, loads = on_stack(LANES), on_stack(LANES), on_stack(LANES)
     before, behind, crankcase = on_stack(LANES), on_stack(LANES), on_stack(LANES)
     inputs = harmonics.Lanes(ratios, offsets, before, behind, crankcase, loads)
     loaded = levels.mix.size > 5 * works.coarse.shape[3] * LANES
     for k in range(LANES):
         loads[k] = 0.0
-    size = (nodes // ratio + 2 * PAD) * LANES
-    of_remainders = size if len(form) >= ITERATED else 0
-    # In this order: with the last two apart, exponents with powers took a third longer (Xeon).
-    changes = rows_on_stack(of_remainders)
-    deviations = rows_on_stack(size)
-    remainders = rows_on_stack(of_remainders)
-    maxima = rows_on_stack(nodes // ratio // CHUNK * LANES)
-    minima = rows_on_stack(nodes // ratio // CHUNK * LANES)
-    block = Block(state, deviations, remainders, changes, maxima, minima, chosen)
-    clear(block)
+    state = on_stack(STATE_SIZE)
+    block = with_state(state, memory)
     designs = count_of(product.other_axes, product)
-    # Inputs that no axis changes are read once: of thirty, few vary.
-    offsets_at(0, product.table_axes, product, product.value_start, shared)
-    offsets_at(0, product.other_axes, product, shared, at)
-    varying, count = scratch.varying, 0
-    for field in range(product.strides.shape[1]):
-        if varies(field, product):
-            varying[count] = field
-            count += 1
-        elif BORE <= field <= MEAN_TORQUE:
-            row_of_field = (field - BORE) * LANES
-            state[row_of_field : row_of_field + LANES] = values[at[field]]
-    varying = varying[:count]
+    fields = take_unvarying(product, scratch, state)
     count_deferred = 0
     place = 0
     while place < order.size:
@@ -297,23 +263,11 @@ def solve_by_harmonics(
         count = 1
         while count < LANES and place + count < order.size and keys[order[place + count]] == key:
             count += 1
+        take_sorted(
+            begin, order[place : place + count], designs, fields, row, loaded, product, scratch,
+            state, inputs,
+        )  # fmt: skip
         for k in range(LANES):
-            index = begin + order[place + min(k, count - 1)]
-            varying_offsets_at(index // designs, index % designs, varying, product, at)
-            for i in range(varying.size):
-                field = varying[i]
-                if BORE <= field <= MEAN_TORQUE:
-                    state[(field - BORE) * LANES + k] = values[at[field]]
-            places[k] = at[OUTPUT]
-            weight, scale = values[at[ROW]] - row, values[at[SCALE]]
-            ratios[k] = values[at[CRANK_RATIO]]
-            before[k] = scale * (1.0 - weight)
-            behind[k] = scale * weight
-            crankcase[k] = values[at[CRANKCASE_PRESSURE]]
-            offsets[k] = values[at[OFFSET_RATIO]]
-            if loaded:
-                lever = 0.125 * math.pi * values[at[BORE]] ** 2 * values[at[DOUBLE_RADIUS]]
-                loads[k] = values[at[LOAD_SCALE]] / lever
             state[FIRST_DIAGRAM + k] = first
             state[SECOND_DIAGRAM + k] = second
         harmonics.fill_block(

@@ -10,9 +10,10 @@ import numpy as np
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.speed.arguments import Choice, Problem
 from engine_dyn.speed.batch import harmonics, traces
+from engine_dyn.speed.batch.angles import Angles, make_angles
 from engine_dyn.speed.batch.driver import keys_of, solve_by_harmonics, solve_by_table, write_traces
 from engine_dyn.speed.batch.forms import ITERATED, Form, Inertia, form_of, inertia_of
-from engine_dyn.speed.batch.scratch import BlockScratch, make_block_scratch
+from engine_dyn.speed.batch.scratch import make_block, make_block_scratch
 from engine_dyn.speed.batch.state import LANES, MOST_NODES
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.pieces import FEWEST, PIECE, Progress, run_pieces, shared_by
@@ -91,7 +92,7 @@ class BatchSolver:
         threads = problem.threads // shared_by(problem.size, problem.threads, fewest)
         wanted = None
         if angles.size:
-            wanted = traces.make_angles(
+            wanted = make_angles(
                 angles, problem.family, problem.rows, problem.cylinders, problem.nodes,
                 self.refinement,
             )  # fmt: skip
@@ -102,27 +103,24 @@ class BatchSolver:
         largest = PIECE if angles.size else PIECE_IN_LANES
         run_pieces(problem.size, job, problem.threads, progress, largest, fewest)
 
-    def _scratch(self) -> BlockScratch:
-        steps = self.problem.points
-        return make_block_scratch(self.problem.nodes, steps, self.refinement)
-
     def _form(self) -> tuple[Form, Inertia]:
         """What solves a block of these designs, and whether their inertia varies."""
         choice = self.problem.choice
         return form_of(choice.kind, choice.variable), inertia_of(choice.variable)
 
-    def _solve_piece(
-        self, begin: int, end: int, angles: traces.Angles | None, threads: int
-    ) -> None:
+    def _solve_piece(self, begin: int, end: int, angles: Angles | None, threads: int) -> None:
         """Solve the designs begin .. end - 1; `threads` are those for what is deferred."""
-        problem, scratch = self.problem, self._scratch()
+        problem = self.problem
+        scratch = make_block_scratch(problem.nodes, problem.points, self.refinement)
         deferred = np.empty(end - begin, dtype=np.int64)
         size, blocks = end - begin, 0
         if angles is not None:
             size, blocks = traces.blocks_of(end - begin, problem.designs_of_table)
         form, inertia = self._form()
         iterated = len(form) >= ITERATED
-        kept = traces.make_kept(blocks, scratch.levels.coarse.shape[0], iterated)
+        nodes = problem.nodes // self.refinement
+        block = make_block(nodes, iterated)
+        kept = traces.make_kept(blocks, nodes, iterated)
         curves = None if angles is None else traces.make_working(angles, kept)
         count = 0
         for first in range(begin, end, size):
@@ -130,7 +128,9 @@ class BatchSolver:
                 first, min(first + size, end), LANES, self.refinement, problem.product,
                 problem.row_of, problem.width, problem.grid, problem.choice, problem.results,
             )  # fmt: skip
-            count += solve_by_table(form, inertia, *of_lanes, scratch, deferred[count:], kept)
+            count += solve_by_table(
+                form, inertia, *of_lanes, scratch, block, deferred[count:], kept
+            )
             if angles is not None and curves is not None:
                 write_traces(inertia, *of_lanes, scratch, angles, kept, *curves)
         self.deferred(deferred[:count], threads)
@@ -186,6 +186,8 @@ class BatchSolver:
         problem = self.problem
         rows = problem.family.row_count
         members = problem.cylinders.representatives_of(problem.repeats)
+        form, inertia = self._form()
+        iterated = len(form) >= ITERATED
         all_deferred: list[Integers] = []
         with harmonics.curves_of(
             problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
@@ -203,10 +205,12 @@ class BatchSolver:
                     curves: harmonics.Curves = curves,
                 ) -> None:  # fmt: skip
                     deferred = np.empty(other - one, dtype=np.int64)
+                    without_table = make_block_scratch(0, 0, 1)
+                    block = make_block(problem.nodes // self.refinement, iterated)
                     count = solve_by_harmonics(
-                        *self._form(), begin, chosen[one:other], keys, rows, curves.place_of,
+                        form, inertia, begin, chosen[one:other], keys, rows, curves.place_of,
                         rows - 1, LANES, self.refinement, problem.width, problem.product,
-                        curves.works, problem.choice, problem.results, self._scratch(),
+                        curves.works, problem.choice, problem.results, without_table, block,
                         harmonics.make_own(
                             problem.nodes, self.refinement, curves.works, problem.load is not None
                         ),

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+import math
+
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.batch.harmonics import Lanes
 from engine_dyn.speed.batch.scratch import BlockScratch
 from engine_dyn.speed.batch.state import LANES
-from engine_dyn.speed.fields import BORE, MEAN_TORQUE, OUTPUT
-from engine_dyn.speed.product import Product, other_offsets_at
+from engine_dyn.speed.fields import (
+    BORE,
+    CRANK_RATIO,
+    CRANKCASE_PRESSURE,
+    DOUBLE_RADIUS,
+    LOAD_SCALE,
+    MEAN_TORQUE,
+    OFFSET_RATIO,
+    OUTPUT,
+    ROW,
+    SCALE,
+)
+from engine_dyn.speed.product import Product, add_offsets, offsets_at, take_offsets, varies
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["take_common", "take_designs"]
+__all__ = ["take_common", "take_designs", "take_sorted", "take_unvarying"]
 
 
 @inlined
 def take_common(product: Product, scratch: BlockScratch, state: Floats) -> int:
     """Inputs that all designs of a table share into the lanes; the others' fields into `varying`.
 
-    Returns how many vary.
+    Behind them the place of the results. Returns how many inputs vary.
     """
     values, at, axes, varying = product.values, scratch.shared, product.other_axes, scratch.varying
     count = 0
@@ -30,6 +44,7 @@ def take_common(product: Product, scratch: BlockScratch, state: Floats) -> int:
         else:
             row = (field - BORE) * LANES
             state[row : row + LANES] = values[at[field]]
+    varying[count] = OUTPUT
     return count
 
 
@@ -56,7 +71,9 @@ def take_designs(
         line = here // size
         digit = here - line * size
         if line != scratch.line[0]:
-            other_offsets_at(line * size, scratch.varying[:fields], product, scratch.shared, at)
+            asked = scratch.varying[: fields + 1]
+            take_offsets(asked, scratch.shared, at)
+            add_offsets(line * size, axes, asked, product, at)
             scratch.line[0] = line
         run = min(size - digit, count - k) if k < count else LANES - k
         along = positions[first + digit : first + digit + run]
@@ -79,3 +96,56 @@ def take_designs(
             for j in range(run):
                 places[k + j] = base + stride * along[j]
         k += run
+
+
+@inlined
+def take_unvarying(product: Product, scratch: BlockScratch, state: Floats) -> int:
+    """Inputs that no axis changes into the lanes; the others' fields into `scratch.varying`.
+
+    Returns how many vary, the place of the results among them. Of thirty inputs, few vary.
+    """
+    at, shared, varying = scratch.at, scratch.shared, scratch.varying
+    offsets_at(0, product.table_axes, product, product.value_start, shared)
+    offsets_at(0, product.other_axes, product, shared, at)
+    count = 0
+    for field in range(product.strides.shape[1]):
+        if varies(field, product):
+            varying[count] = field
+            count += 1
+        elif BORE <= field <= MEAN_TORQUE:
+            row = (field - BORE) * LANES
+            state[row : row + LANES] = product.values[at[field]]
+    return count
+
+
+@inlined
+def take_sorted(
+    begin: int, order: Integers, designs: int, fields: int, diagram: int, loaded: bool,
+    product: Product, scratch: BlockScratch, state: Floats, inputs: Lanes,
+) -> None:  # fmt: skip
+    """Inputs of designs in any order into the lanes; the last one fills what is over.
+
+    `order` are their places behind `begin`, `fields` are as `take_unvarying` counts them. `inputs`
+    get what their curves are added up by, between the diagrams `diagram` and the one behind it, and
+    with a load over angle where they are `loaded`.
+    """
+    values, at, varying = product.values, scratch.at, scratch.varying[:fields]
+    for k in range(LANES):
+        index = begin + order[min(k, order.size - 1)]
+        take_offsets(varying, product.value_start, at)
+        add_offsets(index // designs, product.table_axes, varying, product, at)
+        add_offsets(index % designs, product.other_axes, varying, product, at)
+        for i in range(varying.size):
+            field = varying[i]
+            if BORE <= field <= MEAN_TORQUE:
+                state[(field - BORE) * LANES + k] = values[at[field]]
+        scratch.places[k] = at[OUTPUT]
+        weight, scale = values[at[ROW]] - diagram, values[at[SCALE]]
+        inputs.ratios[k] = values[at[CRANK_RATIO]]
+        inputs.before[k] = scale * (1.0 - weight)
+        inputs.behind[k] = scale * weight
+        inputs.crankcase[k] = values[at[CRANKCASE_PRESSURE]]
+        inputs.offsets[k] = values[at[OFFSET_RATIO]]
+        if loaded:
+            lever = 0.125 * math.pi * values[at[BORE]] ** 2 * values[at[DOUBLE_RADIUS]]
+            inputs.loads[k] = values[at[LOAD_SCALE]] / lever

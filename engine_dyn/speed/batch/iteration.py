@@ -219,18 +219,15 @@ def respond_to_remainders(
         vw0, vw1 = shared_value(coarse, n, V), shared_value(coarse, n + 1, V)
         vw2, vw3 = shared_value(coarse, n + 2, V), shared_value(coarse, n + 3, V)
         for k in range(lanes):
-            d, rho, sigma, shift = (
-                state[DECAY + k],
-                state[REMAINDER_WEIGHT + k],
-                state[RUNNING_WEIGHT + k],
-                state[SHIFT_CHANGE + k],
-            )
+            d, rho = state[DECAY + k], state[REMAINDER_WEIGHT + k]
+            sigma, shift = state[RUNNING_WEIGHT + k], state[SHIFT_CHANGE + k]
             near, far, half = state[EULER_NEAR + k], state[EULER_FAR + k], state[HALF_EXPONENT + k]
             ra, rb = changes[row - 2 * LANES + k], changes[row - LANES + k]
             r0, r1 = changes[row + k], changes[row + LANES + k]
             r2, r3 = changes[row + 2 * LANES + k], changes[row + 3 * LANES + k]
             r4, r5 = changes[row + 4 * LANES + k], changes[row + 5 * LANES + k]
             y = state[RUNNING + k]
+            # Written out: as a function of its own it rounds otherwise.
             x0 = (sigma * y + (rho * r0 + shift)) - near * (r1 - rb) + far * (r2 - ra)
             y = d * y + r0
             x1 = (sigma * y + (rho * r1 + shift)) - near * (r2 - r0) + far * (r3 - rb)
@@ -274,6 +271,16 @@ def respond_to_remainders(
         state[REMAINDER_SUM + k] += 2.0 * state[PREDICTED_SUM + k]
 
 
+@formula
+def step_of_closure(half: float, mean_square: float, constant: float, used: float) -> float:
+    """What u tau has to move by for the closure, docs/method.md (115).
+
+    `constant` is what its mean should be by the remainder, `used` what that was found with.
+    """
+    slope = 1.0 + 0.5 * (half - 1.0) * (half - 2.0) * mean_square
+    return (constant - used) / slope
+
+
 @inlined
 def iterate(
     form: Form, inertia: Inertia, tolerance: float, period: float, lanes: int, coarse: Floats,
@@ -309,9 +316,10 @@ def iterate(
             frozen = state[FROZEN + k]
             a, kappa, half = state[HALF_EXPONENT + k], state[KAPPA + k], 0.5 * state[EXPONENT + k]
             mean = state[REMAINDER_SUM + k] / nodes
-            level = -mean / a - state[CLOSURE_ALIAS + k]
-            turned = 1.0 + 0.5 * (half - 1.0) * (half - 2.0) * state[MEAN_SQUARE + k]
-            moved = (level - state[CLOSURE_CONSTANT + k]) / turned
+            constant = -mean / a - state[CLOSURE_ALIAS + k]
+            moved = step_of_closure(
+                half, state[MEAN_SQUARE + k], constant, state[CLOSURE_CONSTANT + k]
+            )
             most = max(state[NODE_MAX + k], -state[NODE_MIN + k])
             # What the next pass would change u by: the integral of a wave of one period.
             reach = kappa * period / (2.0 * math.pi)
@@ -338,7 +346,7 @@ def iterate(
             )
             state[SHIFT_CHANGE + k] = shift - state[SHIFT + k]
             state[SHIFT + k] = shift
-            state[CLOSURE_CONSTANT + k] = state[CLOSURE_CONSTANT + k] if stays else level
+            state[CLOSURE_CONSTANT + k] = state[CLOSURE_CONSTANT + k] if stays else constant
             state[FROZEN + k] = 1.0 if stays else 0.0
             running += 0.0 if stays else 1.0
         if running == 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from engine_dyn.compilation import inlined, wide_vectors
+from engine_dyn.compilation import formula, inlined, wide_vectors
 from engine_dyn.speed.batch.closures import alias_of_mean, constant_without_load
 from engine_dyn.speed.batch.forms import CONSTANT_LOAD, VARIABLE_INERTIA, Form, Inertia
 from engine_dyn.speed.batch.levels import ALIAS_P, ALIAS_V, ALIASED, LARGEST_STEP, PP, PV, VV
@@ -51,6 +51,8 @@ from engine_dyn.speed.batch.state import (
     V_WORK_WEIGHT,
 )
 from engine_dyn.speed.batch.values import constant
+from engine_dyn.speed.results import IDLE
+from engine_dyn.status import NO_STEADY_STATE
 from engine_dyn.types import Floats
 
 __all__ = ["LARGEST_ALIAS", "LARGEST_HALF", "NO_LOAD", "SMALLEST_HALF", "reduce_inputs"]
@@ -65,16 +67,38 @@ SMALLEST_HALF, LARGEST_HALF = 1e-4, 8.0
 """Range of a: below it the closure -mean(r)/a loses its digits, above it `exp_of` does not hold."""
 
 
+@formula
+def gain_of_period(x: float, nodes: int) -> float:
+    """Return d^N - 1 for d = exp(-x), docs/method.md (113): a series, doubled six times."""
+    gain = -loss_of(x * nodes / 64.0)
+    for _ in range(6):
+        gain *= 2.0 + gain
+    return gain
+
+
+@formula
+def first_constant(variable: bool, half: float, pp: float, pv: float, vv: float) -> float:
+    """Constant of the closure to second order, docs/method.md (115).
+
+    From the means of (g P)^2, g P eta V and (eta V)^2.
+    """
+    cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
+    return cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
+
+
 @inlined
 def reduce_inputs(
-    form: Form, inertia: Inertia, step: float, nodes: int, swing_shape: float,
-    least_square: float, idle: float, no_steady_state: float, invalid: float, constants: Floats,
-    lanes: int, state: Floats,
+    form: Form, inertia: Inertia, step: float, nodes: int, shape: float, least_square: float,
+    invalid: float, constants: Floats, lanes: int, state: Floats,
 ) -> None:  # fmt: skip
-    """Reduced parameters, weights of the recurrence and a first level, from the inputs in `s`."""
+    """Reduced parameters, weights of the recurrence and a first constant, from the inputs.
+
+    `shape`, `least_square` and `invalid` as of `block.solve_block`; `step` is the width H of a
+    coarse interval [rad], `nodes` is their number in a period.
+    """
     wide_vectors()
     variable = len(inertia) == VARIABLE_INERTIA
-    free = len(form) == CONSTANT_LOAD
+    constant_load = len(form) == CONSTANT_LOAD
     for k in range(lanes):
         radius = 0.5 * state[DOUBLE_RADIUS + k]
         lever = 0.25 * math.pi * state[BORE + k] * state[BORE + k] * radius
@@ -84,19 +108,19 @@ def reduce_inputs(
         inverse = 1.0 / (state[INERTIA + k] * square * state[ENERGY_SCALE + k])
         per_energy = 2.0 * inverse
         surplus = state[MEAN_TORQUE + k] - state[OFFSET + k]
-        swing = idle * (lever * state[GAS_TORQUE_RANGE + k] + throw * square * swing_shape)
+        swing = IDLE * (lever * state[GAS_TORQUE_RANGE + k] + throw * square * shape)
         g = lever * per_energy
         eta = throw * (inverse * square)
         if variable:  # the inertia has no energy scale
             eta *= state[ENERGY_SCALE + k]
-        half = 0.5 * state[EXPONENT + k] if not free else 0.0
-        a = half if not free else 1.0
-        kappa = surplus * per_energy if not free else 0.0
+        half = 0.5 * state[EXPONENT + k] if not constant_load else 0.0
+        a = half if not constant_load else 1.0
+        kappa = surplus * per_energy if not constant_load else 0.0
         per_half = 1.0 / a
         kappa = kappa if kappa > NO_LOAD else NO_LOAD
         code = 0.0
         code = DEFERRED if surplus <= swing else code
-        code = no_steady_state if surplus < -swing else code
+        code = float(NO_STEADY_STATE) if surplus < -swing else code
         x = a * kappa * step
         # Not `x > ...`: what is no number is deferred as well.
         code = code if x <= LARGEST_STEP or code != 0.0 else DEFERRED
@@ -106,13 +130,10 @@ def reduce_inputs(
         kappa = kappa if x <= LARGEST_STEP else LARGEST_STEP / step * per_half
         x = x if x <= LARGEST_STEP else LARGEST_STEP
         loss = loss_of(x)
-        # 1 - d^N by doubling of expm1
-        whole = -loss_of(x * nodes / 64.0)
-        for _ in range(6):
-            whole *= 2.0 + whole
+        whole = gain_of_period(x, nodes)
         square_of_step = 1.0 + x * x / 12.0
         inverse = 1.0 / (square_of_step * whole)
-        bent = inverse * whole
+        linear_factor = inverse * whole
         decay = 1.0 - loss
         rho = 0.5 * loss * per_half
         state[CODE + k] = code
@@ -122,10 +143,10 @@ def reduce_inputs(
         state[HALF_EXPONENT + k] = a
         state[BETA + k] = a * kappa
         state[DECAY + k] = decay
-        state[P_WORK_WEIGHT + k] = bent * g * loss / step
-        state[V_WORK_WEIGHT + k] = bent * eta * loss / step
-        state[P_WEIGHT + k] = bent * g
-        state[V_WEIGHT + k] = bent * eta
+        state[P_WORK_WEIGHT + k] = linear_factor * g * loss / step
+        state[V_WORK_WEIGHT + k] = linear_factor * eta * loss / step
+        state[P_WEIGHT + k] = linear_factor * g
+        state[V_WEIGHT + k] = linear_factor * eta
         state[REMAINDER_WEIGHT + k] = rho + kappa * step * x / 6.0
         state[RUNNING_WEIGHT + k] = rho * (1.0 + decay)
         state[EULER_NEAR + k] = kappa * step * (82.0 / 1440.0)
@@ -139,8 +160,7 @@ def reduce_inputs(
         state[MEAN_SQUARE + k] = pp - 2.0 * pv + vv
         loose = state[MEAN_SQUARE + k] + (vv if variable else 0.0)
         state[SLOPE_DOUBT + k] = 4.0 * (1.0 + half * half) * loose
-        cross, last = (half, half + 1.0) if variable else (half - 1.0, half - 1.0)
-        state[CLOSURE_CONSTANT + k] = cross * pv - 0.5 * ((half - 1.0) * pp + last * vv)
+        state[CLOSURE_CONSTANT + k] = first_constant(variable, half, pp, pv, vv)
         state[MEAN_WEIGHT + k] = kappa * step * x / 6.0
         state[FROZEN + k] = 0.0
         state[ITERATION_COUNT + k] = 1.0
@@ -150,11 +170,13 @@ def reduce_inputs(
         g, eta, a = state[GAS_FACTOR + k], state[ETA + k], state[HALF_EXPONENT + k]
         if constants.ndim == 2:
             linear = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
-            state[CLOSURE_ALIAS + k] = linear if free else 0.0
+            state[CLOSURE_ALIAS + k] = linear if constant_load else 0.0
             state[SPEED_ALIAS + k] = 0.5 * linear
         else:
             # Exponent 0 has the logarithm for its power, and a = 1.
-            state[CLOSURE_ALIAS + k] = alias_of_mean(a, free, variable, free, g, eta, constants) / a
+            state[CLOSURE_ALIAS + k] = (
+                alias_of_mean(a, constant_load, variable, constant_load, g, eta, constants) / a
+            )
             state[SPEED_ALIAS + k] = alias_of_mean(0.5, False, variable, True, g, eta, constants)
     if len(form) == CONSTANT_LOAD:
         for k in range(lanes):

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from engine_dyn.compilation import formula, inlined
-from engine_dyn.speed.batch.extrema import SLOPES, load_of
 from engine_dyn.speed.batch.forms import ITERATED, VARIABLE_INERTIA, Form, Inertia
-from engine_dyn.speed.batch.harmonics import own_pair
+from engine_dyn.speed.batch.intervals import load_of
 from engine_dyn.speed.batch.levels import CHUNK, P_MOMENT, RIPPLE, RIPPLE_V, V_MOMENT, Levels, P, V
 from engine_dyn.speed.batch.state import (
     ETA,
-    FIRST_DIAGRAM,
     GAS_FACTOR,
     LANES,
     MAX_RIPPLE,
@@ -17,10 +15,9 @@ from engine_dyn.speed.batch.state import (
     NODE_MAX,
     NODE_MIN,
     PAD,
-    SECOND_DIAGRAM,
     Block,
 )
-from engine_dyn.speed.batch.values import shared_value, value_at
+from engine_dyn.speed.batch.values import SLOPES, pair_at, shared_value, value_at
 from engine_dyn.types import Floats
 
 __all__ = ["clear_ripple", "is_clear", "load_at", "pair_at"]
@@ -40,17 +37,6 @@ def load_at(
     moment = value_at(coarse, shared_value(coarse, here, P_MOMENT), here, P_MOMENT, k)
     turning = value_at(coarse, shared_value(coarse, here, V_MOMENT), here, V_MOMENT, k)
     return load_of(p, v, moment, turning, deviations[(node + PAD) * LANES + k], r, turn, k, state)
-
-
-@formula
-def pair_at(
-    place: int, pair: int, k: int, fine: Floats, mix: Floats, state: Floats
-) -> tuple[float, float]:
-    """One of the pairs of a fine node; a lane with curves of its own adds them up."""
-    if fine.ndim == 2:
-        return fine[place, 2 * pair], fine[place, 2 * pair + 1]
-    first, second = int(state[FIRST_DIAGRAM + k]), int(state[SECOND_DIAGRAM + k])
-    return own_pair(place, pair, k, first, second, fine, mix)
 
 
 @inlined

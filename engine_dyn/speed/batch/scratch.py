@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.speed.batch.levels import Levels, make_levels
-from engine_dyn.speed.batch.state import LANES
+from engine_dyn.speed.batch.levels import CHUNK, Levels, make_levels
+from engine_dyn.speed.batch.state import LANES, PAD, Block
 from engine_dyn.speed.fields import INPUTS
 from engine_dyn.speed.tables.work_tables import TABLE_ROWS
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["BlockScratch", "make_block_scratch"]
+__all__ = ["BlockScratch", "make_block", "make_block_scratch"]
 
 
 class BlockScratch(NamedTuple):
@@ -65,4 +65,24 @@ def make_block_scratch(nodes: int, steps: int, refinement: int) -> BlockScratch:
         line=np.zeros(1, dtype=np.int64),
         cached=np.full(2, -1, dtype=np.int64),
         levels=make_levels(nodes, refinement),
+    )
+
+
+def aligned(size: int) -> Floats:
+    """Zeros that begin with a line of the cache: else most wide loads and stores reach into two."""
+    memory = np.zeros(size + 8)
+    return memory[-(memory.ctypes.data // 8) % 8 :][:size]
+
+
+def make_block(nodes: int, iterated: bool) -> Block:
+    """Memory for a block with `nodes` coarse nodes a period, whose form is `iterated` or not."""
+    rows = (nodes + 2 * PAD) * LANES
+    return Block(
+        state=np.empty(0),
+        deviations=aligned(rows),
+        remainders=aligned(rows if iterated else 0),
+        changes=aligned(rows if iterated else 0),
+        maxima=aligned(nodes // CHUNK * LANES),
+        minima=aligned(nodes // CHUNK * LANES),
+        chosen=np.zeros(LANES, dtype=np.int64),
     )

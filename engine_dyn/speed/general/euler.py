@@ -13,10 +13,10 @@ import math
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats
 
-__all__ = ["CLOSED", "step_cycles"]
+__all__ = ["CLOSED_CYCLE", "step_cycles"]
 
 
-CLOSED = 1e-6
+CLOSED_CYCLE = 1e-6
 """Cycles end when the speeds at both ends of one differ by no more than this [rad/s]: Kakaitsas
 (2015), section 4.2."""
 
@@ -72,6 +72,6 @@ def step_cycles(
             rates[j] = surplus / theta[j]
             omega += rates[j] / omega * width
         mean = total / samples
-        if passes == 0 and abs(omega - begin) <= CLOSED:
+        if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
             return cycle, True, False, top, bottom, mean
     return limit, passes > 0, not (omega > 0.0), top, bottom, mean
