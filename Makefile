@@ -34,7 +34,7 @@ help:
 	@echo "make quantities  rates of single quantities, on the terminal (5 min; QUANTITIES='--all', and others)"
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
-	@echo "make stress      docs/stability.md: ten million absurd designs, checked (15 min)"
+	@echo "make stress      docs/stability.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
 	@echo "make wheel       dist/*.whl"
@@ -96,7 +96,7 @@ rates: $(VENV)/.installed-test
 bench-kernels: $(VENV)/.installed-bench
 	$(python) -m pytest benchmarks/test_kernels.py
 
-# Settings: STRESS='--designs 100000 --sample 500 -o out/stress' (a minute or two), and others.
+# Settings: STRESS='--designs 100000 --sample 500 --sampled 20000 --checked 2 -o out/stress' (a few minutes), and others.
 stress: $(VENV)/.installed-test
 	$(python) -m benchmarks.stress $(STRESS)
 

@@ -1,7 +1,8 @@
 """Stress the solver and write docs/stability.md.
 
 python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
-                            [--flywheels N] [--seed N] [--processes N] [-o FOLDER]
+                            [--flywheels N] [--sampled N] [--checked N] [--seed N]
+                            [--processes N] [-o FOLDER]
 
 Ends with status 1 if anything is not as it should be; out/stress.json then has the designs.
 """
@@ -18,7 +19,17 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks.stress import calibration, chunks, draw, report, sample, spikes, strong, weak
+from benchmarks.stress import (
+    calibration,
+    chunks,
+    draw,
+    report,
+    sample,
+    sampled,
+    spikes,
+    strong,
+    weak,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -58,6 +69,12 @@ def main() -> int:
     parser.add_argument("--calibrate", type=int, default=4000)
     parser.add_argument("--diagrams", type=int, default=100, help="of each kind")
     parser.add_argument("--flywheels", type=int, default=8, help="rounds of light flywheels")
+    parser.add_argument(
+        "--sampled", type=int, default=sampled.DESIGNS, help="designs of sampled studies"
+    )
+    parser.add_argument(
+        "--checked", type=int, default=24, help="of each of these, by an independent solver"
+    )
     parser.add_argument("--seed", type=int, default=20261121)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--limit", type=float, default=chunks.LIMIT, help="seconds for a chunk")
@@ -70,6 +87,7 @@ def main() -> int:
     agreement = sample.run(chosen.seed, outcome.picked, size, chosen.processes, log)
     spiky = spikes.run(chosen.seed, chosen.diagrams, log)
     light = strong.run(chosen.seed, chosen.flywheels, log)
+    studies = sampled.run(chosen.seed, chosen.sampled, chosen.checked, chosen.processes, log)
     reading = calibration.run(chosen.seed, chosen.calibrate, chosen.processes, log)
     means, cure = weak.drift()
     measured = report.Measured(
@@ -81,6 +99,7 @@ def main() -> int:
         agreement=agreement,
         spiky=spiky,
         light=light,
+        studies=studies,
         reading=reading,
         own_error=calibration.own_error(chosen.seed),
         weak=weak.study(),
@@ -98,6 +117,7 @@ def main() -> int:
                 *agreement.examples,
                 *spiky.examples,
                 *light.examples,
+                *(example for found in studies for example in found.examples),
                 *reading.examples,
             ],
             indent=1,

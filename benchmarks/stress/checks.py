@@ -44,11 +44,8 @@ CHECKS = {
 }
 
 
-def check(
-    columns: dict[str, npt.NDArray[Any]], closure: str, bounds: Bounds, found: dict[str, Any],
-    tolerance: float = 1e-6,
-) -> dict[str, Booleans]:  # fmt: skip
-    """Masks of designs that break a rule; all arrays of one length."""
+def check_answers(found: dict[str, Any], tolerance: float = 1e-6) -> dict[str, Booleans]:
+    """Masks of designs that break a rule which needs their results alone, whatever the engine."""
     status = found["status"]
     numbers = np.isin(status, (CONVERGED, TOLERANCE_NOT_MET))
     broken: dict[str, Booleans] = {}
@@ -75,7 +72,21 @@ def check(
         missed = status == TOLERANCE_NOT_MET
         error = found.get("delta_error", np.where(missed, math.inf, 0.0))  # unless it was asked for
         broken["tolerance"] = good & ((error > tolerance) != missed)
+    return broken
 
+
+def check(
+    columns: dict[str, npt.NDArray[Any]], closure: str, bounds: Bounds, found: dict[str, Any],
+    tolerance: float = 1e-6,
+) -> dict[str, Booleans]:  # fmt: skip
+    """Masks of designs that break a rule; all arrays of one length."""
+    status = found["status"]
+    broken = check_answers(found, tolerance)
+    numbers = np.isin(status, (CONVERGED, TOLERANCE_NOT_MET))
+    good = numbers & ~broken["numbers"]
+    high, low, mean = found["omega_max"], found["omega_min"], found["omega_mean"]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        delta = (high - low) / mean
         nominal, exponent = columns["speed"], columns["exponent"]
         # Squares of many cylinders cancel, each good to some 2e-16.
         eta = columns["mass"] * (0.5 * columns["stroke"]) ** 2 / columns["inertia"]

@@ -1,0 +1,533 @@
+"""Sampled studies as people run them, over wider ranges: rules, bits, and error of the solver.
+
+`sweeps.run` solves them, so that loads, offsets, misfires and modelled cycles pass through the
+graph of quantities. What shared tables or curves of each design add to the error is seen in all
+designs, which the general solver solves again with twice the nodes. How far that is from the true
+solution is seen in a few dozen of each kind, which an independent solver solves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import get_context
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import xarray as xr
+
+import sweeps
+from benchmarks.stress.checks import ROUNDING, check_answers
+from benchmarks.stress.sample import BORDER, TOLERANCE
+from benchmarks.studies import SCALARS, Scene, columns, pump_torque, scene
+from benchmarks.study_errors import differences
+from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
+from engine_dyn.speed import dispatch
+from engine_dyn.speed.mean_gas import MANY_MEANS
+from engine_dyn.speed.mechanisms import MANY_TABLES, counted
+from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED, TOLERANCE_NOT_MET
+from engine_dyn.types import Booleans, Floats
+from oracle.solution import IDLE
+
+__all__ = ["DESIGNS", "KINDS", "RULES", "Found", "Kind", "run"]
+
+DESIGNS = 2_110_000
+"""Designs of all kinds together, unless asked otherwise."""
+
+CHUNK = 50_000
+"""Designs that are solved at a time, so that memory stays small."""
+
+AGAIN, WITH_ERROR = max(MANY_TABLES, MANY_MEANS), 0.1
+"""Designs of a chunk that are solved again in other company, and share of it that is solved with
+`delta_error`, at least as many. With fewer the solver takes other mechanisms for works and for mean
+torques, whose bits are others."""
+
+FEWEST = 2 * AGAIN
+"""Designs of a chunk at least."""
+
+FINER = 2
+"""Factor on the nodes of the general solver: its own error is then below 1e-9."""
+
+COVERED = 0.999
+"""Required: share of designs whose true error is below `delta_error`."""
+
+RESULTS = [*SCALARS, "delta_midrange", "status"]
+SPEEDS = tuple(name for name in SCALARS if name != "delta")
+
+SHOWN = 5
+"""Designs with a defect that are kept, of each sort and chunk."""
+
+RPM = math.pi / 30.0
+
+RULES = ("outcome", "numbers", "order", "delta", "tolerance", "target", "idle")
+"""Those of `checks` that need the results alone, and two of this module."""
+
+WIDE: dict[str, tuple[float, float]] = {
+    "reciprocating_mass": (1.5, 11.5), "inertia": (0.5, 11.25), "crank_ratio": (0.07, 0.5),
+    "speed": (500.0, 2500.0), "load": (0.0, 90.0), "cylinders": (1, 12),
+}  # fmt: skip
+"""Twice as wide as `benchmarks.studies.RANGES`, where the engine `ntua` has diagrams."""
+
+STROKE = 0.18
+"""Of the engine `ntua` [m]."""
+
+MEAN_OF_PUMP = 30.0
+"""Mean torque of `benchmarks.studies.pump_torque` [N m]."""
+
+
+def six(size: int, seed: int) -> Scene:
+    """Mass, inertia, crank ratio, speed, load and cylinders."""
+    return scene(designs=columns(size, WIDE, seed))
+
+
+def offset(size: int, seed: int) -> Scene:
+    """The six, and an offset of pin or crank, of either sign, up to half the crank radius."""
+    drawn = columns(size, WIDE, seed)
+    random = np.random.default_rng([seed, 1])
+    share = random.uniform(-0.5, 0.5, size)
+    # With an offset the radius of a stroke is smaller: the largest offset has the smallest radius.
+    radius = crank_radius_of_ratio(STROKE, drawn["crank_ratio"], 0.25 * STROKE)
+    of_pin = random.uniform(size=size) < 0.5
+    drawn["pin_offset"] = np.where(of_pin, share * radius, 0.0)
+    drawn["crank_offset"] = np.where(of_pin, 0.0, share * radius)
+    return scene(designs=drawn, set={"load_exponent": 1})
+
+
+def misfire(size: int, seed: int) -> Scene:
+    """A V6 with a cylinder that does not burn, or with all six burning."""
+    ranges = {"inertia": (0.05, 0.825), "speed": (550.0, 8350.0), "load": (30.0, 100.0),
+              "misfire": (0, 6)}  # fmt: skip
+    return scene("v6_96x81", designs=columns(size, ranges, seed))
+
+
+def angle_load(size: int, seed: int) -> Scene:
+    """The six, and a load over angle of any size."""
+    ranges = {**WIDE, "load_table_factor": (0.0, 2.0)}
+    return scene(designs=columns(size, ranges, seed), set={"load_table": pump_torque()})
+
+
+def stroke_friction(size: int, seed: int) -> Scene:
+    """The six, and how friction is spread over the stroke."""
+    names = tuple(f"friction_{part}" for part in ("boundary", "mixed", "hydrodynamic", "skirt"))
+    drawn = columns(size, {**WIDE, **dict.fromkeys(names, (0.0, 0.5))}, seed)
+    whole = np.maximum(1.0, sum(drawn[name] for name in names))
+    for name in names:
+        drawn[name] = drawn[name] * (1.0 - 1e-12) / whole  # rounding must not exceed 1
+    return scene(designs=drawn, set={"ring_pressure": 1.5})
+
+
+def modelled(size: int, seed: int) -> Scene:
+    """Combustion start, compression ratio and heat: a modelled cycle of each design."""
+    ranges = {"combustion_start": (-45.0, -5.0), "compression_ratio": (7.5, 11.5),
+              "heat": (5.0, 41.0)}  # fmt: skip
+    return scene("si_four_87x101", designs=columns(size, ranges, seed), set={"speed": 5200})
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of sampled study.
+
+    Attributes
+    ----------
+    name, words : str
+        Short name, and what the table says.
+    build : callable
+        From a number of designs and a seed to a scene.
+    designs : int
+        Of `DESIGNS`.
+    checkable : int
+        Cylinders of the designs that the independent solver gets, at most: it follows the friction
+        of every cylinder, and of twelve that would take it minutes.
+    """
+
+    name: str
+    words: str
+    build: Callable[[int, int], Scene]
+    designs: int
+    checkable: int = 12
+
+
+KINDS = (
+    Kind("six", "six parameters", six, 700_000),
+    Kind("offset", "six and an offset of pin or crank, load exponent 1", offset, 700_000),
+    Kind("misfire", "V6: inertia, speed, load and misfire", misfire, 100_000),
+    Kind("angle_load", "six and a load over angle", angle_load, 150_000),
+    Kind("stroke_friction", "six and friction over the stroke", stroke_friction, 450_000, 2),
+    Kind("modelled", "combustion start, compression ratio and heat", modelled, 10_000),
+)
+
+
+@dataclass
+class Found:
+    """What one kind gave.
+
+    Attributes
+    ----------
+    kind : Kind
+    status, broken, unlike : Counter
+        Designs by status, by the rule that they break, by the result whose bits differ.
+    compared : int
+        Designs that were solved again for their bits.
+    verdicts : Counter
+        Designs by how they agree with the general solver: "agrees", "border" (running or stalled
+        by a hair), "gave up" (status 3), "off" (numbers beyond the tolerance), "outcome".
+    delta, speeds : list of ndarray
+        Relative differences from the general solver; of the three speeds, the largest.
+    worst : dict
+        By "delta" and "speeds": the largest difference, and the parameters of its design.
+    covered, estimated : int
+        Designs whose `delta_error` is above the true error, and those for which it was asked.
+    deferred, solved : int
+        Designs that were left to the general solver, and all that were solved.
+    exact_delta, exact_speeds : float
+        Largest relative differences from the independent solver.
+    exact : int
+        Designs that it solved.
+    examples : list of dict
+        Parameters and results of designs with a defect.
+    """
+
+    kind: Kind
+    status: Counter[int] = field(default_factory=Counter)
+    broken: Counter[str] = field(default_factory=Counter)
+    unlike: Counter[str] = field(default_factory=Counter)
+    compared: int = 0
+    verdicts: Counter[str] = field(default_factory=Counter)
+    delta: list[Floats] = field(default_factory=list)
+    speeds: list[Floats] = field(default_factory=list)
+    worst: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
+    covered: int = 0
+    estimated: int = 0
+    deferred: int = 0
+    solved: int = 0
+    exact_delta: float = 0.0
+    exact_speeds: float = 0.0
+    exact: int = 0
+    wrong: int = 0
+    """Designs beyond the tolerance of the independent solver."""
+
+    examples: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def uncovered(self) -> int:
+        """Designs whose true error is above `delta_error`, beyond the share that may be."""
+        allowed = math.floor((1.0 - COVERED) * self.estimated)
+        return max(0, self.estimated - self.covered - allowed)
+
+    @property
+    def defects(self) -> int:
+        """Designs and bits that should not be."""
+        off = self.verdicts["off"] + self.verdicts["outcome"]
+        return self.broken.total() + self.unlike.total() + off + self.uncovered + self.wrong
+
+    def differences(self, name: str) -> tuple[float, float, float]:
+        """Largest, 99.9 % and median difference from the general solver of "delta" or "speeds"."""
+        parts = getattr(self, name)
+        every = np.concatenate(parts) if parts else np.zeros(0)
+        if not every.size:
+            return math.nan, math.nan, math.nan
+        return float(every.max()), float(np.quantile(every, 0.999)), float(np.median(every))
+
+
+# Solving ------------------------------------------------------------------------------------------
+
+
+def part_of(one: Scene, chosen: Any, *more: str) -> Scene:
+    """Some designs of a scene, with more quantities."""
+    quantities = [*one["output"]["quantities"], *more]
+    designs = {name: column[chosen] for name, column in one["designs"].items()}
+    return {**one, "designs": designs, "output": {"quantities": quantities}}
+
+
+def solved(one: Scene, threads: int | None = None) -> dict[str, Any]:
+    """Results of a scene as arrays."""
+    found = sweeps.run(one, threads=threads)
+    return {name: found[name].values for name in found.data_vars}
+
+
+def solved_generally(one: Scene, threads: int) -> dict[str, Any]:
+    """Results of a scene by the general solver with more nodes."""
+    finer = partial(dispatch.solve, general=True, finer=FINER)
+    with mock.patch.object(dispatch, "solve", finer):
+        return solved(one, threads)
+
+
+def seed_of(seed: int, kind: Kind, number: int) -> int:
+    """Seed of a chunk."""
+    return int(np.random.SeedSequence([seed, KINDS.index(kind), number]).generate_state(1)[0])
+
+
+def chunk(kind: Kind, seed: int, number: int, size: int) -> Scene:
+    """Scene of a chunk."""
+    one = kind.build(size, seed_of(seed, kind, number))
+    return part_of(one, slice(None), "delta_midrange", "torque_mean")
+
+
+# Checks -------------------------------------------------------------------------------------------
+
+
+def target(speed: Any, exponent: float, found: dict[str, Any]) -> Booleans:
+    """Designs whose mean speed does not suit the closure "power_mean", constant load exponent.
+
+    The mean of omega^alpha, or of log omega where alpha is 0, is that of the asked speed. Between
+    the mean of a function and its value at the mean lies at most half its largest second derivative
+    times the variance, and this is at most (max - mean)(mean - min) (Bhatia and Davis, 2000).
+    """
+    high, low, mean = (found[name] / speed for name in ("omega_max", "omega_min", "omega_mean"))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if exponent == 0.0:
+            value, bent = np.log(mean), -1.0 / np.square(low)
+        else:
+            value = np.power(mean, exponent) - 1.0
+            factor = exponent * (exponent - 1.0)
+            ends = [np.power(end, exponent - 2.0) for end in (low, high)]
+            bent = factor * np.maximum(*ends)
+        most = 0.5 * bent * (high - mean) * (mean - low)
+        slack = ROUNDING + TOLERANCE * found["delta"]
+        fits = (-value >= np.minimum(most, 0.0) - slack) & (-value <= np.maximum(most, 0.0) + slack)
+    return np.isfinite(found["omega_mean"]) & ~fits
+
+
+def idle(one: Scene, found: dict[str, Any]) -> Booleans:
+    """Designs with status 2 though the mean torque exceeds the load's constant part, or without."""
+    factor = one["designs"].get("load_table_factor", 0.0)
+    constant = MEAN_OF_PUMP * factor
+    surplus = found["torque_mean"] - constant
+    # Rounding decides about less; the torque's range is some hundred times the mean torques.
+    clear = np.abs(surplus) > 100.0 * IDLE * (np.abs(found["torque_mean"]) + constant + 100.0)
+    return clear & ((found["status"] == NO_STEADY_STATE) != (surplus < 0.0))
+
+
+def rules(one: Scene, found: dict[str, Any], speed: Any) -> dict[str, Booleans]:
+    """Masks of designs that break a rule."""
+    broken = check_answers({name: found[name] for name in RESULTS})
+    exponent = float(one.get("set", {}).get("load_exponent", 2.0))
+    broken["target"] = target(speed, exponent, found)
+    broken["idle"] = idle(one, found)
+    return broken
+
+
+def differing(found: dict[str, Any], other: dict[str, Any]) -> tuple[Floats, Floats]:
+    """Relative differences of delta, and of the three speeds the largest."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        of = {name: np.abs(found[name] / other[name] - 1.0) for name in SCALARS}
+    return of["delta"], np.max([of[name] for name in SPEEDS], axis=0)
+
+
+def judged(
+    found: dict[str, Any], other: dict[str, Any], speed: Any, delta: Floats, speeds: Floats
+) -> Any:
+    """Verdict on each design, see `Found`."""
+    status, true = found["status"], other["status"]
+    runs, truly = (np.isfinite(each["delta"]) for each in (found, other))
+    lowest = np.fmin(found["omega_min"], other["omega_min"]) / speed
+    with np.errstate(invalid="ignore"):
+        within = (delta <= TOLERANCE) & (speeds <= TOLERANCE)
+        near = np.square(lowest) < BORDER
+    stalls = ((status == STALLED) & truly) | (runs & (true == STALLED))
+    return np.select(
+        [
+            runs & truly & (within | (status == TOLERANCE_NOT_MET)),
+            runs & truly,
+            ~runs & (status == true),
+            (status == NOT_CONVERGED) | (true == NOT_CONVERGED),
+            stalls & near,
+        ],
+        ["agrees", "off", "agrees", "gave up", "border"],
+        "outcome",
+    )
+
+
+def unlike(one: dict[str, Any], other: dict[str, Any], chosen: Any) -> dict[str, Booleans]:
+    """Results of some designs of `one` whose bits are others in `other`, by name."""
+    both = {name: (values[chosen], other[name]) for name, values in one.items()}
+    return {name: ~((a == b) | (np.isnan(a) & np.isnan(b))) for name, (a, b) in both.items()}
+
+
+def add(result: Found, seed: int, number: int, size: int, threads: int) -> tuple[Scene, Any]:
+    """Solve and check one chunk; returns its scene and results."""
+    one = chunk(result.kind, seed, number, size)
+    random = np.random.default_rng([seed_of(seed, result.kind, number), 2])
+    with counted() as tally:
+        found = solved(one, threads)
+    result.deferred += tally.deferred
+    result.solved += tally.designs.total()
+    speed = speed_of(one)
+    result.status.update(found["status"].tolist())
+
+    def note(what: str, mask: Booleans, other: dict[str, Any] | None = None) -> None:
+        for place in np.flatnonzero(mask)[:SHOWN]:
+            kept = {
+                "kind": result.kind.name,
+                "defect": what,
+                "chunk": number,
+                "index": int(place),
+                "inputs": inputs(one, place),
+                "results": inputs({"designs": found}, place),
+            }
+            if other is not None:
+                kept["other"] = inputs({"designs": other}, place)
+            result.examples.append(kept)  # fmt: skip
+
+    for name, mask in rules(one, found, speed).items():
+        result.broken[name] += int(mask.sum())
+        note(f"rule {name}", mask)
+
+    reference = solved_generally(one, threads)
+    delta, speeds = differing(found, reference)
+    verdict = judged(found, reference, speed, delta, speeds)
+    result.verdicts.update(verdict.tolist())
+    for name in ("off", "outcome", "gave up"):
+        note(name, verdict == name, reference)
+    good = (found["status"] == CONVERGED) & np.isfinite(delta)
+    for name, values in (("delta", delta), ("speeds", speeds)):
+        getattr(result, name).append(values[good])
+        place = int(np.argmax(np.where(good, values, -1.0)))
+        if good.any() and values[place] > result.worst.get(name, (-1.0, {}))[0]:
+            result.worst[name] = float(values[place]), inputs(one, place)
+
+    again(result, one, found, random.permutation(size)[:AGAIN], note)
+    chosen = random.permutation(size)[: max(AGAIN, int(WITH_ERROR * size))]
+    estimates(result, one, found, delta, chosen, threads, note)
+    return one, found
+
+
+def again(result: Found, one: Scene, found: dict[str, Any], chosen: Any, note: Any) -> None:
+    """Solve some designs in another order, in other company and by one thread."""
+    other = solved(part_of(one, chosen), threads=1)
+    result.compared += chosen.size
+    for name, mask in unlike(found, other, chosen).items():
+        if mask.any():
+            result.unlike[name] += int(mask.sum())
+            note(f"bits of {name}", at(mask, chosen, found["status"].size))
+
+
+def estimates(
+    result: Found, one: Scene, found: dict[str, Any], delta: Floats, chosen: Any, threads: int,
+    note: Any,
+) -> None:  # fmt: skip
+    """Solve some designs with `delta_error`: it is above the true error, and no bit differs."""
+    other = solved(part_of(one, chosen, "delta_error"), threads)
+    results = {name: other[name] for name in (*RESULTS, "delta_error")}
+    size = found["status"].size
+    for name, mask in check_answers(results).items():
+        result.broken[name] += int(mask.sum())
+        note(f"rule {name} with delta_error", at(mask, chosen, size))
+    for name, mask in unlike(
+        {n: v for n, v in found.items() if n != "status"}, other, chosen
+    ).items():
+        if mask.any():
+            result.unlike[f"{name} with delta_error"] += int(mask.sum())
+            note(f"bits of {name} with delta_error", at(mask, chosen, size))
+    true = delta[chosen]
+    known = np.isfinite(true)
+    with np.errstate(invalid="ignore"):
+        above = true <= other["delta_error"]
+    result.estimated += int(known.sum())
+    result.covered += int((known & above).sum())
+    note("delta_error", at(known & ~above, chosen, size))
+
+
+def at(mask: Booleans, chosen: Any, size: int) -> Booleans:
+    """Mask of some chosen designs as one of all."""
+    every = np.zeros(size, dtype=np.bool_)
+    every[chosen[mask]] = True
+    return every
+
+
+def inputs(one: Scene, place: Any) -> dict[str, float]:
+    """Values of one design."""
+    return {name: np.asarray(column)[place].item() for name, column in one["designs"].items()}
+
+
+def speed_of(one: Scene) -> Any:
+    """Asked speed of the designs of a scene [rad/s]."""
+    return RPM * one["designs"].get("speed", one.get("set", {}).get("speed"))
+
+
+# The independent solver ---------------------------------------------------------------------------
+
+
+def exactly(job: tuple[Scene, Any]) -> tuple[float, float]:
+    """Differences of one design from the independent solver, of delta and of the speeds."""
+    one, found = job
+    against = differences(one, found, np.zeros(1, dtype=np.int64), 1)
+    return against.delta, against.speeds
+
+
+def jobs_of(
+    one: Scene, found: dict[str, Any], count: int, checkable: int = 12
+) -> list[tuple[Scene, Any]]:
+    """Jobs of some converged designs of a scene, with so many cylinders at most."""
+    few = np.asarray(one["designs"].get("cylinders", 1)) <= checkable
+    places = np.flatnonzero((found["status"] == CONVERGED) & few)[:count]
+    return [
+        (
+            part_of(one, slice(place, place + 1)),
+            xr.Dataset({name: ("design", found[name][place : place + 1]) for name in SCALARS}),
+        )
+        for place in places.tolist()
+    ]
+
+
+def compare(
+    result: Found, jobs: list[tuple[Scene, Any]], answers: list[tuple[float, float]]
+) -> None:
+    """Add the differences from the independent solver."""
+    for (one, _), (delta, speeds) in zip(jobs, answers, strict=True):
+        result.exact += 1
+        result.exact_delta = max(result.exact_delta, delta)
+        result.exact_speeds = max(result.exact_speeds, speeds)
+        if not max(delta, speeds) <= TOLERANCE:
+            result.wrong += 1
+            result.examples.append(
+                {"kind": result.kind.name, "defect": "independent solver", "delta": delta,
+                 "speeds": speeds, "inputs": inputs(one, 0)}
+            )  # fmt: skip
+
+
+def run(
+    seed: int, designs: int, checked: int, processes: int, say: Callable[[str], None],
+    kinds: tuple[Kind, ...] = KINDS,
+) -> list[Found]:  # fmt: skip
+    """Draw, solve and check every kind of study.
+
+    Parameters
+    ----------
+    seed : int
+    designs : int
+        Of all kinds together; each has its share.
+    checked : int
+        Designs of each kind that the independent solver solves, in processes of their own.
+    processes : int
+        Of these, and threads of the others.
+    say : callable
+        Told what goes on.
+    kinds : tuple of Kind
+        Which.
+    """
+    every, jobs = [], []
+    for kind in kinds:
+        result = Found(kind)
+        size = max(FEWEST, round(designs * kind.designs / DESIGNS))
+        count = -(-size // CHUNK)
+        for number in range(count):
+            one, found = add(result, seed, number, -(-size // count), processes)
+            if number == 0:
+                jobs.append(jobs_of(one, found, checked, kind.checkable))
+            largest = result.differences("delta")[0]
+            say(f"sampled, {kind.name}: chunk {number + 1} of {count}, delta within "
+                f"{largest:.1e}, {result.defects} defects")  # fmt: skip
+        every.append(result)
+    if checked:
+        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+            for result, of_kind in zip(every, jobs, strict=True):
+                compare(result, of_kind, list(pool.map(exactly, of_kind)))
+                say(f"sampled, {result.kind.name}: {result.exact} by the independent solver, "
+                    f"{result.wrong} disagree")  # fmt: skip
+    return every

@@ -1,0 +1,131 @@
+"""A small part of the sampled studies of `make stress`, and that its checks can fail."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.stress import report, sampled
+from benchmarks.stress.sampled import KINDS, Found, Kind
+from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
+
+SEED = 7
+
+by_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+
+
+@pytest.mark.compiled
+@by_kind
+def test_sampled_designs_have_no_defect(kind: Kind) -> None:
+    (found,) = sampled.run(SEED, sampled.FEWEST, 0, 2, print, (kind,))
+    assert found.defects == 0, found.examples[:3]
+    assert found.status.total() == sampled.FEWEST == found.verdicts.total()
+    assert found.status[CONVERGED] > 0.8 * sampled.FEWEST
+    assert found.compared == sampled.AGAIN
+    assert found.estimated > 0.8 * sampled.AGAIN
+    # Another solver has solved them: not a bit would differ otherwise.
+    assert 0.0 < found.differences("delta")[2] < found.differences("delta")[0]
+    measured: Any = SimpleNamespace(studies=[found])
+    lines = [*report._sampled_in_short(measured), *report._sampled(measured)]
+    assert kind.words in "\n".join(lines) and "nan" not in "\n".join(lines)
+
+
+@by_kind
+def test_designs_are_the_same_for_a_seed_and_differ_between_chunks(kind: Kind) -> None:
+    one, two, other = (
+        sampled.chunk(kind, SEED, number, sampled.FEWEST)["designs"] for number in (0, 0, 1)
+    )
+    for name, column in one.items():
+        np.testing.assert_array_equal(column, two[name])
+        assert (column != other[name]).any()
+
+
+def test_offsets_are_of_either_sign_and_of_pin_or_crank() -> None:
+    drawn = sampled.offset(2000, SEED)["designs"]
+    pin, crank = drawn["pin_offset"], drawn["crank_offset"]
+    assert ((pin != 0.0) != (crank != 0.0)).all()
+    for offsets in (pin, crank):
+        assert offsets.min() < -0.4 * 0.09 and offsets.max() > 0.4 * 0.09
+        assert np.abs(offsets).max() <= 0.5 * 0.09
+
+
+@pytest.mark.compiled
+def test_the_independent_solver_agrees_and_would_see_an_error() -> None:
+    kind = KINDS[0]
+    one = sampled.chunk(kind, SEED, 0, sampled.FEWEST)
+    found = sampled.solved(one)
+    result = Found(kind)
+    jobs = sampled.jobs_of(one, found, 2, 3)
+    assert max(sampled.inputs(each, 0)["cylinders"] for each, _ in jobs) <= 3
+    sampled.compare(result, jobs, [sampled.exactly(job) for job in jobs])
+    assert (result.exact, result.wrong) == (2, 0)
+    found["omega_max"] = found["omega_max"] * (1.0 + 2e-6)
+    jobs = sampled.jobs_of(one, found, 1)
+    sampled.compare(result, jobs, [sampled.exactly(job) for job in jobs])
+    assert (result.exact, result.wrong, result.defects) == (3, 1, 1)
+
+
+def speeds(low: float, high: float, mean: float) -> dict[str, Any]:
+    """Results of one design."""
+    values = {"omega_min": low, "omega_max": high, "omega_mean": mean, "delta": (high - low) / mean}
+    return {name: np.array([value]) for name, value in values.items()}
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0, 3.0])
+def test_a_mean_speed_off_its_target_is_seen(exponent: float) -> None:
+    angle = 2.0 * np.pi * np.arange(1000) / 1000
+    omega = 1.0 + 0.1 * np.sin(angle) + 0.03 * np.cos(2.0 * angle)
+    if exponent:
+        nominal = np.mean(omega**exponent) ** (1.0 / exponent)
+    else:
+        nominal = np.exp(np.mean(np.log(omega)))
+    found = speeds(omega.min(), omega.max(), omega.mean())
+    assert not sampled.target(nominal, exponent, found).any()
+    for factor in (0.985, 1.015):
+        assert sampled.target(factor * nominal, exponent, found).all()
+
+
+def judged(status: int, delta: float, lowest: float, true: int, exact: float) -> str:
+    """Verdict on a design with these answers of both solvers; NaN where there is no number."""
+    one = speeds(lowest, lowest * (1.0 + delta), lowest) | {"delta": np.array([delta])}
+    other = {name: values * exact for name, values in one.items()}
+    if status == STALLED:
+        one = {name: values * np.nan for name, values in one.items()}
+    one["status"], other["status"] = np.array([status]), np.array([true])
+    return str(sampled.judged(one, other, 1.0, *sampled.differing(one, other))[0])
+
+
+def test_verdicts_tell_agreement_from_defects() -> None:
+    nothing = float("nan")
+    assert judged(CONVERGED, 0.01, 1.0, CONVERGED, 1.0 + 5e-7) == "agrees"
+    assert judged(CONVERGED, 0.01, 1.0, CONVERGED, 1.0 + 2e-6) == "off"
+    assert judged(TOLERANCE_NOT_MET, 0.01, 1.0, CONVERGED, 1.0 + 2e-6) == "agrees"
+    assert judged(CONVERGED, 0.01, 1.0, STALLED, nothing) == "outcome"
+    assert judged(CONVERGED, 0.01, 0.01, STALLED, nothing) == "border"
+    assert judged(STALLED, 0.01, 1.0, CONVERGED, 1.0) == "outcome"
+    assert judged(STALLED, 0.01, 1.0, STALLED, nothing) == "agrees"
+
+
+@pytest.mark.compiled
+def test_other_bits_a_wrong_outcome_and_a_small_estimate_are_defects() -> None:
+    one = sampled.chunk(KINDS[0], SEED, 0, sampled.FEWEST)
+    found = sampled.solved(one)
+    speed = sampled.speed_of(one)
+    assert not any(mask.any() for mask in sampled.rules(one, found, speed).values())
+    chosen = np.arange(10)
+    other = {name: values[chosen].copy() for name, values in found.items()}
+    other["delta"][3] = np.nextafter(other["delta"][3], 1.0)
+    masks = sampled.unlike(found, other, chosen)
+    assert {name: np.flatnonzero(mask).tolist() for name, mask in masks.items() if mask.any()} == {
+        "delta": [3]
+    }
+    wrong = {name: values.copy() for name, values in found.items()}
+    wrong["torque_mean"] = -wrong["torque_mean"]
+    assert sampled.rules(one, wrong, speed)["idle"].sum() > 0.9 * sampled.FEWEST
+    result = Found(KINDS[0], estimated=1000, covered=999)
+    assert result.defects == 0
+    result.covered = 998
+    assert result.defects == 1
