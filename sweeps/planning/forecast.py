@@ -123,8 +123,8 @@ def work_of(plan: Plan) -> dict[str, float]:
             found["points of curves"] += stage.size
         elif stage.node.throws:
             found["revolutions"] += stage.size
-        elif name == "mean_gas" and ("offset" in variant_words(plan.scene)):
-            found["mean torques with an offset"] += stage.size
+        elif name == "mean_gas":
+            found["mean torques"] += stage.size
         elif stage.node.make is not None:  # else a stage has given it
             found["values"] += stage.size
     return {name: count for name, count in found.items() if count}
@@ -185,7 +185,7 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     # A table is a sum over the cylinders that are no copies of each other.
     engines = plan.leaves["cylinders_by_count"].data.values()
     share = float(np.mean([len(engine.representatives) for engine in engines]))
-    special = "offset" in words or not {"uniform_friction", "equal_throws"} <= set(words)
+    special = not {"uniform_friction", "equal_throws"} <= set(words)
     for method in scene.methods:
         for model in scene.inertia_models:
             if method in STEPPING:
@@ -202,6 +202,9 @@ def _solution_work(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
                 yield f"{solver}: {kind}", share * min(2 * tables, _diagrams(plan))
             else:
                 yield f"{solver}: {'special ' if special else ''}tables", share * tables
+            if solver == OWN_CURVES and "offset" in words:
+                yield f"{solver}: designs with an offset", each
+                continue
             if model == "variable":
                 yield f"{solver}: designs with variable inertia", each
                 continue
