@@ -73,7 +73,7 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
 
 def _mean_gas_of_equal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any,
-    sharing: tuple[int, int],
+    sharing: tuple[int, ...],
 ) -> Any:  # fmt: skip
     # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed import mean_gas
@@ -85,7 +85,7 @@ def _mean_gas_of_equal_throws(
 
 def _mean_gas_of_unequal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
-    cylinders_by_count: Any, sharing: tuple[int, int],
+    cylinders_by_count: Any, sharing: tuple[int, ...],
 ) -> Any:  # fmt: skip
     from engine_dyn.speed import mean_gas
 

@@ -161,7 +161,7 @@ def solve(
     finer: int = 1,
     iterated: float | None = None,
     general: bool = False,
-    sharing: tuple[int, int] | None = None,
+    sharing: tuple[int, ...] | None = None,
     driven: DrivenMachine = NOTHING_DRIVEN,
     **inputs: Any,
 ) -> dict[str, Any]:
@@ -204,9 +204,9 @@ def solve(
     general : bool
         Do not use the batch solver.
     sharing : tuple of int, optional
-        Number of tables of the whole sweep, and of designs for each, where these designs are a
-        block of it, because blocks must not decide for themselves how tables are made. The numbers
-        of these designs unless given.
+        Number of tables of the whole sweep, of designs for each, and of angles of a load over
+        angle, where these designs are a block of it, because blocks must not decide for themselves
+        how tables are made. The numbers of these designs unless given; the last may be missing.
     driven : DrivenMachine
         Load over angle, load over speed or driver; these need the general solver.
     **inputs : array_like
@@ -245,8 +245,8 @@ def solve(
         tolerance=float(tolerance),
         driven=driven,
         general=general,
-        shared=are_shared(*sharing, special=special),
-        load=_common_load(driven, inputs, *sharing, special),
+        shared=are_shared(sharing[0], sharing[1], special=special),
+        load=_common_load(driven, inputs, sharing, special),
         angles=NOWHERE if crank_angle is None else np.asarray(crank_angle, dtype=float),
         threads=threads or os.cpu_count() or 1,
     )
@@ -450,12 +450,13 @@ def _own_tables(inputs: Mapping[str, Any]) -> bool:
 
 
 def _common_load(
-    driven: DrivenMachine, inputs: Mapping[str, Any], tables: int, designs: int, special: bool
+    driven: DrivenMachine, inputs: Mapping[str, Any], sharing: tuple[int, ...], special: bool
 ) -> AngleLoad | None:
     """A load over angle that is the same for all designs but for its scale."""
     if driven.over_angle is None:
         return None
     gear_ratio, phase = np.asarray(inputs["gear_ratio"]), np.asarray(inputs["load_phase"])
-    if not is_common(driven.power_law, gear_ratio.size * phase.size, tables, designs, special):
+    tables, designs, angles = (*sharing, gear_ratio.size * phase.size)[:3]
+    if not is_common(driven.power_law, angles, tables, designs, special):
         return None
     return AngleLoad(driven.angle_table, float(gear_ratio.flat[0]), float(phase.flat[0]))

@@ -30,9 +30,6 @@ __all__ = ["mechanism", "seconds", "seconds_of_computing", "table_count", "text"
 SHARED_BY = (*TABLE_QUANTITIES, "cylinder_set")
 """Designs that agree in all of these share a table of work."""
 
-ANGLE_NAMES = ("gear_ratio", "load_phase")
-"""What the angle of a load over angle follows from."""
-
 DIRECT = {
     2.0: "in closed form, never iterates",
     0.0: "from the moments of the table, one sweep, never iterates",
@@ -152,13 +149,11 @@ def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float
     )  # fmt: skip
     special = "uniform_friction" not in words or "own_cycles" in words
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
-    tables, designs = plan.leaves["sharing"].data
+    tables, designs, angles = plan.leaves["sharing"].data
     machine = driven_machine(scene)
     angle_load = machine.over_angle is not None and is_common(
-        machine.power_law,
-        math.prod(np.size(plan.leaves[n].data) for n in ANGLE_NAMES if n in plan.leaves),
-        tables, designs, special,
-    )  # fmt: skip
+        machine.power_law, angles, tables, designs, special
+    )
     return mechanism_of(
         choice, machine.plain, are_shared(tables, designs, special), curves,
         "equal_throws" in words, angle_load,

@@ -25,6 +25,9 @@ from sweeps.scene.variants import variant_words
 
 __all__ = ["Plan", "Stage", "make_plan"]
 
+ANGLE_NAMES = ("gear_ratio", "load_phase")
+"""What the angle of a load over angle follows from."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stage:
@@ -139,7 +142,9 @@ def make_plan(scene: Scene) -> Plan:
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
     tables = math.prod(sizes[d] for d in of_tables)
     designs = math.prod(sizes[d] for d in scene.dimensions)
-    leaves["sharing"] = Value((tables, designs // tables))
+    of_angles = frozenset(d for n in ANGLE_NAMES if n in named for d in named[n].dims)
+    angles = math.prod(sizes[d] for d in of_angles)
+    leaves["sharing"] = Value((tables, designs // tables, angles))
     unused = _unused(scene, leaves, found.used)
     stages = tuple(found.stages.values())
     return Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, of_tables)
