@@ -34,7 +34,7 @@ from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 from engine_dyn.types import Booleans, Floats
 from oracle.solution import IDLE
 
-__all__ = ["DESIGNS", "KINDS", "RULES", "Found", "Kind", "run"]
+__all__ = ["DESIGNS", "KINDS", "Found", "Kind", "run"]
 
 DESIGNS = 2_110_000
 """Designs of all kinds together, unless asked otherwise."""
@@ -63,9 +63,6 @@ SHOWN = 5
 """Designs with a defect that are kept, of each sort and chunk."""
 
 RPM = math.pi / 30.0
-
-RULES = ("outcome", "numbers", "order", "delta", "tolerance", "target", "idle")
-"""Those of `checks` that need the results alone, and two of this module."""
 
 WIDE: dict[str, tuple[float, float]] = {
     "reciprocating_mass": (1.5, 11.5), "inertia": (0.5, 11.25), "crank_ratio": (0.07, 0.5),

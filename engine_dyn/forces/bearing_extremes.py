@@ -17,10 +17,8 @@ from engine_dyn.forces import mechanism
 from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.geometry.slider_crank import sine_of_top, turned
-from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import values_at
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["CRANK_PIN", "INPUTS", "MAIN_JOURNAL", "PISTON_PIN", "Sampled", "extremes_of_loads"]
@@ -84,11 +82,7 @@ class Sampled(NamedTuple):
         for number, (phase, factor) in enumerate(kinds):
             angle = phi + phase
             turn[number] = np.sin(angle), np.cos(angle)
-            if isinstance(family, CycleTable):
-                pressure[number] = family.sampled(rows, angle, factor)[0]
-            else:
-                diagrams = [row_with_factor(family, row, factor) for row in rows.tolist()]
-                values_at(diagrams, angle, pressure[number])
+            pressure[number] = pressures_of_rows(family, rows, angle, factor)
         cylinders = np.array([
             [member.mass_factor * member.radius_factor for member in members],
             [member.radius_factor for member in members], np.sin(banks), np.cos(banks),

@@ -18,9 +18,8 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import values_at
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import row_with_factor
+from engine_dyn.pressure.motored import pressures_of_rows, row_with_factor
 from engine_dyn.types import Floats
 
 __all__ = [
@@ -57,12 +56,10 @@ def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float
     below = np.floor(place)
     weight, first = place - below, below.astype(np.int64)
     rows = np.unique(np.concatenate([first.reshape(-1), np.ceil(place).astype(np.int64).ravel()]))
-    diagrams = [row_with_factor(family, index, factor) for index in rows.tolist()]
     common = angle.size == (angle.shape[-1] if angle.ndim else 1)
     if common and place.shape[-1:] in ((), (1,)):  # the angles are those of all designs
         flat = angle.reshape(-1)
-        table = np.empty((rows.size, flat.size))
-        values_at(diagrams, flat, table)
+        table = pressures_of_rows(family, rows, flat, factor)
         at = np.searchsorted(rows, first.reshape(-1))
         after = np.minimum(at + (weight.reshape(-1) > 0.0), rows.size - 1)
         share = weight.reshape(-1, 1)
@@ -73,7 +70,7 @@ def pressure(phi: Any, family: Family, row: Any, scale: Any = 1.0, factor: float
     # Places of each row follow each other once they are sorted.
     order = np.argsort(first, axis=None, kind="stable")
     ends = np.searchsorted(first.reshape(-1)[order], rows, side="right")
-    known = dict(zip(rows.tolist(), diagrams, strict=True))
+    known = {index: row_with_factor(family, index, factor) for index in rows.tolist()}
     begin = 0
     for index, end in zip(rows.tolist(), ends.tolist(), strict=True):
         here = np.unravel_index(order[begin:end], angle.shape)

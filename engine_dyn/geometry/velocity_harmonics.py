@@ -17,7 +17,7 @@ Values of lanes are side by side: arrays are (term, lane), flat.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,12 @@ __all__ = [
     "FEW_TERMS",
     "LARGEST_RATIO",
     "MANY_TERMS",
+    "TURN_ANGLES",
     "TURN_SAMPLES",
     "OFFSET_TERMS",
     "Samples",
+    "centred_ratio",
+    "centred_ratio_at",
     "curves_at",
     "orders_of",
     "samples_of",
@@ -49,16 +52,32 @@ TURN_SAMPLES = 64
 """Samples of the velocity over a turn, from which the terms with an offset follow: the orders from
 32 on, which would be taken for lower ones, are then below rounding."""
 
+TURN_ANGLES = 2.0 * math.pi * np.arange(TURN_SAMPLES) / TURN_SAMPLES
+"""Angles [rad] of these samples."""
+
 LARGEST_RATIO = {FEW_TERMS: 0.45, MANY_TERMS: 0.8, OFFSET_TERMS: 0.45}
 """Largest crank ratio for which so many terms leave less than 3e-10 of the work of a pressure and
 of the square: the sums of all further orders, docs/method.md (107). With an offset it holds for
-lambda/(1 - lambda e/r), which has the singularities of both as close."""
+the `centred_ratio`."""
 
 
 @inlined
 def order_of(term: int) -> int:
     """Order of a term of the velocity without an offset."""
     return 2 * term if term > 0 else 1
+
+
+def centred_ratio(crank_ratio: Any, offset: Any) -> Any:
+    """Crank ratio without an offset whose velocity has its singularities as near.
+
+    They lie where lambda (sin(theta) - e/r) = +-1. `offset` is over the crank radius, e/r. Negative
+    or infinite where the crank cannot turn.
+    """
+    return crank_ratio / (1.0 - crank_ratio * abs(offset))
+
+
+centred_ratio_at = inlined(centred_ratio)
+"""`centred_ratio` of numbers, for kernels."""
 
 
 class Samples(NamedTuple):
@@ -89,12 +108,11 @@ def samples_of(terms: int) -> Samples:
     make them vanish too. With an offset by a discrete Fourier transform over a turn.
     """
     if terms == OFFSET_TERMS:
-        angle = 2.0 * math.pi * np.arange(TURN_SAMPLES) / TURN_SAMPLES
         weights, square_weights = (
-            2.0 / TURN_SAMPLES * curves_at(angle, *orders_of(terms, square))
+            2.0 / TURN_SAMPLES * curves_at(TURN_ANGLES, *orders_of(terms, square))
             for square in (False, True)
         )
-        return Samples(np.sin(angle), np.cos(angle), weights, square_weights)
+        return Samples(np.sin(TURN_ANGLES), np.cos(TURN_ANGLES), weights, square_weights)
     intervals = 3 * terms // 2
     angle = 0.5 * math.pi * np.arange(1, intervals) / intervals
     orders = 2.0 * np.arange(1, terms)
@@ -104,8 +122,10 @@ def samples_of(terms: int) -> Samples:
 
 def curves_at(angle: Floats, orders: Integers, cosines: Booleans) -> Floats:
     """Sines, or cosines where `cosines` says so, of all orders: shape (term, angle)."""
-    turns = np.multiply.outer(orders, angle)
-    return np.where(cosines[:, None], np.cos(turns), np.sin(turns))
+    found = np.empty((orders.size, angle.size))
+    for curve, of in ((np.sin, ~cosines), (np.cos, cosines)):
+        found[of] = curve(np.multiply.outer(orders[of], angle))
+    return found
 
 
 def orders_of(terms: int, square: bool) -> tuple[Integers, Booleans]:

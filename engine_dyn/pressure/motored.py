@@ -31,12 +31,18 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points, values_at
 from engine_dyn.pressure.family import Family, peaks_between
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = ["motored", "peak_of_cylinders", "peak_with_factor", "row_with_factor"]
+__all__ = [
+    "motored",
+    "peak_of_cylinders",
+    "peak_with_factor",
+    "pressures_of_rows",
+    "row_with_factor",
+]
 
 
 FIT_FROM, FIT_TO, JOINED = 80.0 * DEGREE, 30.0 * DEGREE, 50.0 * DEGREE
@@ -108,6 +114,18 @@ def _step(u: Floats) -> Floats:
 
 _motored: WeakKeyDictionary[Family, Family] = WeakKeyDictionary()
 _rows: WeakKeyDictionary[Family, dict[tuple[int, float], Diagram]] = WeakKeyDictionary()
+
+
+def pressures_of_rows(family: Family, rows: Integers, angle: Floats, factor: float) -> Floats:
+    """Pressure [Pa] of some rows of the family at the same angles [rad], shape (rows, angles).
+
+    `factor` is that of a cylinder on its pressure.
+    """
+    if isinstance(family, CycleTable):
+        return family.sampled(rows, angle, factor)[0]
+    found = np.empty((rows.size, angle.size))
+    values_at([row_with_factor(family, row, factor) for row in rows.tolist()], angle, found)
+    return found
 
 
 def row_with_factor(family: Family, row: int, factor: float) -> Diagram:

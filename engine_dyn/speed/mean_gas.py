@@ -20,7 +20,9 @@ from engine_dyn.geometry.cylinders import CylindersByCount, Member
 from engine_dyn.geometry.velocity_harmonics import (
     LARGEST_RATIO,
     MANY_TERMS,
+    TURN_ANGLES,
     TURN_SAMPLES,
+    centred_ratio,
     curves_at,
 )
 from engine_dyn.pressure.cycle_table import CycleTable
@@ -35,9 +37,6 @@ __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_t
 
 MANY_MEANS = 512
 """From so many on, mean torques are sums over samples of the velocity; the error is rounding."""
-
-SAMPLED_ANGLES = 2.0 * np.pi * np.arange(TURN_SAMPLES) / TURN_SAMPLES
-"""Angles [rad] of these samples."""
 
 ROWS_AT_ONCE = 64
 """Diagrams whose pressures are tabulated at a time."""
@@ -70,15 +69,14 @@ def mean_gas_torque(
     alone = np.ones(ratios.size, dtype=np.bool_)
     many = (ratios.size if tables is None else tables) >= MANY_MEANS
     if many and not isinstance(family, CycleTable):
-        # The singularities of a velocity with an offset are as close as those without at `like`.
-        like = ratios / (1.0 - ratios * np.abs(offsets))
-        together = (ratios >= 0.0) & (like >= 0.0) & (like <= LARGEST_RATIO[MANY_TERMS])
+        centred = centred_ratio(ratios, offsets)
+        together = (ratios >= 0.0) & (centred >= 0.0) & (centred <= LARGEST_RATIO[MANY_TERMS])
         alone = ~together
         found = np.empty(int(together.sum()))
         means = _means_of(family, member, rows_needed(places))
         mean_gas_of_samples(
             ratios[together], offsets[together], places[together], means,
-            np.sin(SAMPLED_ANGLES), np.cos(SAMPLED_ANGLES), found,
+            np.sin(TURN_ANGLES), np.cos(TURN_ANGLES), found,
         )  # fmt: skip
         result[together] = found
     if alone.any():
@@ -98,7 +96,7 @@ def _curves_of_samples(period: float) -> Floats:
     """
     orders = np.tile(np.arange(1, TURN_SAMPLES // 2), 2)
     cosines = np.repeat([False, True], orders.size // 2)
-    at_samples = curves_at(SAMPLED_ANGLES, orders, cosines)
+    at_samples = curves_at(TURN_ANGLES, orders, cosines)
     points = angles_of_cycle(period, FEWEST_NODES, 0.0)[2]
     together = np.einsum("ki,kp->ip", at_samples, curves_at(points, orders, cosines))
     return np.asarray(2.0 / TURN_SAMPLES * together)

@@ -155,7 +155,8 @@ def _lowest_of_two(one: Parabola, other: Parabola) -> float:
     root = math.sqrt(max(slope * slope - bend * square, 0.0))
     # Both roots of bend c^2 + 2 slope c + square, without the difference of near numbers.
     turned = -(slope + math.copysign(root, slope))
-    first, second = square / turned, turned / bend
     left, right = min(foot, foot_of_other), max(foot, foot_of_other)
-    meets = first if left <= first <= right else second
+    if turned != 0.0 and left <= square / turned <= right:
+        return square / turned
+    meets = turned / bend if bend != 0.0 else math.inf
     return meets if math.isfinite(meets) else 0.5 * (left + right)

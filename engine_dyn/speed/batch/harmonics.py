@@ -47,6 +47,7 @@ from engine_dyn.geometry.velocity_harmonics import (
     MANY_TERMS,
     OFFSET_TERMS,
     TURN_SAMPLES,
+    centred_ratio_at,
     curves_at,
     orders_of,
     samples_of,
@@ -55,7 +56,7 @@ from engine_dyn.geometry.velocity_harmonics import (
 from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.arguments import AngleLoad
-from engine_dyn.speed.batch.forms import Form
+from engine_dyn.speed.batch.forms import CONSTANT_LOAD, Form
 from engine_dyn.speed.batch.levels import (
     ALIAS_P,
     ALIAS_V,
@@ -85,6 +86,7 @@ from engine_dyn.speed.batch.levels import (
     V,
     aliased_beyond,
     fill_levels,
+    integral_of_quartic,
     make_levels,
 )
 from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE, LANES
@@ -106,6 +108,7 @@ from engine_dyn.speed.tables.work_tables import (
     make_grid,
     mean_of_half,
     steps_of,
+    take_cubic,
 )
 from engine_dyn.types import Booleans, Floats, Integers
 
@@ -159,6 +162,10 @@ UNIT, FIRST_SQUARE, SQUARE_WORKS, LOAD = 0, 1, 2, 3
 WORKS_BEFORE_ROWS = 4
 """Places in `Works`: the work of a pressure of 1; twice as many terms of the squared velocity, in
 two places; the work of a load over angle, as the first of the terms; behind them the diagrams."""
+
+WEIGHTS_OF_TERM = 3 + SQUARE_WORKS
+"""Weights of a lane for each term: of the two diagrams, of a pressure of 1, of the squares. The
+weight of a load over angle, where there is one, comes behind those of all terms."""
 
 OF_LOAD = 2
 BOUNDS_BEFORE_ROWS = 3
@@ -228,7 +235,8 @@ def interval_at(ratio: float, offset: float) -> int:
     if offset == 0.0:
         return number
     size = abs(offset)
-    if not (ratio <= RATIOS[FEW_INTERVALS] * (1.0 - ratio * size) and size <= OFFSETS[-1]):
+    # With the largest offset and ratio the centred ratio is positive.
+    if size > OFFSETS[-1] or centred_ratio_at(ratio, offset) > RATIOS[FEW_INTERVALS]:
         return BEYOND
     for i in range(len(OFFSETS) - 1):
         number += FEW_INTERVALS if size > OFFSETS[i] else 0
@@ -271,10 +279,9 @@ def store_term(
         mean += running
         mean_value += value[j]
         mean_coarse += value[j] if j % ratio == 0 else 0.0
-        running += width * (
-            0.5 * (value[j] + value[after]) + width / 12.0 * (slope[j] - slope[after])
-            + 8.0 / 15.0 * middle[j]
-        )  # fmt: skip
+        running += integral_of_quartic(
+            width, value[j], value[after], slope[j], slope[after], middle[j]
+        )
     # What is left over a period is the mean of the curve between its nodes, near rounding.
     drift = running / nodes
     mean = mean / nodes - drift * 0.5 * (nodes - 1)
@@ -351,7 +358,7 @@ def build_diagram(
         for j in range(nodes):
             value[j] -= mean
             middle[j] -= mean
-        take_middle(width, value, slope, middle)
+        take_cubic(width, value, slope, middle, middle)
         store_term(place, term, width, ratio, value, slope, middle, works)
 
 
@@ -370,15 +377,6 @@ def add_half(width: float, pressure: Floats, sine: Floats, first: int, works: Fl
     s2 = sine[third : third + nodes]
     for j in range(nodes):
         works[j] += width * mean_of_half(p0[j] * s0[j], p1[j] * s1[j], p2[j] * s2[j])
-
-
-@inlined
-def take_middle(width: float, value: Floats, slope: Floats, middle: Floats) -> None:
-    """Take off `middle` what the cubic Hermite interpolant has there, docs/method.md (52)."""
-    nodes = value.size
-    for j in range(nodes):
-        after = j + 1 if j + 1 < nodes else 0
-        middle[j] -= 0.5 * (value[j] + value[after]) + 0.125 * width * (slope[j] - slope[after])
 
 
 @kernel
@@ -417,7 +415,7 @@ def build_common(
         for j in range(nodes):
             value[j] -= mean
             middle[j] -= mean
-        take_middle(width, value, slope, middle)
+        take_cubic(width, value, slope, middle, middle)
         place = FIRST_SQUARE + (number - count) // count if square else UNIT
         store_term(place, number % count, width, ratio, value, slope, middle, works)
 
@@ -803,10 +801,22 @@ def make_own(nodes: int, refinement: int, works: Works, loaded: bool) -> Levels:
         chunk=np.zeros((coarse // CHUNK, NODE_FIELDS, LANES)),
         fine=works.fine,
         constants=np.zeros((CONSTANTS, LANES)),
-        mix=np.zeros(((3 + SQUARE_WORKS) * terms + loaded) * LANES),
+        mix=np.zeros((WEIGHTS_OF_TERM * terms + loaded) * LANES),
         units=np.zeros((coarse, 2, LANES)),
         windows=np.zeros((0, 0)),
     )
+
+
+@inlined
+def has_load(terms: int, mix: Floats) -> bool:
+    """Whether the weights of lanes have one for a load over angle, see `make_own`."""
+    return mix.size > load_weights(terms)
+
+
+@inlined
+def load_weights(terms: int) -> int:
+    """Place of the weights of a load over angle among those of the lanes, where there is one."""
+    return WEIGHTS_OF_TERM * terms * LANES
 
 
 @inlined
@@ -833,10 +843,10 @@ def weigh(lanes: int, inputs: Lanes, works: Works, mix: Floats) -> None:
             mix[row + k] = before[k] * velocity[row + k]
             mix[next_row + k] = behind[k] * velocity[row + k]
             mix[unit_row + k] = -crankcase[k] * velocity[row + k]
-    if mix.size > 5 * terms * LANES:
-        row = 5 * terms * LANES
+    if has_load(terms, mix):
+        weights = mix[load_weights(terms) :]
         for k in range(lanes):
-            mix[row + k] = inputs.loads[k]
+            weights[k] = inputs.loads[k]
 
 
 @inlined
@@ -975,8 +985,8 @@ def fill_coarse(
         for i in range(0, terms, SIDE):
             add_eight(before, n, i, i * LANES, lanes, mix, values, integrals)
             add_eight(behind, n, i, of_next + i * LANES, lanes, mix, values, integrals)
-        if mix.size > 5 * terms * LANES:
-            weights = mix[5 * terms * LANES :]
+        if has_load(terms, mix):
+            weights = mix[load_weights(terms) :]
             add_one(lanes, works.coarse[LOAD, n, 0, 0], weights, values)
             add_one(lanes, works.coarse[LOAD, n, 1, 0], weights, integrals)
         keep(lanes, values, integrals, coarse[n, P], coarse[n, WORK])
@@ -1004,8 +1014,8 @@ def own_pair(
         gas += fine[UNIT, place, column] * mix[row + 2 * terms * LANES]
         squares += fine[FIRST_SQUARE, place, column] * mix[row + 3 * terms * LANES]
         squares += fine[FIRST_SQUARE + 1, place, column] * mix[row + 4 * terms * LANES]
-    if mix.size > 5 * terms * LANES:
-        gas += fine[LOAD, place, pair * terms] * mix[5 * terms * LANES + k]
+    if has_load(terms, mix):
+        gas += fine[LOAD, place, pair * terms] * mix[load_weights(terms) + k]
     return gas, squares
 
 
@@ -1048,8 +1058,8 @@ def own_pairs(
         add_turned(fine[second], column, places, row, lanes, mix, turned, sums)
         row += terms * LANES
         add_turned(fine[UNIT], column, places, row, lanes, mix, turned, sums)
-    if mix.size > 5 * terms * LANES:
-        curve, weights = fine[LOAD], mix[5 * terms * LANES :]
+    if has_load(terms, mix):
+        curve, weights = fine[LOAD], mix[load_weights(terms) :]
         for k in range(lanes):
             sums[k] += curve[places[k], pair * terms] * weights[k]
     for k in range(lanes):
@@ -1120,10 +1130,10 @@ def fill_block(
         add_one(lanes, works.alias[FIRST_SQUARE, i], mix[row : row + LANES], of_squares)
         row += apart
         add_one(lanes, works.alias[FIRST_SQUARE + 1, i], mix[row : row + LANES], of_squares)
-    if mix.size > 5 * terms * LANES:
-        add_one(lanes, works.alias[LOAD, 0], mix[5 * terms * LANES :], of_gas)
+    if has_load(terms, mix):
+        add_one(lanes, works.alias[LOAD, 0], mix[load_weights(terms) :], of_gas)
     keep(lanes, of_gas, of_squares, constants[ALIAS_P], constants[ALIAS_V])
-    if len(form) > 1:
+    if len(form) >= CONSTANT_LOAD:
         fill_moments(form, lanes, coarse, constants)
 
 
@@ -1138,8 +1148,8 @@ def fill_bounds(
     shift = BOUNDS_BEFORE_ROWS - WORKS_BEFORE_ROWS
     bounds, numbers = works.chunk[interval], works.numbers[interval]
     here, after = first + shift, second + shift
-    loaded = levels.mix.size > 5 * works.coarse.shape[3] * LANES
-    of_load = OF_LOAD if loaded else 0  # no load has the weight 0
+    # Without a load its weight is 0.
+    of_load = OF_LOAD if has_load(works.coarse.shape[3], levels.mix) else 0
     for group in range(chunk.shape[0]):
         one, other, unit, load = (
             bounds[here, group], bounds[after, group], bounds[0, group], bounds[of_load, group]
@@ -1192,7 +1202,7 @@ def fill_moments(form: Form, lanes: int, coarse: Floats, constants: Floats) -> N
             constants[PP, k] += share * p * p
             constants[PV, k] += share * p * v
             constants[VV, k] += share * v * v
-        if len(form) == 2:
+        if len(form) == CONSTANT_LOAD:
             for k in range(lanes):
                 p, v = works[k], squares[k]
                 p2, v2 = share * p * p, share * v * v
