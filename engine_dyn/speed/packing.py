@@ -121,7 +121,9 @@ class Packed:
         """Return a part for kernels."""
         sizes = [len(p) for p in part.positions]
         of_table = np.any(self.strides[:, :TABLE_INPUTS], axis=1).tolist()
-        axes = range(len(sizes))
+        # The last axis is a line, see `inputs.take_designs`. A line of length 1 would cost half as
+        # much as solving its design.
+        axes = sorted(range(len(sizes)), key=lambda axis: sizes[axis] > 1)
         return Product(
             table_axes=np.array([a for a in axes if of_table[a]], dtype=np.int64),
             other_axes=np.array([a for a in axes if not of_table[a]], dtype=np.int64),
