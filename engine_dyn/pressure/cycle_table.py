@@ -12,7 +12,7 @@ combination alone.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -39,9 +39,6 @@ __all__ = ["CycleTable", "ModelledDiagram"]
 
 BYTES_KEPT = 100e6
 """Size of the rows that are kept beyond those of the last request."""
-
-MEMOS_KEPT, BYTES_OF_MEMO = 3, 40e6
-"""Samples of rows that are kept, because several tables of work need the same."""
 
 PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES. A place is the sum of a row and its fraction, which
@@ -112,7 +109,6 @@ class _State:
 
     def __init__(self) -> None:
         self.diagrams, self.rows = _Kept(), _Kept()
-        self.memos: dict[Hashable, Any] = {}
         self.threads = os.cpu_count() or 1
 
 
@@ -355,19 +351,6 @@ class CycleTable(Family):
         if "heat" in changes:
             changes["heat"] = np.zeros(self.combinations)
         return CycleTable.of(self.own, without, changes, several_axes=self.several_axes)
-
-    def remembered(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """Arrays that `make` gives, kept for the next call with this key; few are kept."""
-        memos = self._state.memos
-        if key in memos:
-            return memos[key]
-        made = make()
-        size = sum(array.nbytes for array in (made if isinstance(made, list) else [made]))
-        while memos and (len(memos) >= MEMOS_KEPT or size > BYTES_OF_MEMO):
-            memos.pop(next(iter(memos)))
-        if size <= BYTES_OF_MEMO:
-            memos[key] = made
-        return made
 
     def row(self, index: int) -> Diagram:
         """Diagram of one row; for many, see `curves`."""

@@ -15,7 +15,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.product import Product
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.tables.work_tables import Grid, make_grid
+from engine_dyn.speed.tables.pressure_grid import Grid, make_grid
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["Choice", "Curves", "Problem"]

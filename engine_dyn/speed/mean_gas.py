@@ -30,7 +30,8 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.mean_gas import mean_gas_of_samples, means_of_diagrams
 from engine_dyn.speed.tables.mean_gas import mean_gas_of_pairs
 from engine_dyn.speed.tables.node_counts import row_map, rows_needed
-from engine_dyn.speed.tables.work_tables import FEWEST_NODES, angles_of_cycle, make_grid
+from engine_dyn.speed.tables.pressure_grid import angles_of_cycle, make_grid
+from engine_dyn.speed.tables.work_tables import FEWEST_NODES
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]

@@ -30,8 +30,9 @@ from engine_dyn.speed.tables.node_counts import (
     row_map,
     rows_needed,
 )
+from engine_dyn.speed.tables.pressure_grid import Grid, make_grid
 from engine_dyn.speed.tables.torque_extremes import extremes_of_torque
-from engine_dyn.speed.tables.work_tables import TABLE_ROWS, Grid, make_grid, steps_per_cycle
+from engine_dyn.speed.tables.work_tables import TABLE_ROWS, steps_per_cycle
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["torque_extremes"]

@@ -10,7 +10,7 @@ from engine_dyn.geometry.cylinders import Member
 from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
 from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
-from engine_dyn.speed.tables.work_tables import FEW_ROWS, make_grid
+from engine_dyn.speed.tables.pressure_grid import make_grid
 from engine_dyn.types import Floats
 from sweeps.reading.engine_files import load_engine
 
@@ -85,7 +85,7 @@ def test_values_at_common_angles(family: Family) -> None:
 
 def test_grid_of_many_rows_is_that_of_each(family: Family) -> None:
     members = (Member(0.0, 1.0, 1.0), Member(2.0, 0.0, 1.0), Member(4.0, 0.7, 1.1))
-    rows = np.arange(20, 20 + 2 * FEW_ROWS)
+    rows = np.arange(20, 20 + 8)
     together = make_grid(family, rows, 720, members)
     for place, row in enumerate(rows):
         alone = make_grid(family, np.array([row]), 720, members)

@@ -24,17 +24,15 @@ from engine_dyn.loads.friction import (
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.speed.batch.levels import F_DP, F_IP, F_P
+from engine_dyn.speed.tables.pressure_grid import GAUSS_POINTS, Grid, steps_of
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
     GAS_WORK,
-    GAUSS_POINTS,
     SQUARE,
     TORQUE,
     Blend,
-    Grid,
     blended,
     mean_of_half,
-    steps_of,
     stroke_friction_weights,
 )
 from engine_dyn.types import Floats, Integers

@@ -46,7 +46,7 @@ from engine_dyn.speed.product import (
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.lookup import Ranges, blend_of, ranges_of
-from engine_dyn.speed.tables.work_tables import Grid
+from engine_dyn.speed.tables.pressure_grid import Grid
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Floats, Integers
 

@@ -93,21 +93,18 @@ from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE, LANES
 from engine_dyn.speed.pieces import run_pieces
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.load_over_angle import PLAIN_ROWS, join_load, keep_gas
+from engine_dyn.speed.tables.pressure_grid import HALVES_POINTS, Grid, make_grid, steps_of
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
     GAS_WORK,
     GAS_WORK_MIDDLE,
-    HALVES_POINTS,
     SHAPE,
     SQUARE,
     TABLE_ROWS,
     TORQUE,
     Blend,
-    Grid,
     bounds_of,
-    make_grid,
     mean_of_half,
-    steps_of,
     take_cubic,
 )
 from engine_dyn.types import Booleans, Floats, Integers

@@ -50,7 +50,7 @@ from engine_dyn.speed.results import Results
 from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.load_over_angle import join_load, keep_gas
 from engine_dyn.speed.tables.lookup import Ranges, blend_of, ranges_of
-from engine_dyn.speed.tables.work_tables import Grid
+from engine_dyn.speed.tables.pressure_grid import Grid, steps_of
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,
@@ -123,8 +123,8 @@ def solve_designs(
     """
     values, table, at, shared = product.values, scratch.table, scratch.at, scratch.shared
     nodes = table.shape[1]
-    periods = work_tables.steps_of(grid) // nodes
-    period = width * work_tables.steps_of(grid)
+    periods = steps_of(grid) // nodes
+    period = width * steps_of(grid)
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     loaded = over_angle.shape[1] > 0

@@ -7,7 +7,8 @@ import math
 from engine_dyn.compilation import kernel
 from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.speed.tables import work_tables
-from engine_dyn.speed.tables.work_tables import Blend, Grid
+from engine_dyn.speed.tables.pressure_grid import Grid
+from engine_dyn.speed.tables.work_tables import Blend
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_pairs"]

@@ -17,6 +17,8 @@ from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyStack
+from engine_dyn.pressure.memory import remembered
+from engine_dyn.speed.tables.pressure_grid import Grid, make_grid
 from engine_dyn.speed.tables.work_tables import (
     FEWEST_NODES,
     GAS_WORK,
@@ -26,10 +28,8 @@ from engine_dyn.speed.tables.work_tables import (
     QUINTIC,
     TABLE_ROWS,
     Blend,
-    Grid,
     bounds_of,
     build,
-    make_grid,
 )
 from engine_dyn.types import Booleans, Floats, Integers
 
@@ -156,7 +156,7 @@ def _nodes_of_examples(family: CycleTable, tolerance: float) -> int:
 def _nodes_of_rows(family: CycleTable, rows: Integers, tolerance: float) -> Integers:
     """As `_nodes_of_diagram`, of rows of a table."""
 
-    def find() -> Integers:
+    def find() -> tuple[Integers, ...]:
         nodes = np.full(rows.size, MOST_NODES)
         coarse, steps = np.arange(rows.size), FEWEST_NODES
         while steps < MOST_NODES and coarse.size:
@@ -174,9 +174,9 @@ def _nodes_of_rows(family: CycleTable, rows: Integers, tolerance: float) -> Inte
             nodes[coarse[enough]] = steps
             coarse = coarse[~enough]
             steps *= 2
-        return nodes
+        return (nodes,)
 
-    return np.asarray(family.remembered(("nodes", rows.tobytes(), tolerance), find))
+    return remembered(family, ("nodes", rows.tobytes(), tolerance), find)[0]
 
 
 @kernel

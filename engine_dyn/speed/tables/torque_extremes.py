@@ -24,6 +24,7 @@ from engine_dyn.speed.tables import work_tables
 from engine_dyn.speed.tables.extremes import refine
 from engine_dyn.speed.tables.load_over_angle import join_load, keep_gas
 from engine_dyn.speed.tables.lookup import blend_of
+from engine_dyn.speed.tables.pressure_grid import Grid
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
     GAS_WORK,
@@ -37,7 +38,6 @@ from engine_dyn.speed.tables.work_tables import (
     TORQUE,
     TORQUE_MIDDLE,
     TORQUE_SLOPE,
-    Grid,
 )
 from engine_dyn.types import Floats, Integers
 

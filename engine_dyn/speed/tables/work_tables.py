@@ -17,14 +17,9 @@ docs/method.md (34). Evenly firing equal cylinders need the curve of one.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
-
-import numpy as np
 
 from engine_dyn.compilation import formula, inlined, kernel, on_stack, wide_vectors
-from engine_dyn.geometry.cylinders import EQUAL, Member
 from engine_dyn.geometry.slider_crank import (
     offset_velocity_at,
     sine_of_top,
@@ -40,25 +35,21 @@ from engine_dyn.loads.friction import (
     varies_at,
     weighted_sum_at,
 )
-from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import Diagram, values_at
-from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import row_with_factor
-from engine_dyn.types import Floats, Integers
+from engine_dyn.speed.tables.pressure_grid import (
+    END_WEIGHT,
+    HALVES_POINTS,
+    MIDDLE_WEIGHT,
+    Grid,
+    steps_of,
+)
+from engine_dyn.types import Floats
 
 __all__ = [
-    "END_WEIGHT",
     "FEWEST_NODES",
-    "HALVES_POINTS",
-    "GAUSS_POINTS",
-    "MIDDLE_WEIGHT",
     "MOST_NODES",
     "Blend",
     "Cylinder",
-    "Grid",
-    "angles_of_cycle",
     "build",
-    "make_grid",
     "steps_per_cycle",
 ]
 
@@ -67,37 +58,6 @@ FEWEST_NODES = 720
 
 MOST_NODES = 23040
 """Largest number of nodes of a cycle: five doublings."""
-
-_THIRD = math.sqrt(0.15)
-GAUSS_POINTS = (0.5 - _THIRD, 0.5, 0.5 + _THIRD)
-END_WEIGHT, MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
-"""Three-point Gauss-Legendre quadrature on [0, 1], docs/method.md (49)."""
-
-HALVES_POINTS = 6
-"""Quadrature points of both halves of an interval. Arrays have the first of all intervals of a
-cylinder's cycle, then the second ones, and so on, so that loops over intervals become vectors."""
-
-
-class Grid(NamedTuple):
-    """Pressure of some diagrams at the nodes, the middles and the quadrature points of a cycle.
-
-    Arrays are (diagram, point). Sine and cosine are those of the same points. The points of the
-    representative cylinders follow each other, each at its own angles and pressure; `masses` and
-    `radii` have the factors on the mass and the crank radius of each cylinder.
-    """
-
-    at_node: Floats
-    slope_at_node: Floats
-    at_middle: Floats
-    at_quadrature: Floats
-    node_sine: Floats
-    node_cosine: Floats
-    middle_sine: Floats
-    middle_cosine: Floats
-    quadrature_sine: Floats
-    quadrature_cosine: Floats
-    masses: Floats
-    radii: Floats
 
 
 class Blend(NamedTuple):
@@ -171,132 +131,12 @@ def cylinder_of(
     return Cylinder(own_ratio, own_offset, radius, mass, top, upright, weights)
 
 
-@inlined
-def steps_of(grid: Grid) -> int:
-    """Nodes of a cycle."""
-    return grid.node_sine.size // grid.masses.size
-
-
 def steps_per_cycle(cylinders: int, fewest: int, pieces: int) -> int:
     """Nodes of a cycle: the least number from `fewest` on with a multiple of `pieces` per period.
 
     `pieces` is even, so that means over every other node tell whether a curve is resolved.
     """
     return -(-fewest // (pieces * cylinders)) * pieces * cylinders
-
-
-def make_grid(
-    family: Family,
-    rows: Integers,
-    steps: int,
-    members: tuple[Member, ...] = (EQUAL,),
-) -> Grid:
-    """Evaluate the diagrams `rows` of a family on a grid of `steps` intervals, from phi = 0 on.
-
-    `members` are the representative cylinders.
-    """
-    period = family.period
-    turns = _joined([_turns(period, steps, member.phase) for member in members])
-    masses = np.array([member.mass_factor for member in members])
-    radii = np.array([member.radius_factor for member in members])
-    if isinstance(family, CycleTable):
-        curves = family.remembered(
-            ("grid", rows.tobytes(), steps, members),
-            lambda: _sampled_rows(family, rows, steps, members),
-        )
-        return Grid(*(*curves, *turns, masses, radii))
-    if rows.size <= FEW_ROWS:
-        cached = [
-            _joined(
-                [
-                    _sampled(row_with_factor(family, row, m.pressure_factor), steps, m.phase)
-                    for m in members
-                ]
-            )
-            for row in rows.tolist()
-        ]
-        # A single diagram is not copied, because cached samples are only read.
-        curves = [
-            one[0][None] if len(one) == 1 else np.array(one) for one in zip(*cached, strict=True)
-        ]
-        return Grid(*(*curves, *turns, masses, radii))
-    count = len(members)
-    of_rows = [np.empty((rows.size, each * steps * count)) for each in (1, 1, 1, 6)]
-    for place, member in enumerate(members):
-        diagrams = [row_with_factor(family, row, member.pressure_factor) for row in rows.tolist()]
-        node, middle, quadrature = angles_of_cycle(period, steps, member.phase)
-        for out, angle, slopes in zip(
-            of_rows, (node, node, middle, quadrature), (False, True, False, False), strict=True
-        ):
-            mine = out[:, place * angle.size : (place + 1) * angle.size]
-            values_at(diagrams, angle, mine, slopes)
-    return Grid(*(*of_rows, *turns, masses, radii))
-
-
-def _sampled_rows(
-    family: CycleTable, rows: Integers, steps: int, members: tuple[Member, ...]
-) -> list[Floats]:
-    """As `_sampled` of many rows, those of all members behind each other."""
-    found: list[list[Floats]] = [[], [], [], []]
-    for member in members:
-        node, middle, quadrature = angles_of_cycle(family.period, steps, member.phase)
-        factor = member.pressure_factor
-        pieces = (
-            *family.sampled(rows, node, factor, slopes=True),
-            family.sampled(rows, middle, factor)[0],
-            family.sampled(rows, quadrature, factor)[0],
-        )
-        for whole, piece in zip(found, pieces, strict=True):
-            whole.append(piece)
-    return [one[0] if len(one) == 1 else np.concatenate(one, axis=1) for one in found]
-
-
-def _joined(of_members: list[tuple[Floats, ...]]) -> tuple[Floats, ...]:
-    """Arrays of all members: those of one kind follow each other."""
-    if len(of_members) == 1:
-        return of_members[0]
-    return tuple(np.concatenate(one) for one in zip(*of_members, strict=True))
-
-
-def angles_of_cycle(period: float, steps: int, phase: float) -> tuple[Floats, Floats, Floats]:
-    """Nodes, middles and quadrature points of a cycle, in the angle of a cylinder of this phase."""
-    width = period / steps
-    node: Floats = np.arange(steps, dtype=np.float64) * width
-    offsets = np.array([half + 0.5 * point for half in (0.0, 0.5) for point in GAUSS_POINTS])
-    quadrature: Floats = (node + offsets[:, None] * width).reshape(-1)
-    middle: Floats = np.asarray(node + 0.5 * width)
-    return node + phase, middle + phase, quadrature + phase
-
-
-@lru_cache(maxsize=16)
-def _turns(period: float, steps: int, phase: float) -> tuple[Floats, ...]:
-    """Sine and cosine of the nodes, the middles and the quadrature points."""
-    return tuple(
-        f(angle) for angle in angles_of_cycle(period, steps, phase) for f in (np.sin, np.cos)
-    )
-
-
-_kept: WeakKeyDictionary[Diagram, dict[tuple[int, float], tuple[Floats, ...]]] = WeakKeyDictionary()
-KEPT, LARGEST_KEPT, FEW_ROWS = 3, 3000, 4
-"""How many samplings of a diagram are cached, their largest number of nodes, and the number of rows
-up to which they are. Without the cache, a single design would spend most of its time on evaluating
-splines; for many rows, evaluating all of them together takes less."""
-
-
-def _sampled(diagram: Diagram, steps: int, phase: float) -> tuple[Floats, ...]:
-    """Pressure at the nodes, its slope there, pressure at middles and quadrature points."""
-    known = _kept.get(diagram)
-    if known is None:
-        known = _kept.setdefault(diagram, {})
-    if (steps, phase) not in known:
-        node, middle, quadrature = angles_of_cycle(diagram.period, steps, phase)
-        found = diagram(node), diagram.derivative(node), diagram(middle), diagram(quadrature)
-        if steps <= LARGEST_KEPT:
-            while len(known) >= KEPT:
-                known.pop(next(iter(known)))
-            known[steps, phase] = found
-        return found
-    return known[steps, phase]
 
 
 TABLE_ROWS = 14

@@ -1,0 +1,41 @@
+"""Arrays that follow from a family of diagrams, kept for whoever asks for the same next."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar, cast
+from weakref import WeakKeyDictionary
+
+import numpy.typing as npt
+
+from engine_dyn.pressure.family import Family
+
+__all__ = ["remembered"]
+
+Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
+
+MOST_KEPT, LARGEST_KEPT = 4, 40_000_000
+"""How many results of a family are kept, and how many bytes all of them may have together."""
+
+_kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arrays:
+    """Return the arrays of this key, or those that `make` gives. They must not be changed."""
+    with _lock:
+        known = _kept.get(family, {}).get(key)
+    if known is not None:
+        return cast("Arrays", known)
+    made = make()
+    with _lock:
+        kept = _kept.setdefault(family, {})
+        kept[key] = made
+        while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
+            kept.pop(next(iter(kept)))
+    return made
+
+
+def _bytes_of(kept: dict[Hashable, tuple[npt.NDArray[Any], ...]]) -> int:
+    return sum(array.nbytes for arrays in kept.values() for array in arrays)
