@@ -237,15 +237,10 @@ def _check_archive(path: Path) -> None:
 
 
 def _announce_compiling(quiet: bool) -> None:
-    """Print one line when kernels must be compiled, which takes a while."""
-    from engine_dyn.compilation import on_compiling
+    """Print one line when kernels must be compiled, which takes a while; nothing if `quiet`."""
+    from engine_dyn.compilation import COMPILING, on_compiling
 
-    if not quiet:
-        on_compiling(
-            lambda: click.echo(
-                "compiling kernels (once for this version; later runs start at once)", err=True
-            )
-        )
+    on_compiling(lambda: None if quiet else click.echo(COMPILING, err=True))
 
 
 def _shows_progress(quiet: bool) -> bool:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from engine_dyn.compilation import COMPILING
+
 ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(os.name == "nt", reason="needs Unix locks")]
@@ -42,6 +44,22 @@ def run(folder: Path, *words: str, **environment: str) -> list[str]:
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]), **environment},
     )  # fmt: skip
     return done.stdout.split()
+
+
+def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
+    (tmp_path / "module.py").write_text(MODULE)
+    command = [sys.executable, "-c", "from module import twice; twice(1.5); twice(1)"]
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }
+    first, second = (
+        subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stderr
+        for _ in range(2)
+    )
+    assert first == f"{COMPILING}\n"
+    assert second == ""
 
 
 def files(folder: Path) -> int:
