@@ -13,7 +13,7 @@ from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.mechanisms import OWN_CURVES, counted
-from engine_dyn.status import CONVERGED
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
 
@@ -63,6 +63,33 @@ def test_curves_from_harmonics_are_as_good_as_tables(
     for name in WANTED:
         np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
     np.testing.assert_allclose(many["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
+
+
+@pytest.mark.parametrize("cylinders", [1, 4])
+@pytest.mark.parametrize("exponent", [0.0, 1.6, 2.0])
+def test_masses_that_leave_hardly_any_inertia_somewhere(
+    family: Family, cylinders: int, exponent: float
+) -> None:
+    """Beyond some mass the variable inertia vanishes at some angle, also of engines that stop."""
+    inputs = designs(400, family, cylinders)
+    random = np.random.default_rng(2)
+    # sum v^2 falls below its mean by about half the number of cylinders.
+    share = random.uniform(0.0, 2.0, 400)
+    inputs["mass"] = share * inputs["inertia"] / (0.5 * cylinders * 0.05**2)
+    inputs["speed"] = random.uniform(1500.0, 4000.0, 400)
+    inputs["mean_torque"] = np.where(random.random(400) < 0.2, -1.0, 1.0) * inputs["mean_torque"]
+    many, known = (
+        dispatch.solve(
+            wanted=WANTED, exponent=exponent, inertia_model="variable", general=general, **inputs
+        )
+        for general in (False, True)
+    )
+    np.testing.assert_array_equal(many["status"], known["status"])
+    for status in (CONVERGED, NO_STEADY_STATE, INVALID_INPUT):
+        assert (many["status"] == status).sum() > 20, status
+    good = many["status"] == CONVERGED
+    for name in WANTED:
+        np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
 
 
 def with_offset(inputs: dict[str, Any], largest: float) -> dict[str, Any]:

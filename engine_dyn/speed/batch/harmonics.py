@@ -496,8 +496,8 @@ def widen_bound(
     numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
     numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
     # The work of a pressure of 1, and V, of many cylinders can vanish but for rounding.
-    least = ROUNDED if bound < BOUNDS_BEFORE_ROWS else 0.0
-    numbers[WORST] = max(numbers[WORST], aliased_beyond(least, levels.constants))
+    rounded = ROUNDED if bound < BOUNDS_BEFORE_ROWS else 0.0
+    numbers[WORST] = max(numbers[WORST], aliased_beyond(rounded, levels.constants))
     numbers[LEAST] = min(numbers[LEAST], BOUND * least)
 
 
