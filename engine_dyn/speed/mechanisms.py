@@ -39,7 +39,7 @@ MECHANISMS = (SHARED_TABLES, OWN_CURVES, GENERAL)
 
 MANY_TABLES, FEW_DESIGNS = 64, 64
 """From MANY_TABLES on, each for fewer designs than FEW_DESIGNS, no tables are built: each design
-adds up a curve of its own, see `harmonics`. Results then differ by some 1e-9."""
+adds up a curve of its own, see `own_curves`. Results then differ by some 1e-9."""
 
 
 def are_shared(tables: int, designs: int, special: bool) -> bool:

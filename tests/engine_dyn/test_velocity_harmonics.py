@@ -21,7 +21,7 @@ from engine_dyn.geometry.velocity_harmonics import (
     samples_of,
     squares_of,
 )
-from engine_dyn.speed.batch.harmonics import (
+from engine_dyn.speed.batch.work_harmonics import (
     CENTRED_INTERVALS,
     INTERVAL_COUNT,
     images_of,

@@ -12,7 +12,7 @@ from engine_dyn.compilation import (
     wide_vectors,
 )
 from engine_dyn.speed.arguments import Choice
-from engine_dyn.speed.batch import harmonics, traces
+from engine_dyn.speed.batch import own_curves, traces
 from engine_dyn.speed.batch.angles import Angles, fill_points
 from engine_dyn.speed.batch.block import solve_block
 from engine_dyn.speed.batch.forms import Form, Inertia
@@ -30,6 +30,7 @@ from engine_dyn.speed.batch.state import (
     with_state,
 )
 from engine_dyn.speed.batch.storage import note_deferred
+from engine_dyn.speed.batch.work_harmonics import LEAST, TORQUE_RANGE, Works, interval_at
 from engine_dyn.speed.fields import (
     CRANK_RATIO,
     INPUTS,
@@ -208,7 +209,7 @@ def keys_of(begin: int, end: int, rows: int, product: Product, keys: Integers) -
         add_offsets(index // designs, product.table_axes, asked, product, at)
         ratio = product.values[at[CRANK_RATIO]]
         row = int(math.floor(product.values[at[ROW]]))
-        interval = harmonics.interval_at(ratio, product.values[at[OFFSET_RATIO]])
+        interval = interval_at(ratio, product.values[at[OFFSET_RATIO]])
         keys[index - begin] = interval * rows + row if interval >= 0 else -1
 
 
@@ -226,7 +227,7 @@ def solve_by_harmonics(
     ratio: int,
     width: float,
     product: Product,
-    works: harmonics.Works,
+    works: Works,
     choice: Choice,
     results: Results,
     scratch: BlockScratch,
@@ -240,15 +241,15 @@ def solve_by_harmonics(
 
     `order` are places behind `begin` sorted by their `keys` (see `keys_of`), so that the designs of
     a block lie between the same two diagrams: `place_of` each row among the `works`. `levels` is
-    memory of `harmonics.make_own`. Other arguments as of `solve_by_table`.
+    memory of `own_curves.make_own`. Other arguments as of `solve_by_table`.
     """
     wide_vectors()
     lanes &= WHOLE
     places = scratch.places
     ratios, offsets, loads = on_stack(LANES), on_stack(LANES), on_stack(LANES)
     before, behind, crankcase = on_stack(LANES), on_stack(LANES), on_stack(LANES)
-    inputs = harmonics.Lanes(ratios, offsets, before, behind, crankcase, loads)
-    loaded = harmonics.has_load(works.coarse.shape[3], levels.mix)
+    inputs = own_curves.Lanes(ratios, offsets, before, behind, crankcase, loads)
+    loaded = own_curves.has_load(works.coarse.shape[3], levels.mix)
     for k in range(LANES):
         loads[k] = 0.0
     state = on_stack(STATE_SIZE)
@@ -271,14 +272,13 @@ def solve_by_harmonics(
         for k in range(LANES):
             state[FIRST_DIAGRAM + k] = first
             state[SECOND_DIAGRAM + k] = second
-        harmonics.fill_block(
+        own_curves.fill_block(
             form, lanes, interval, first, second, inputs, works, levels, state,
         )  # fmt: skip
         numbers = works.numbers[interval, 1]
         solve_block(
-            form, inertia, count, lanes, ratio, width,
-            numbers[harmonics.TORQUE_RANGE], numbers[harmonics.LEAST], DEFERRED, choice, results,
-            places, levels, block,
+            form, inertia, count, lanes, ratio, width, numbers[TORQUE_RANGE], numbers[LEAST],
+            DEFERRED, choice, results, places, levels, block,
         )  # fmt: skip
         for k in range(count):
             if note_deferred(k, places, results, state):

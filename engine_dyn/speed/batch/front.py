@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.speed.arguments import Choice, Problem
-from engine_dyn.speed.batch import harmonics, traces
+from engine_dyn.speed.batch import own_curves, traces, work_harmonics
 from engine_dyn.speed.batch.angles import Angles, make_angles
 from engine_dyn.speed.batch.driver import keys_of, solve_by_harmonics, solve_by_table, write_traces
 from engine_dyn.speed.batch.forms import ITERATED, Form, Inertia, form_of, inertia_of
@@ -159,15 +159,15 @@ class BatchSolver:
 
         run_pieces(keys.size, look, problem.threads, None, PIECE_IN_LANES, PIECE_IN_LANES)
         # Short numbers sort faster; the designs beyond all intervals, with key -1, come last.
-        small = np.min_scalar_type(harmonics.INTERVAL_COUNT * rows)
+        small = np.min_scalar_type(work_harmonics.INTERVAL_COUNT * rows)
         order = np.argsort(keys.astype(small), kind="stable")
-        few = 0 if finer else harmonics.FEW_INTERVALS * rows
+        few = 0 if finer else work_harmonics.FEW_INTERVALS * rows
         beyond_all = int(np.count_nonzero(keys < 0))
-        centred = harmonics.CENTRED_INTERVALS * rows
+        centred = work_harmonics.CENTRED_INTERVALS * rows
         first = 0
         for terms, limit in (
-            (harmonics.FEW_TERMS, few), (harmonics.MANY_TERMS, centred),
-            (harmonics.OFFSET_TERMS, harmonics.INTERVAL_COUNT * rows),
+            (work_harmonics.FEW_TERMS, few), (work_harmonics.MANY_TERMS, centred),
+            (work_harmonics.OFFSET_TERMS, work_harmonics.INTERVAL_COUNT * rows),
         ):  # fmt: skip
             last = int(np.count_nonzero(keys < limit)) - beyond_all
             if first < last:
@@ -189,7 +189,7 @@ class BatchSolver:
         form, inertia = self._form()
         iterated = len(form) >= ITERATED
         all_deferred: list[Integers] = []
-        with harmonics.curves_of(
+        with work_harmonics.curves_of(
             problem.family, members, problem.nodes * problem.repeats, problem.nodes, problem.width,
             self.refinement, terms, problem.load,
         ) as curves:  # fmt: skip
@@ -202,7 +202,7 @@ class BatchSolver:
 
                 def job(
                     one: int, other: int, chosen: Integers = chosen,
-                    curves: harmonics.Curves = curves,
+                    curves: work_harmonics.Curves = curves,
                 ) -> None:  # fmt: skip
                     deferred = np.empty(other - one, dtype=np.int64)
                     without_table = make_block_scratch(0, 0, 1)
@@ -211,7 +211,7 @@ class BatchSolver:
                         form, inertia, begin, chosen[one:other], keys, rows, curves.place_of,
                         rows - 1, LANES, self.refinement, problem.width, problem.product,
                         curves.works, problem.choice, problem.results, without_table, block,
-                        harmonics.make_own(
+                        own_curves.make_own(
                             problem.nodes, self.refinement, curves.works, problem.load is not None
                         ),
                         deferred,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.compilation import inlined
-from engine_dyn.speed.batch.harmonics import Lanes
+from engine_dyn.speed.batch.own_curves import Lanes
 from engine_dyn.speed.batch.scratch import BlockScratch
 from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.fields import (

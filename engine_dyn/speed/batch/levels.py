@@ -128,9 +128,9 @@ class Levels(NamedTuple):
     `coarse` is (coarse node, NODE_FIELDS), `chunk` the largest deviations of a chunk of them,
     `fine` (fine node, FINE_FIELDS) with one coarse interval before the first node and behind the
     last, so that nobody wraps. `mix` (weight, lane), flat, are the numbers by which lanes with
-    curves of their own add them up, see `harmonics`, and `units` is memory for that; both are empty
-    for a table. `windows` (WINDOW_ROWS, fine node) is memory for the search for ripple, empty for
-    lanes with curves of their own.
+    curves of their own add them up, see `own_curves`, and `units` is memory for that; both are
+    empty for a table. `windows` (WINDOW_ROWS, fine node) is memory for the search for ripple, empty
+    for lanes with curves of their own.
     """
 
     coarse: Floats
