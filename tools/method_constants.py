@@ -24,6 +24,7 @@ from scipy.special import binom, iv
 
 WHERE = {
     "work tables": "engine_dyn.speed.tables.work_tables",
+    "pressure grid": "engine_dyn.speed.tables.pressure_grid",
     "extrema": "engine_dyn.speed.tables.extremes",
     "segments": "engine_dyn.speed.general.segments",
     "stiff": "engine_dyn.speed.general.stiff",
@@ -54,8 +55,8 @@ def numbers_in(function: Callable[..., Any]) -> list[float]:
 def gauss_points() -> list[Row]:
     """Three-point Gauss-Legendre on [0, 1]."""
     node, weight = np.polynomial.legendre.leggauss(3)
-    points = of_code("work tables", "GAUSS_POINTS")
-    end, middle = of_code("work tables", "END_WEIGHT"), of_code("work tables", "MIDDLE_WEIGHT")
+    points = of_code("pressure grid", "GAUSS_POINTS")
+    end, middle = of_code("pressure grid", "END_WEIGHT"), of_code("pressure grid", "MIDDLE_WEIGHT")
     weights = (end, middle, end)
     rows = [
         ("(49)", f"Gauss point {i + 1}", 0.5 * (1.0 + node[i]), points[i], 1e-15) for i in range(3)
