@@ -62,7 +62,6 @@ class LawInput(NamedTuple):
 
 
 INPUTS = (
-    LawInput("gear_ratio", "1", "speed of the load's shaft over the crank's", 1.0, "load_gear"),
     LawInput(
         "synchronous_speed", "rad/s", "synchronous speed of the driving motor", 1.0,
         "synchronous_speed",
@@ -73,10 +72,11 @@ INPUTS = (
     ),
     LawInput("load_linear", "N m s", "b of the load k (b omega + c omega^2)", 0.0, "load_linear"),
     LawInput("load_square", "N m s2", "c of the load k (b omega + c omega^2)", 0.0, "load_square"),
+    LawInput("gear_ratio", "1", "speed of the load's shaft over the crank's", 1.0, "load_gear"),
 )  # fmt: skip
 """Inputs of laws, in the order of their places; the exponent is an input of its own."""
 
-GEAR_RATIO, SYNCHRONOUS_SPEED, BREAKDOWN_SLIP, LOAD_LINEAR, LOAD_SQUARE = range(len(INPUTS))
+SYNCHRONOUS_SPEED, BREAKDOWN_SLIP, LOAD_LINEAR, LOAD_SQUARE, GEAR_RATIO = range(len(INPUTS))
 
 
 class PowerForm(NamedTuple):

@@ -18,7 +18,15 @@ from engine_dyn.speed.results import Results
 from engine_dyn.speed.tables.pressure_grid import Grid, make_grid
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Choice", "Curves", "Problem"]
+__all__ = ["ANY_EXPONENT", "Choice", "Curves", "Problem", "kind_of_law"]
+
+ANY_EXPONENT, MOTOR, LINEAR_SQUARE, OTHER_LAW = 3, 4, 5, 6
+"""Kinds of law (see `Choice`): exponents other than 0, 1 and 2, and laws that are no power."""
+
+
+def kind_of_law(law: str) -> int:
+    """Kind of a law that is no power of the speed, see `Choice`."""
+    return {"motor": MOTOR, "linear_square": LINEAR_SQUARE}.get(law, OTHER_LAW)
 
 
 class Choice(NamedTuple):
@@ -29,8 +37,8 @@ class Choice(NamedTuple):
     method : int
         Code of `engine_dyn.speed.methods`.
     kind : int
-        Class of the load's exponent: 0, 1 or 2 for these, 3 for any other, 4 for a law that is no
-        power of the speed.
+        Class of the law over speed: 0, 1 or 2 for these exponents, `ANY_EXPONENT` for any other,
+        else as of `kind_of_law`.
     variable : bool
         Whether the inertia varies over the crank angle.
     closure : int

@@ -21,7 +21,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.arguments import AngleLoad, Choice, Problem
+from engine_dyn.speed.arguments import ANY_EXPONENT, MOTOR, AngleLoad, Choice, Problem, kind_of_law
 from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
 from engine_dyn.speed.batch.levels import CHUNK
 from engine_dyn.speed.broadcasting import (
@@ -67,9 +67,6 @@ NO_EXPONENT = 5e-8
 """Exponents up to this are solved as their limit 0, docs/method.md (58). The speeds differ by
 alpha/2 times the variance of log omega, which is 2e-9 for a speed that nearly falls to 0; rounding
 of q^(alpha/2) - 1 would cost as much."""
-
-ANY_EXPONENT, NO_POWER = 3, 4
-"""Kinds of exponent (see `Choice`): any other than 0, 1 and 2, and a law that is no power."""
 
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
@@ -134,7 +131,7 @@ class Sweep:
         return [
             self.methods,
             self.models,
-            _kinds(exponent) if driven.power_law else np.full((1,) * rank, NO_POWER),
+            _kinds(exponent) if driven.power_law else np.full((1,) * rank, kind_of_law(driven.law)),
             is_steep(exponent),
             fewest_nodes(self.family, self.row, self.tolerance),
             repeats_of_load(driven.over_angle, gear, period),
@@ -208,7 +205,7 @@ def solve(
         angle, where these designs are a block of it, because blocks must not decide for themselves
         how tables are made. The numbers of these designs unless given; the last may be missing.
     driven : DrivenMachine
-        Load over angle, load over speed or driver; these need the general solver.
+        Load over angle, load over speed or driver; tables over speed need the general solver.
     **inputs : array_like
         SI values, all broadcasting, of the names in `engine_dyn.speed.fields`, which has their
         units, meanings and defaults. Where `scale`, the factor on the pressure, is NaN, a design
@@ -381,17 +378,18 @@ def _problem_of(
     # Torque and load repeat together as often as both do.
     times = math.gcd(cylinders.symmetry, repeats)
     mechanism = GENERAL
-    # The second of two solutions has to be finer, which for other exponents only the general solver
-    # is.
-    if not sweep.general and (iterated is None or kind != ANY_EXPONENT):
+    # The second of two solutions has to be finer, which for other exponents and laws only the
+    # general solver is.
+    if not sweep.general and (iterated is None or kind < ANY_EXPONENT):
         mechanism = mechanism_of(
-            choice, sweep.driven.plain, sweep.shared, sweep.angles.size > 0, cylinders.equal_throws,
-            sweep.load is not None,
+            choice, sweep.driven.over_angle is not None, sweep.shared, sweep.angles.size > 0,
+            cylinders.equal_throws, sweep.load is not None,
         )  # fmt: skip
     refinement = 0
     if mechanism != GENERAL:
         own = mechanism == OWN_CURVES
-        steep_curve = bool(steep) or sweep.load is not None  # loads over angle have corners
+        # Loads over angle have corners, and the torque of a motor is steep.
+        steep_curve = bool(steep) or sweep.load is not None or kind == MOTOR
         refinement = refinement_for(cylinders, steep_curve, kind, own, times, fewest)
     if not refinement:
         mechanism = GENERAL
@@ -457,6 +455,6 @@ def _common_load(
         return None
     gear_ratio, phase = np.asarray(inputs["gear_ratio"]), np.asarray(inputs["load_phase"])
     tables, designs, angles = (*sharing, gear_ratio.size * phase.size)[:3]
-    if not is_common(driven.power_law, angles, tables, designs, special):
+    if not is_common(driven.over_speed is None, angles, tables, designs, special):
         return None
     return AngleLoad(driven.angle_table, float(gear_ratio.flat[0]), float(phase.flat[0]))

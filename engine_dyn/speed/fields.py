@@ -29,6 +29,7 @@ __all__ = [
     "INPUTS",
     "LOAD_PHASE",
     "LOAD_SCALE",
+    "LOAD_SQUARE",
     "MASS",
     "MEAN_TORQUE",
     "MIXED_FRICTION",
@@ -122,8 +123,8 @@ SKIRT_FRICTION = _field(
 RING_PRESSURE = _field(
     "ring_pressure", "Pa", "contact pressure of the rings without gas", 0.0, of_tables=True
 )
-# The eight from here to MEAN_TORQUE are, in this order, the first rows of the batch solver's
-# memory; a test compares both.
+# Those from here to LOAD_SQUARE are, in this order, the first rows of the batch solver's memory; a
+# test compares both.
 BORE = _field("bore", "m", "diameter of the cylinder")
 DOUBLE_RADIUS = _field(
     "double_radius", "m", "two crank radii: the stroke where the pin has no offset"
@@ -141,6 +142,14 @@ OFFSET = _field(
 MEAN_TORQUE = _field(
     "mean_torque", "N m", "mean torque over the cycle", quantity="torque_mean", of_speed_alone=True
 )
+FIRST_OF_LAWS = len(_FIELDS)
+"""From here on are those of laws over speed, `engine_dyn.loads.laws.INPUTS`."""
+
+for _input in laws.INPUTS:
+    _field(_input.name, _input.unit, _input.meaning, _input.default, quantity=_input.quantity)
+
+LOAD_SQUARE = FIRST_OF_LAWS + laws.LOAD_SQUARE
+GEAR_RATIO = FIRST_OF_LAWS + laws.GEAR_RATIO
 FRICTION_TORQUE = _field("friction_torque", "N m", "mean friction torque, positive")
 START_SPEED = _field(
     "start_speed", "rad/s", "speed at which repeated cycles start; 0: nominal", 0.0,
@@ -156,14 +165,6 @@ LOAD_PHASE = _field("load_phase", "rad", "angle of the load at firing dead centr
 LOAD_SCALE = _field(
     "load_scale", "1", "factor on a load over angle", 1.0, quantity="load_table_factor"
 )
-FIRST_OF_LAWS = len(_FIELDS)
-"""From here to the last input they are those of laws over speed, `engine_dyn.loads.laws.INPUTS`."""
-
-for _input in laws.INPUTS:
-    _field(_input.name, _input.unit, _input.meaning, _input.default, quantity=_input.quantity)
-
-GEAR_RATIO = FIRST_OF_LAWS + laws.GEAR_RATIO
-
 FIELDS = tuple(_FIELDS)
 """All inputs, in the order of their places."""
 

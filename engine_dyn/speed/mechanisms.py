@@ -56,23 +56,23 @@ def are_shared(tables: int, designs: int, special: bool) -> bool:
     return tables < MANY_TABLES or designs >= FEW_DESIGNS or special
 
 
-def is_common(power_law: bool, angles: int, tables: int, designs: int, special: bool) -> bool:
+def is_common(known: bool, angles: int, tables: int, designs: int, special: bool) -> bool:
     """Whether a load over angle may be a part of own curves.
 
     Parameters
     ----------
-    power_law : bool
-        Whether the rest of the load is one over speed, a + k omega^alpha.
+    known : bool
+        Whether the batch solver knows the law over speed: there is no table of it.
     angles : int
         Number of different angles of the load: gear ratios times phases.
     tables, designs, special
         As of `are_shared`.
     """
-    return power_law and angles == 1 and tables * designs >= MANY_TABLES and not special
+    return known and angles == 1 and tables * designs >= MANY_TABLES and not special
 
 
 def mechanism_of(
-    choice: Choice, plain: bool, shared: bool, curves: bool, equal_throws: bool,
+    choice: Choice, over_angle: bool, shared: bool, curves: bool, equal_throws: bool,
     angle_load: bool = False,
 ) -> str:  # fmt: skip
     """Return the mechanism that solves the designs of a part, one of `MECHANISMS`.
@@ -81,8 +81,8 @@ def mechanism_of(
     ----------
     choice : Choice
         What all designs of the part have in common.
-    plain : bool
-        Whether there is neither a load over angle, nor one over speed, nor a driver.
+    over_angle : bool
+        Whether there is a load over angle.
     shared : bool
         See `are_shared`.
     curves : bool
@@ -90,14 +90,14 @@ def mechanism_of(
     equal_throws : bool
         Whether all crank radii are the engine's.
     angle_load : bool
-        Whether there is a load over angle that own curves can contain, see `is_common`. Tables do
-        not contain it.
+        Whether own curves can contain the load over angle, see `is_common`. Tables do not contain
+        it.
     """
     if not (METHODS[choice.method].in_batch and can_solve(choice, curves)):
         return GENERAL
     if angle_load:
         return OWN_CURVES if equal_throws and not curves else GENERAL
-    if not plain:
+    if over_angle:
         return GENERAL
     return SHARED_TABLES if shared or curves or not equal_throws else OWN_CURVES
 

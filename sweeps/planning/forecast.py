@@ -138,11 +138,14 @@ def table_count(plan: Plan, stage: Stage) -> int:
 def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float) -> str:
     """Return what solves the designs of a stage, one of `engine_dyn.speed.mechanisms`."""
     # Kernels are imported with it, which a plan without a solution does not need.
-    from engine_dyn.speed.arguments import Choice
+    from engine_dyn.speed.arguments import ANY_EXPONENT, Choice, kind_of_law
     from engine_dyn.speed.mechanisms import are_shared, is_common, mechanism_of
 
     scene, words = plan.scene, variant_words(plan.scene)
-    kind = {0.0: 0, 1.0: 1, 2.0: 2}.get(exponent, 3)
+    kind = {0.0: 0, 1.0: 1, 2.0: 2}.get(exponent, ANY_EXPONENT)
+    machine = driven_machine(scene)
+    if not machine.power_law:
+        kind = kind_of_law(machine.law)
     choice = Choice(
         METHOD_NAMES.index(method), kind, model == "variable", CLOSURES.index(scene.closure),
         scene.tolerance, 0.0,
@@ -150,12 +153,11 @@ def mechanism(plan: Plan, stage: Stage, method: str, model: str, exponent: float
     special = "uniform_friction" not in words or "own_cycles" in words
     curves = any(name in CURVE_NAMES for name in plan.wanted(stage))
     tables, designs, angles = plan.leaves["sharing"].data
-    machine = driven_machine(scene)
     angle_load = machine.over_angle is not None and is_common(
-        machine.power_law, angles, tables, designs, special
+        machine.over_speed is None, angles, tables, designs, special
     )
     return mechanism_of(
-        choice, machine.plain, are_shared(tables, designs, special), curves,
+        choice, machine.over_angle is not None, are_shared(tables, designs, special), curves,
         "equal_throws" in words, angle_load,
     )  # fmt: skip
 

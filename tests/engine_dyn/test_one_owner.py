@@ -28,17 +28,21 @@ def test_codes_of_methods_are_their_places() -> None:
 
 
 def test_rows_of_the_state_are_the_inputs_of_kernels() -> None:
-    """The batch solver copies inputs BORE to MEAN_TORQUE into its first rows by their places."""
+    """The batch solver copies inputs BORE to LOAD_SQUARE into its first rows by their places."""
     rows = (
         state.BORE, state.DOUBLE_RADIUS, state.MASS, state.SPEED, state.INERTIA, state.EXPONENT,
-        state.OFFSET, state.MEAN_TORQUE,
+        state.OFFSET, state.MEAN_TORQUE, state.SYNCHRONOUS_SPEED, state.BREAKDOWN_SLIP,
+        state.LOAD_LINEAR, state.LOAD_SQUARE,
     )  # fmt: skip
     inputs = (
         fields.BORE, fields.DOUBLE_RADIUS, fields.MASS, fields.SPEED, fields.INERTIA,
         fields.EXPONENT, fields.OFFSET, fields.MEAN_TORQUE,
+        *(fields.INPUT_NAMES.index(name) for name in (
+            "synchronous_speed", "breakdown_slip", "load_linear", "load_square",
+        )),
     )  # fmt: skip
     assert [row // state.LANES for row in rows] == [place - fields.BORE for place in inputs]
-    assert len(rows) == fields.MEAN_TORQUE + 1 - fields.BORE
+    assert len(rows) == fields.LOAD_SQUARE + 1 - fields.BORE
 
 
 def test_places_of_rows_are_those_of_their_names() -> None:
@@ -50,10 +54,12 @@ def test_places_of_rows_are_those_of_their_names() -> None:
 
 
 def test_places_of_inputs_are_those_of_their_names() -> None:
-    for name in fields.INPUT_NAMES[: fields.FIRST_OF_LAWS]:
-        assert fields.INPUT_NAMES[getattr(fields, name.upper())] == name
     own = tuple(law_input.name for law_input in laws.INPUTS)
-    assert fields.INPUT_NAMES[fields.FIRST_OF_LAWS :] == own
+    last = fields.FIRST_OF_LAWS + len(own)
+    for name in fields.INPUT_NAMES[: fields.FIRST_OF_LAWS] + fields.INPUT_NAMES[last:]:
+        assert fields.INPUT_NAMES[getattr(fields, name.upper())] == name
+    assert fields.INPUT_NAMES[fields.FIRST_OF_LAWS : last] == own
+    assert fields.INPUT_NAMES[fields.LOAD_SQUARE] == "load_square"
     assert fields.INPUT_NAMES[fields.GEAR_RATIO] == "gear_ratio"
     assert fields.INPUT_NAMES[: fields.TABLE_INPUTS] == fields.TABLE_NAMES
     assert set(fields.FRICTION_NAMES) <= set(fields.TABLE_NAMES)

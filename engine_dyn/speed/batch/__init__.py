@@ -4,7 +4,7 @@ The problem is that of the general solver (same symbols), with the power mean as
 
     constant inertia:   u = X - y,                          u = q - 1,  X = g P - eta V,
     variable inertia:   u = (X - y)/tau,                    tau = 1 + eta V,
-    y' = kappa (F - 1),   F = q^a,   a = alpha/2.
+    y' = kappa (F - 1),   F = q^a,   a = alpha/2 = F'(1).
 
 Here y is what the load takes, less the constant c of the closure. It is split into its linear part
 and a nonlinear remainder of second order, y' + beta y = beta X + kappa r with beta = a kappa and
@@ -26,6 +26,7 @@ iteration     the nonlinear remainder
 constant_load exponent 0
 closures      constants of the closures, mean speeds, cycle times
 powers        series of powers, roots and logarithms
+rational      laws that are rational functions of the speed: a motor, b omega + c omega^2
 candidates    at which coarse nodes the extremes can be
 intervals     the search for an extreme beside one coarse node
 extrema       the extremes, and the estimate of their error

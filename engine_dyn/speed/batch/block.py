@@ -44,8 +44,8 @@ def solve_block(
         state[SCALE_MOVES + k] = 0.0
     for _ in range(MOST_SCALES):
         reduce_inputs(
-            form, inertia, step, coarse, shape, least_square, invalid, levels.constants, lanes,
-            state,
+            form, inertia, choice.kind, step, coarse, shape, least_square, invalid,
+            levels.constants, lanes, state,
         )  # fmt: skip
         if len(form) != CONSTANT_LOAD:  # exponent 0 has no load that its work would drive
             end_of_period(step, lanes, levels.coarse, levels.constants, state)

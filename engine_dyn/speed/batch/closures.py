@@ -61,6 +61,7 @@ __all__ = [
     "fill_mean_speed",
     "mark_beyond_series",
     "next_energy_scale",
+    "terms_of_power",
 ]
 
 MOST_SCALES, SCALE_STEP = 8, 1e-9
@@ -69,28 +70,30 @@ at which it is found."""
 
 
 @formula
-def alias_of_mean(
-    b: float, logarithm: bool, variable: bool, first: bool, g: float, eta: float, c: Floats
-) -> float:
-    """Mean of q^b, or log q, over the fine less that over the coarse nodes, without the load.
+def terms_of_power(b: float) -> tuple[float, float, float]:
+    """Coefficients of u^2, u^3 and u^4 in (q^b - 1)/b, and those of log q for b = 0."""
+    second = 0.5 * (b - 1.0)
+    third = second * (b - 2.0) / 3.0
+    return second, third, third * (b - 3.0) * 0.25
 
-    docs/method.md (114): Taylor's series to fourth order in X, or in g P and eta V; `first` says
-    whether the first order counts. `c` are the table's constants.
+
+@formula
+def alias_of_mean(
+    b2: float, b3: float, b4: float, variable: bool, first: bool, g: float, eta: float, c: Floats
+) -> float:
+    """Mean of u + b2 u^2 + b3 u^3 + b4 u^4 over the fine less that over the coarse nodes.
+
+    docs/method.md (114), without the load, to fourth order; `first` says whether the first order
+    counts. `c` are the table's constants.
     """
-    # q^b = (1 + g P)^b (1 + eta V)^-b with variable inertia, else (1 + g P - eta V)^b.
-    b1, b2 = b, 0.5 * b * (b - 1.0)
-    b3 = b2 * (b - 2.0) / 3.0
-    b4 = b3 * (b - 3.0) * 0.25
-    n1, n2 = -b, 0.5 * b * (b + 1.0)
-    n3 = -n2 * (b + 2.0) / 3.0
-    n4 = -n3 * (b + 3.0) * 0.25
-    m11, m21, m12, m31, m22, m13 = b1 * n1, b2 * n1, b1 * n2, b3 * n1, b2 * n2, b1 * n3
-    if logarithm:
-        b1, b2, b3, b4 = 1.0, -0.5, 1.0 / 3.0, -0.25
-        n1, n2, n3, n4 = -1.0, 0.5, -1.0 / 3.0, 0.25
-        m11 = m21 = m12 = m31 = m22 = m13 = 0.0
+    # Coefficients of eta V, of its powers, and of products; u is (g P - eta V)/(1 + eta V) with
+    # variable inertia, else g P - eta V.
+    n1, n2, n3, n4 = -1.0, 1.0 + b2, -1.0 - 2.0 * b2 - b3, 1.0 + 3.0 * (b2 + b3) + b4
+    m11, m21, m12 = -1.0 - 2.0 * b2, -2.0 * b2 - 3.0 * b3, 1.0 + 4.0 * b2 + 3.0 * b3
+    m31, m22 = -3.0 * b3 - 4.0 * b4, 3.0 * b2 + 9.0 * b3 + 6.0 * b4
+    m13 = -1.0 - 6.0 * b2 - 9.0 * b3 - 4.0 * b4
     if not variable:
-        n1, n2, n3, n4 = b1, b2, b3, b4
+        n1, n2, n3, n4 = 1.0, b2, b3, b4
         m11, m21, m12 = 2.0 * b2, 3.0 * b3, 3.0 * b3
         m31, m22, m13 = 4.0 * b4, 6.0 * b4, 4.0 * b4
     e = eta if variable else -eta
@@ -101,7 +104,7 @@ def alias_of_mean(
         m11 * c[ALIAS_PV] + g * (m21 * c[ALIAS_PPV] + g * m31 * c[ALIAS_PPPV])
         + e * (m12 * c[ALIAS_PVV] + e * m13 * c[ALIAS_PVVV]) + g * e * m22 * c[ALIAS_PPVV]
     )  # fmt: skip
-    return total + (b1 * g * c[ALIAS_P] + n1 * e * c[ALIAS_V] if first else 0.0)
+    return total + (g * c[ALIAS_P] + n1 * e * c[ALIAS_V] if first else 0.0)
 
 
 @formula
@@ -260,12 +263,13 @@ def fill_cycle_time(
     for k in range(lanes):
         g, eta = state[GAS_FACTOR + k], state[ETA + k]
         if constants.ndim == 2:
-            seen = -0.5 * (g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k])
+            seen = g * constants[ALIAS_P, k] - eta * constants[ALIAS_V, k]
         else:
+            b2, b3, b4 = terms_of_power(-0.5)
             seen = alias_of_mean(
-                -0.5, False, len(inertia) == VARIABLE_INERTIA, True, g, eta, constants
+                b2, b3, b4, len(inertia) == VARIABLE_INERTIA, True, g, eta, constants
             )
-        state[CYCLE_TIME + k] = state[CYCLE_TIME + k] / nodes + seen
+        state[CYCLE_TIME + k] = state[CYCLE_TIME + k] / nodes - 0.5 * seen
 
 
 @inlined

@@ -19,8 +19,8 @@ from engine_dyn.speed.batch.state import (
     ETA,
     EXTREME,
     EXTREME_ERROR,
-    HALF_EXPONENT,
     LANES,
+    LAW_BEND,
     MAX_COUNT,
     MAX_LAST_CHUNK,
     MAX_NODE,
@@ -96,7 +96,7 @@ def products_missed(
         missed = (
             min(1.0, state[BETA + k] * period / math.pi + missed * span) * state[MEAN_SQUARE + k]
         )
-    bent = 0.125 + 0.25 * abs(state[HALF_EXPONENT + k] - 1.0) + (0.375 if timed else 0.0)
+    bent = 0.125 + 0.25 * abs(state[LAW_BEND + k]) + (0.375 if timed else 0.0)
     return bent * missed * constant(constants, ALIASED, k)
 
 

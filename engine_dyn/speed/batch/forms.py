@@ -17,6 +17,7 @@ __all__ = [
     "LINEAR",
     "OF_CONSTANT_INERTIA",
     "PROPORTIONAL",
+    "RATIONAL",
     "SQUARE_ROOT",
     "VARIABLE_INERTIA",
     "Form",
@@ -26,15 +27,16 @@ __all__ = [
 ]
 
 Form = tuple[int, ...]
-"""Tuple with the length LINEAR, CONSTANT_LOAD, SQUARE_ROOT, PROPORTIONAL or ANY_POWER."""
+"""Tuple whose length is one of LINEAR to RATIONAL."""
 
 Inertia = tuple[int, ...]
 """Tuple with the length CONSTANT_INERTIA or VARIABLE_INERTIA."""
 
-LINEAR, CONSTANT_LOAD, SQUARE_ROOT, PROPORTIONAL, ANY_POWER = 1, 2, 3, 4, 5
+LINEAR, CONSTANT_LOAD, SQUARE_ROOT, PROPORTIONAL, ANY_POWER, RATIONAL = 1, 2, 3, 4, 5, 6
 """Forms of an equation. LINEAR: exponent 2 with constant inertia, a linear equation with constant
 coefficients. CONSTANT_LOAD: exponent 0. SQUARE_ROOT: exponent 1, F = sqrt(q). PROPORTIONAL:
-exponent 2 with variable inertia, F = q. ANY_POWER: any exponent."""
+exponent 2 with variable inertia, F = q. ANY_POWER: any exponent. RATIONAL: a law that is a
+rational function of the speed, see `rational`."""
 
 ITERATED = SQUARE_ROOT
 """The forms from this one on have a nonlinear remainder, which is iterated."""
@@ -42,14 +44,14 @@ ITERATED = SQUARE_ROOT
 CONSTANT_INERTIA, VARIABLE_INERTIA = 1, 2
 """Whether the inertia of the engine is constant or varies over the crank angle."""
 
-FORM_OF_KIND = (CONSTANT_LOAD, SQUARE_ROOT, PROPORTIONAL, ANY_POWER)
-"""Form for each kind of exponent (see `engine_dyn.speed.arguments.Choice`)."""
+FORM_OF_KIND = (CONSTANT_LOAD, SQUARE_ROOT, PROPORTIONAL, ANY_POWER, RATIONAL, RATIONAL)
+"""Form for each kind of law (see `engine_dyn.speed.arguments.Choice`) that the solver knows."""
 
 OF_CONSTANT_INERTIA: Inertia = (0,) * CONSTANT_INERTIA
 
 
 def form_of(kind: int, variable: bool) -> Form:
-    """Form of the designs with one kind of exponent and one inertia model."""
+    """Form of the designs with one kind of law and one inertia model."""
     form = FORM_OF_KIND[kind]
     return (0,) * (LINEAR if form == PROPORTIONAL and not variable else form)
 

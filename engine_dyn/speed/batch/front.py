@@ -12,7 +12,15 @@ from engine_dyn.speed.arguments import Choice, Problem
 from engine_dyn.speed.batch import own_curves, traces, work_harmonics
 from engine_dyn.speed.batch.angles import Angles, make_angles
 from engine_dyn.speed.batch.driver import keys_of, solve_by_harmonics, solve_by_table, write_traces
-from engine_dyn.speed.batch.forms import ITERATED, Form, Inertia, form_of, inertia_of
+from engine_dyn.speed.batch.forms import (
+    FORM_OF_KIND,
+    ITERATED,
+    RATIONAL,
+    Form,
+    Inertia,
+    form_of,
+    inertia_of,
+)
 from engine_dyn.speed.batch.scratch import make_block, make_block_scratch
 from engine_dyn.speed.batch.state import LANES, MOST_NODES
 from engine_dyn.speed.methods import POWER_MEAN
@@ -46,8 +54,14 @@ Deferred = Callable[[Integers, int], None]
 
 
 def can_solve(choice: Choice, curves: bool) -> bool:
-    """Whether the batch solver reaches the tolerance. Curves it writes for the power mean alone."""
-    return choice.tolerance >= LANES_TOLERANCE and (choice.closure == POWER_MEAN or not curves)
+    """Whether the batch solver knows the law and reaches the tolerance.
+
+    The cycle time it closes for powers alone, and curves it writes for the power mean alone.
+    """
+    if choice.kind >= len(FORM_OF_KIND) or choice.tolerance < LANES_TOLERANCE:
+        return False
+    power = FORM_OF_KIND[choice.kind] < RATIONAL
+    return choice.closure == POWER_MEAN or (power and not curves)
 
 
 def is_steep(exponent: Floats) -> Integers:

@@ -14,7 +14,7 @@ from engine_dyn.speed.fields import (
     CRANKCASE_PRESSURE,
     DOUBLE_RADIUS,
     LOAD_SCALE,
-    MEAN_TORQUE,
+    LOAD_SQUARE,
     OFFSET_RATIO,
     OUTPUT,
     ROW,
@@ -34,7 +34,7 @@ def take_common(product: Product, scratch: BlockScratch, state: Floats) -> int:
     """
     values, at, axes, varying = product.values, scratch.shared, product.other_axes, scratch.varying
     count = 0
-    for field in range(BORE, MEAN_TORQUE + 1):
+    for field in range(BORE, LOAD_SQUARE + 1):
         varies = False
         for i in range(axes.size):
             varies = varies or product.strides[axes[i], field] != 0
@@ -112,7 +112,7 @@ def take_unvarying(product: Product, scratch: BlockScratch, state: Floats) -> in
         if varies(field, product):
             varying[count] = field
             count += 1
-        elif BORE <= field <= MEAN_TORQUE:
+        elif BORE <= field <= LOAD_SQUARE:
             row = (field - BORE) * LANES
             state[row : row + LANES] = product.values[at[field]]
     return count
@@ -137,7 +137,7 @@ def take_sorted(
         add_offsets(index % designs, product.other_axes, varying, product, at)
         for i in range(varying.size):
             field = varying[i]
-            if BORE <= field <= MEAN_TORQUE:
+            if BORE <= field <= LOAD_SQUARE:
                 state[(field - BORE) * LANES + k] = values[at[field]]
         scratch.places[k] = at[OUTPUT]
         weight, scale = values[at[ROW]] - diagram, values[at[SCALE]]

@@ -8,6 +8,8 @@ for each lane is read in turn, and nothing branches.
 
 from __future__ import annotations
 
+import math
+
 from engine_dyn.compilation import (
     formula,
     indices_on_stack,
@@ -15,11 +17,12 @@ from engine_dyn.compilation import (
     on_stack,
     wide_vectors,
 )
-from engine_dyn.speed.batch.forms import ITERATED, VARIABLE_INERTIA, Form, Inertia
+from engine_dyn.speed.batch.forms import ITERATED, RATIONAL, VARIABLE_INERTIA, Form, Inertia
 from engine_dyn.speed.batch.levels import (
     Levels,
     V,
 )
+from engine_dyn.speed.batch.rational import slope_over_nominal
 from engine_dyn.speed.batch.state import (
     BETA,
     CLOSURE_STEP,
@@ -29,9 +32,12 @@ from engine_dyn.speed.batch.state import (
     EXTREME,
     EXTREME_ERROR,
     GAS_FACTOR,
-    HALF_EXPONENT,
     KAPPA,
     LANES,
+    LAW_LINEAR,
+    LAW_RISE,
+    LAW_SLOPE,
+    LAW_SQUARE,
     PAD,
     Block,
 )
@@ -72,7 +78,7 @@ def load_of(
     # u tau: what moves u for the closure and the first moments is divided by tau there.
     energy = u * tau + state[CLOSURE_STEP + k] - beta * beta * (g * moment - eta * turning)
     x = g * p - eta * v
-    return x, x - energy, state[KAPPA + k] * (r + state[HALF_EXPONENT + k] * energy), tau
+    return x, x - energy, state[KAPPA + k] * (r + state[LAW_SLOPE + k] * energy), tau
 
 
 @formula
@@ -83,13 +89,20 @@ def bend_of(
     """Second slope of w = y - beta I at a coarse node: docs/method.md (118).
 
     From the slopes of P and V there; `share` is 1/(q tau). With F = q^a, F' is a F/q times that of
-    u, r is F - 1 - a u tau, and kappa F is kappa + y'.
+    u, r is F - 1 - a u tau, and kappa F is kappa + y'. A rational law knows F' itself.
     """
     beta = state[BETA + k]
     if len(form) < ITERATED:
         return -beta * dy
-    a, kappa = state[HALF_EXPONENT + k], state[KAPPA + k]
+    a, kappa = state[LAW_SLOPE + k], state[KAPPA + k]
     rate = state[GAS_FACTOR + k] * dp - state[ETA + k] * dv - dy
+    if len(form) == RATIONAL:
+        steep = slope_over_nominal(
+            math.sqrt(1.0 + u) - 1.0, state[LAW_RISE + k], state[LAW_LINEAR + k],
+            state[LAW_SQUARE + k],
+        )  # fmt: skip
+        bent = steep * (1.0 + u) * share * (rate - u * turn * dv) - rate
+        return a * kappa * bent - beta * dy
     return a * ((kappa + dy) * share * (rate - u * turn * dv) - kappa * rate) - beta * dy
 
 
@@ -182,7 +195,7 @@ def search_intervals(
         g, eta, a, kappa = (
             state[GAS_FACTOR + k],
             state[ETA + k],
-            state[HALF_EXPONENT + k],
+            state[LAW_SLOPE + k],
             state[KAPPA + k],
         )
         turn = eta if len(inertia) == VARIABLE_INERTIA else 0.0

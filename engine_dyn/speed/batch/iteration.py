@@ -9,6 +9,7 @@ from engine_dyn.speed.batch.closures import mark_beyond_series
 from engine_dyn.speed.batch.forms import (
     ANY_POWER,
     PROPORTIONAL,
+    RATIONAL,
     SQUARE_ROOT,
     VARIABLE_INERTIA,
     Form,
@@ -24,8 +25,17 @@ from engine_dyn.speed.batch.powers import (
     finite,
     inverses,
     log_of,
-    remainder_of,
-    remainder_slope,
+    power_remainder,
+    power_slope,
+    root_remainder,
+    root_slope,
+)
+from engine_dyn.speed.batch.rational import (
+    fill_rational,
+    keeps_its_sense,
+    rational_remainder,
+    rational_slope,
+    remainder_over_speed,
 )
 from engine_dyn.speed.batch.recurrence import repeat_ends, respond_to_work
 from engine_dyn.speed.batch.state import (
@@ -42,15 +52,15 @@ from engine_dyn.speed.batch.state import (
     ETA,
     EULER_FAR,
     EULER_NEAR,
-    EXPONENT,
     FROZEN,
-    HALF_EXPONENT,
     ITERATION_COUNT,
     KAPPA,
     LANES,
     LAST_CHANGE,
+    LAW_BEND,
+    LAW_SLOPE,
+    LAW_TWIST,
     MEAN_SQUARE,
-    MEAN_WEIGHT,
     NODE_MAX,
     NODE_MIN,
     PAD,
@@ -79,6 +89,32 @@ __all__ = [
 ]
 
 MOST_PASSES = 10
+
+
+@formula
+def remainder_slope(
+    form: Form, u: float, slope: float, turning: float, k: int, series: Floats
+) -> float:
+    """Slope of the nonlinear remainder r over u."""
+    if len(form) == SQUARE_ROOT:
+        return root_slope(u, turning)
+    if len(form) == PROPORTIONAL:
+        return -turning
+    if len(form) == RATIONAL:
+        return rational_slope(u, slope, turning, k, series)
+    return power_slope(u, slope, turning, k, series)
+
+
+@formula
+def remainder_of(form: Form, u: float, k: int, series: Floats) -> float:
+    """F - 1 - a u."""
+    if len(form) == SQUARE_ROOT:
+        return root_remainder(u)
+    if len(form) == PROPORTIONAL:
+        return 0.0
+    if len(form) == RATIONAL:
+        return rational_remainder(u, k, series)
+    return power_remainder(u, k, series)
 
 
 @formula
@@ -113,7 +149,7 @@ def fill_remainders(
             r0, r1 = remainder_of(form, u0, k, series), remainder_of(form, u1, k, series)
             r2, r3 = remainder_of(form, u2, k, series), remainder_of(form, u3, k, series)
             if len(inertia) == VARIABLE_INERTIA:
-                e = state[HALF_EXPONENT + k] * state[ETA + k]
+                e = state[LAW_SLOPE + k] * state[ETA + k]
                 r0 -= u0 * e * value_at(coarse, vw0, n, V, k)
                 r1 -= u1 * e * value_at(coarse, vw1, n + 1, V, k)
                 r2 -= u2 * e * value_at(coarse, vw2, n + 2, V, k)
@@ -154,7 +190,8 @@ def fill_remainders(
 
 @inlined
 def fill_exact_remainders(
-    first: bool, form: Form, inertia: Inertia, lanes: int, coarse: Floats, block: Block
+    first: bool, form: Form, inertia: Inertia, lanes: int, coarse: Floats, series: Floats,
+    block: Block,
 ) -> None:  # fmt: skip
     """As `fill_remainders` by roots and powers, for the lanes in BEYOND_SERIES alone."""
     wide_vectors()
@@ -171,12 +208,14 @@ def fill_exact_remainders(
         known = remainders[(n + PAD) * LANES : (n + PAD + 1) * LANES]
         moved = changes[(n + PAD) * LANES : (n + PAD + 1) * LANES]
         for k in range(lanes):
-            a, u, wide = state[HALF_EXPONENT + k], here[k], state[BEYOND_SERIES + k] != 0.0
+            a, u, wide = state[LAW_SLOPE + k], here[k], state[BEYOND_SERIES + k] != 0.0
             turn = state[ETA + k] if len(inertia) == VARIABLE_INERTIA else 0.0
             if len(form) == SQUARE_ROOT:
                 power = math.sqrt(1.0 + u)
             elif len(form) == PROPORTIONAL:
                 power = 1.0 + u
+            elif len(form) == RATIONAL:
+                power = 1.0 + a * u + remainder_over_speed(math.sqrt(1.0 + u) - 1.0, k, series)
             else:
                 power = exp_of(a * log_of(u))
             r = power - 1.0 - a * u * (1.0 + turn * value_at(coarse, vw, n, V, k))
@@ -221,7 +260,7 @@ def respond_to_remainders(
         for k in range(lanes):
             d, rho = state[DECAY + k], state[REMAINDER_WEIGHT + k]
             sigma, shift = state[RUNNING_WEIGHT + k], state[SHIFT_CHANGE + k]
-            near, far, half = state[EULER_NEAR + k], state[EULER_FAR + k], state[HALF_EXPONENT + k]
+            near, far, half = state[EULER_NEAR + k], state[EULER_FAR + k], state[LAW_SLOPE + k]
             ra, rb = changes[row - 2 * LANES + k], changes[row - LANES + k]
             r0, r1 = changes[row + k], changes[row + LANES + k]
             r2, r3 = changes[row + 2 * LANES + k], changes[row + 3 * LANES + k]
@@ -272,12 +311,12 @@ def respond_to_remainders(
 
 
 @formula
-def step_of_closure(half: float, mean_square: float, constant: float, used: float) -> float:
+def step_of_closure(twist: float, mean_square: float, constant: float, used: float) -> float:
     """What u tau has to move by for the closure, docs/method.md (115).
 
     `constant` is what its mean should be by the remainder, `used` what that was found with.
     """
-    slope = 1.0 + 0.5 * (half - 1.0) * (half - 2.0) * mean_square
+    slope = 1.0 + 0.5 * twist * mean_square
     return (constant - used) / slope
 
 
@@ -299,6 +338,8 @@ def iterate(
     series = on_stack(SERIES_ROWS)
     if len(form) == ANY_POWER:
         fill_series(lanes, state, series)
+    if len(form) == RATIONAL:
+        fill_rational(lanes, state, series)
     for k in range(lanes):
         state[SHIFT + k] = -state[CLOSURE_CONSTANT + k]
         state[FROZEN + k] = 0.0 if state[CODE + k] == 0.0 else 1.0
@@ -310,15 +351,15 @@ def iterate(
             new = remainders if turn == 1 else changes
             respond_to_remainders(form, inertia, lanes, coarse, series, new, block)
         if mark_beyond_series(lanes, state):
-            fill_exact_remainders(turn == 0, form, inertia, lanes, coarse, block)
+            fill_exact_remainders(turn == 0, form, inertia, lanes, coarse, series, block)
         running = 0.0
         for k in range(lanes):
             frozen = state[FROZEN + k]
-            a, kappa, half = state[HALF_EXPONENT + k], state[KAPPA + k], 0.5 * state[EXPONENT + k]
+            a, kappa = state[LAW_SLOPE + k], state[KAPPA + k]
             mean = state[REMAINDER_SUM + k] / nodes
             constant = -mean / a - state[CLOSURE_ALIAS + k]
             moved = step_of_closure(
-                half, state[MEAN_SQUARE + k], constant, state[CLOSURE_CONSTANT + k]
+                state[LAW_TWIST + k], state[MEAN_SQUARE + k], constant, state[CLOSURE_CONSTANT + k]
             )
             most = max(state[NODE_MAX + k], -state[NODE_MIN + k])
             # What the next pass would change u by: the integral of a wave of one period.
@@ -328,10 +369,14 @@ def iterate(
             # The closure's step is Newton's with a slope that is known up to the next moments.
             remaining += abs(moved) * (
                 state[SLOPE_DOUBT + k] * (1.0 if len(inertia) == VARIABLE_INERTIA else most)
-                + reach * most
+                + reach * most * (a * abs(state[LAW_BEND + k]) if len(form) == RATIONAL else 1.0)
             )
             bound = tolerance * (state[NODE_MAX + k] - state[NODE_MIN + k]) + 1e-15
             within = state[NODE_MIN + k] > DEEPEST and state[NODE_MAX + k] < HIGHEST
+            if len(form) == RATIONAL:
+                # A motor whose torque rises with the speed anywhere may have no stable speed.
+                falls = keeps_its_sense(state[NODE_MIN + k], state[NODE_MAX + k], k, state)
+                within = within and falls
             done = turn > 0 and remaining <= bound and rate < 0.5
             # A frozen lane keeps its u; what it knows of itself stays too.
             state[CLOSURE_STEP + k] = moved if frozen == 0.0 else state[CLOSURE_STEP + k]
@@ -339,11 +384,7 @@ def iterate(
             state[ITERATION_COUNT + k] = turn + 1.0 if frozen == 0.0 else state[ITERATION_COUNT + k]
             stays = frozen != 0.0 or done or not within
             state[CODE + k] = DEFERRED if frozen == 0.0 and not within else state[CODE + k]
-            shift = (
-                state[SHIFT + k]
-                if stays
-                else state[CLOSURE_ALIAS + k] - state[MEAN_WEIGHT + k] * mean
-            )
+            shift = state[SHIFT + k] if stays else state[CLOSURE_ALIAS + k]
             state[SHIFT_CHANGE + k] = shift - state[SHIFT + k]
             state[SHIFT + k] = shift
             state[CLOSURE_CONSTANT + k] = state[CLOSURE_CONSTANT + k] if stays else constant

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from engine_dyn.compilation import formula, inlined, wide_vectors
-from engine_dyn.speed.batch.forms import PROPORTIONAL, SQUARE_ROOT, Form
-from engine_dyn.speed.batch.state import HALF_EXPONENT, LANES
+from engine_dyn.speed.batch.state import LANES, LAW_SLOPE
 from engine_dyn.types import Floats
 
 __all__ = [
@@ -21,8 +20,6 @@ __all__ = [
     "loss_of",
     "power_remainder",
     "power_slope",
-    "remainder_of",
-    "remainder_slope",
     "root_remainder",
     "root_slope",
 ]
@@ -97,12 +94,12 @@ def fill_series(lanes: int, state: Floats, series: Floats) -> None:
     """Binomial coefficients of q^a from u^2 on."""
     wide_vectors()
     for k in range(lanes):
-        series[k] = 0.5 * state[HALF_EXPONENT + k] * (state[HALF_EXPONENT + k] - 1.0)
+        series[k] = 0.5 * state[LAW_SLOPE + k] * (state[LAW_SLOPE + k] - 1.0)
     for i in range(1, SERIES_TERMS):
         here = series[i * LANES : (i + 1) * LANES]
         before = series[(i - 1) * LANES : i * LANES]
         for k in range(lanes):
-            here[k] = before[k] * (state[HALF_EXPONENT + k] - (i + 1.0)) / (i + 2.0)
+            here[k] = before[k] * (state[LAW_SLOPE + k] - (i + 1.0)) / (i + 2.0)
 
 
 @formula
@@ -139,28 +136,6 @@ def root_slope(u: float, turning: float) -> float:
     total = -0.1613230995497165 + u * 0.14137230040045798
     total = 0.1874766304172176 + u * total
     return u * (-0.24997452593493807 + u * total) - 0.5 * turning
-
-
-@formula
-def remainder_slope(
-    form: Form, u: float, half: float, turning: float, k: int, series: Floats
-) -> float:
-    """Slope of the nonlinear remainder r over u."""
-    if len(form) == SQUARE_ROOT:
-        return root_slope(u, turning)
-    if len(form) == PROPORTIONAL:
-        return -turning
-    return power_slope(u, half, turning, k, series)
-
-
-@formula
-def remainder_of(form: Form, u: float, k: int, series: Floats) -> float:
-    """(1 + u)^a - 1 - a u."""
-    if len(form) == SQUARE_ROOT:
-        return root_remainder(u)
-    if len(form) == PROPORTIONAL:
-        return 0.0
-    return power_remainder(u, k, series)
 
 
 @formula

@@ -66,12 +66,16 @@ INERTIA = _row("INERTIA", "kg m2", "moment of inertia Theta")
 EXPONENT = _row("EXPONENT", "1", "exponent alpha of the load")
 OFFSET = _row("OFFSET", "N m", "load torque that does not depend on the speed")
 MEAN_TORQUE = _row("MEAN_TORQUE", "N m", "mean torque over the cycle")
+SYNCHRONOUS_SPEED = _row("SYNCHRONOUS_SPEED", "rad/s", "synchronous speed of the driving motor")
+BREAKDOWN_SLIP = _row("BREAKDOWN_SLIP", "1", "slip of the driving motor at its largest torque")
+LOAD_LINEAR = _row("LOAD_LINEAR", "N m s", "b of the load k (b omega + c omega^2)")
+LOAD_SQUARE = _row("LOAD_SQUARE", "N m s2", "c of the load k (b omega + c omega^2)")
 
 # Reduced parameters.
 GAS_FACTOR = _row("GAS_FACTOR", "1/Pa", "g, from the work P of the gas to energy", 47)
 ETA = _row("ETA", "1", "eta, from V to energy", 47)
 KAPPA = _row("KAPPA", "1/rad", "kappa, strength of the load", 47)
-HALF_EXPONENT = _row("HALF_EXPONENT", "1", "a = alpha/2; 1 for exponent 0", 98)
+LAW_SLOPE = _row("LAW_SLOPE", "1", "a = F'(1), alpha/2 of a power; 1 for exponent 0", 98)
 BETA = _row("BETA", "1/rad", "beta = a kappa", 98)
 CODE = _row("CODE", "1", "outcome so far; DEFERRED where it is left to the general solver")
 BEYOND_SERIES = _row(
@@ -83,6 +87,13 @@ CLOSURE_STEP = _row(
 
 KEPT_SIZE = len(_ROWS) * LANES
 """Numbers of the rows up to here, which curves over the crank angle need."""
+
+LAW_BEND = _row("LAW_BEND", "1", "second derivative of F over the first, at q = 1", 115)
+LAW_TWIST = _row("LAW_TWIST", "1", "third derivative of F over the first, at q = 1", 115)
+SENSE = _row("SENSE", "1", "sign that the law needs of the mean torque; 0 where it has none")
+LAW_RISE = _row("LAW_RISE", "1", "n of a law that is a rational function of the speed", 123)
+LAW_LINEAR = _row("LAW_LINEAR", "1", "m of it", 123)
+LAW_SQUARE = _row("LAW_SQUARE", "1", "l of it", 123)
 
 MEAN_SQUARE = _row("MEAN_SQUARE", "1", "mean of X^2, X = g P - eta V", 98)
 ENERGY_SCALE = _row(
@@ -110,7 +121,6 @@ REMAINDER_WEIGHT = _row("REMAINDER_WEIGHT", "1", "weight of r at the node itself
 RUNNING_WEIGHT = _row("RUNNING_WEIGHT", "1", "weight of the running sum of r", 100)
 EULER_NEAR = _row("EULER_NEAR", "1", "weight of r at the neighbours, kappa H 82/1440", 101)
 EULER_FAR = _row("EULER_FAR", "1", "weight of r at the next nodes, kappa H 11/1440", 101)
-MEAN_WEIGHT = _row("MEAN_WEIGHT", "1", "weight of the mean of r, kappa H x/6", 100)
 
 # What the coarse nodes see wrongly, and the constant of the closure.
 CLOSURE_ALIAS = _row(

@@ -11,9 +11,9 @@ from engine_dyn.speed.batch.state import (
     DEFERRED,
     ENERGY_SCALE,
     ERROR,
-    HALF_EXPONENT,
     ITERATION_COUNT,
     LANES,
+    LAW_SLOPE,
     MAX_SPEED,
     MEAN_SPEED,
     MIN_SPEED,
@@ -82,7 +82,7 @@ def store_block(
         rows[OMEGA_MIN * LANES + k] = low + nothing
         rows[OMEGA_MEAN * LANES + k] = mean + nothing
         # 1/mu = scale^(-alpha/2), and 1 where the scale is.
-        factor = exp_of(-state[HALF_EXPONENT + k] * log_of(scale - 1.0)) if loaded else 1.0
+        factor = exp_of(-state[LAW_SLOPE + k] * log_of(scale - 1.0)) if loaded else 1.0
         rows[LOAD_FACTOR * LANES + k] = (factor if scale != 1.0 else 1.0) + nothing
         rows[DELTA_ERROR * LANES + k] = error + nothing
         rows[ITERATIONS * LANES + k] = state[ITERATION_COUNT + k] + nothing

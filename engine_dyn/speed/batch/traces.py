@@ -47,10 +47,10 @@ from engine_dyn.speed.batch.state import (
     DEFERRED,
     ETA,
     GAS_FACTOR,
-    HALF_EXPONENT,
     KAPPA,
     KEPT_SIZE,
     LANES,
+    LAW_SLOPE,
     PAD,
     SPEED,
     Block,
@@ -169,7 +169,7 @@ def fill_smooth(
             e = u_here[k] * tau + state[CLOSURE_STEP + k] - bent
             r = r_here[k] if iterated else 0.0
             w_here[k] = x - e - beta * (g * ip - eta * iv)
-            d_here[k] = step * (state[KAPPA + k] * (r + state[HALF_EXPONENT + k] * e) - beta * x)
+            d_here[k] = step * (state[KAPPA + k] * (r + state[LAW_SLOPE + k] * e) - beta * x)
     for i in range(PAD * LANES):
         smooth[i] = smooth[nodes * LANES + i]
         rises[i] = rises[nodes * LANES + i]
