@@ -30,7 +30,7 @@ WHERE = {
     "stiff": "engine_dyn.speed.general.stiff",
     "batch weights": "engine_dyn.speed.batch.reduction",
     "batch powers": "engine_dyn.speed.batch.powers",
-    "two grids": "engine_dyn.speed.batch.levels",
+    "two grids": "engine_dyn.speed.batch.two_grid",
     "harmonics": "engine_dyn.geometry.velocity_harmonics",
     "speeds": "engine_dyn.speed.general.speeds",
     "diesel cycle": "engine_dyn.pressure.diesel_cycle",

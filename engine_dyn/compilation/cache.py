@@ -29,6 +29,8 @@ __all__ = ["hash_of_sources", "keep_on_disk", "own_cache", "source_hash"]
 # The folder of engine_dyn itself, so that every room of the package is covered.
 _PACKAGE = Path(__file__).parents[1]
 
+DIGEST_BYTES = hashlib.sha256().digest_size
+
 
 def hash_of_sources(folder: Path) -> str:
     """Hash of every Python source below a folder, at any depth, and of the compiler's versions."""
@@ -49,7 +51,45 @@ def source_hash() -> str:
 # Numba documents no cache classes. Where a version lacks these, kernels are compiled in every
 # process: Numba's plain cache would serve stale code after an edit in another file.
 _FunctionCache: Any = getattr(caching, "FunctionCache", object)
-_IndexDataCacheFile: Any = getattr(caching, "IndexDataCacheFile", None)
+_IndexDataCacheFile: Any = getattr(caching, "IndexDataCacheFile", object)
+
+
+class _Files(_IndexDataCacheFile):
+    """The files of one kernel. What another version has left, or is damaged, is not there.
+
+    Numba compares the hash of the sources only after it has unpickled the index, which fails where
+    another version's index names a module that exists no more. It takes the version of itself from
+    the beginning of the file, so the hash is made a part of that.
+    """
+
+    def __init__(self, path: str, name: str) -> None:
+        super().__init__(path, name, source_hash())
+        self._version = f"{numba.__version__} {source_hash()}"
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()
+        except Exception:  # whatever unpickling stumbles over
+            return {}
+
+    def load(self, key: Any) -> Any:
+        try:
+            return super().load(key)
+        except Exception:
+            return None
+
+    def _save_data(self, name: str, data: Any) -> None:
+        """Put a digest before the machine code: a crash of the system may leave zeros in a file."""
+        content = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(hashlib.sha256(content).digest() + content)
+
+    def _load_data(self, name: str) -> Any:
+        with open(self._data_path(name), "rb") as file:
+            digest, content = file.read(DIGEST_BYTES), file.read()
+        if hashlib.sha256(content).digest() != digest:
+            raise ValueError(f"{name}: damaged")
+        return pickle.loads(content)
 
 
 class _Cache(_FunctionCache):
@@ -64,7 +104,7 @@ class _Cache(_FunctionCache):
         self._open(self._cache_path)
 
     def _open(self, path: str) -> None:
-        self._cache_file = _IndexDataCacheFile(path, self._impl.filename_base, source_hash())
+        self._cache_file = _Files(path, self._impl.filename_base)
 
     def keep_in(self, folder: str) -> None:
         """Write into a folder of this process from now on."""
@@ -81,7 +121,7 @@ class _Cache(_FunctionCache):
             own, self._cache_file = self._cache_file, self._shared
             try:
                 # Another process may be writing it, on a file system that many machines share.
-                with contextlib.suppress(OSError, EOFError, pickle.PickleError):
+                with contextlib.suppress(OSError):
                     found = super()._load_overload(signature, context)
             finally:
                 self._cache_file = own

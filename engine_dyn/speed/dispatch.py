@@ -23,7 +23,7 @@ from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.arguments import ANY_EXPONENT, MOTOR, AngleLoad, Choice, Problem, kind_of_law
 from engine_dyn.speed.batch.front import BatchSolver, is_steep, refinement_for
-from engine_dyn.speed.batch.levels import CHUNK
+from engine_dyn.speed.batch.two_grid import CHUNK
 from engine_dyn.speed.broadcasting import (
     along_axes,
     codes,

@@ -14,7 +14,7 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.front import FEWEST_IN_LANES, REFINEMENTS
-from engine_dyn.speed.batch.levels import CHUNK
+from engine_dyn.speed.batch.two_grid import CHUNK
 from engine_dyn.speed.broadcasting import along_axes, cylinders_of, shape_of, without_unknown
 from engine_dyn.speed.fields import DEFAULTS, OF_SPEED_ALONE
 from engine_dyn.speed.general.segments import SEGMENTS

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
 
 from engine_dyn.compilation import COMPILING
@@ -44,6 +46,27 @@ def run(folder: Path, *words: str, **environment: str) -> list[str]:
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]), **environment},
     )  # fmt: skip
     return done.stdout.split()
+
+
+MISSING_MODULE = b"cmodule_of_another_version\nKind\n."
+
+
+@pytest.mark.parametrize("kind", ["index", "code"])
+@pytest.mark.parametrize("damage", ["empty", "zeros", "another version"])
+def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path, kind: str, damage: str) -> None:
+    place = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert run(tmp_path, **place) == ["compiled"]
+    (path,) = (tmp_path / "cache").rglob("*.nbi" if kind == "index" else "*.nbc")
+    content = path.read_bytes()
+    if damage == "empty":
+        path.write_bytes(b"")
+    elif damage == "zeros":
+        half = len(content) // 2
+        path.write_bytes(content[:half] + bytes(len(content) - half))
+    else:
+        path.write_bytes(pickle.dumps(numba.__version__) + MISSING_MODULE)
+    assert run(tmp_path, **place) == ["compiled"]
+    assert run(tmp_path, **place) == []
 
 
 def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:

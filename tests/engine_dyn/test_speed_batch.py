@@ -10,7 +10,7 @@ import pytest
 
 from engine_dyn import diagram_from_points, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.batch import levels, powers, recurrence
+from engine_dyn.speed.batch import powers, recurrence, two_grid
 from engine_dyn.speed.batch.state import LANES
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from oracle.designs import SmoothPressure, table
@@ -66,22 +66,22 @@ def test_series_are_as_good_as_they_say() -> None:
     assert max(abs(logarithm(u) - math.log1p(u)) for u in wide) < 2e-13
 
 
-@pytest.mark.parametrize("nodes", [4, 24, levels.MOST_IN_SERIES])
+@pytest.mark.parametrize("nodes", [4, 24, two_grid.MOST_IN_SERIES])
 def test_the_work_of_a_period_is_a_polynomial_of_the_load(nodes: int) -> None:
     """Where y' = -beta y + work ends after a period: one exponential of each interval's work."""
-    coarse = np.random.default_rng(nodes).normal(size=(nodes, levels.NODE_FIELDS))
-    constants = np.zeros(levels.CONSTANTS)
-    levels.fill_series_of_work(coarse, constants)
+    coarse = np.random.default_rng(nodes).normal(size=(nodes, two_grid.NODE_FIELDS))
+    constants = np.zeros(two_grid.CONSTANTS)
+    two_grid.fill_series_of_work(coarse, constants)
     series = getattr(recurrence.work_series, "py_func", recurrence.work_series)
     behind = np.arange(nodes)[::-1]
     for field, first in (
-        (levels.WORK, levels.WORK_SERIES),
-        (levels.SQUARES, levels.SQUARES_SERIES),
+        (two_grid.WORK, two_grid.WORK_SERIES),
+        (two_grid.SQUARES, two_grid.SQUARES_SERIES),
     ):
         size = np.abs(coarse[:, field]).sum()
-        for x in np.linspace(0.0, levels.LARGEST_STEP, 31):
+        for x in np.linspace(0.0, two_grid.LARGEST_STEP, 31):
             end = np.sum(coarse[:, field] * np.exp(-x * behind))
-            found = series(2.0 * x / levels.LARGEST_STEP - 1.0, first, constants)
+            found = series(2.0 * x / two_grid.LARGEST_STEP - 1.0, first, constants)
             assert found == pytest.approx(end, abs=1e-11 * size)
 
 

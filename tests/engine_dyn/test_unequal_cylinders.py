@@ -191,9 +191,9 @@ def test_energy_balance_and_torque(name: str) -> None:
     inputs |= levels_of(design)
     found = torque_extremes(wanted=TORQUE_NAMES, cylinders_by_count=by_count, **inputs)
     if design.friction_shares is not None:
-        levels = [inputs[name] for name in FRICTION_NAMES]
+        two_grid = [inputs[name] for name in FRICTION_NAMES]
         curve = forces.friction_over_stroke(
-            phi, train, design.bore, pressure, design.friction_torque, StrokeFriction(*levels)
+            phi, train, design.bore, pressure, design.friction_torque, StrokeFriction(*two_grid)
         )
         np.testing.assert_allclose(curve, friction, atol=1e-6 * np.ptp(friction))
         assert curve.mean() == pytest.approx(design.friction_torque, rel=1e-5)
@@ -227,8 +227,8 @@ def levels_of(design: Design) -> dict[str, float]:
         return {}
     area = 0.25 * np.pi * design.bore**2
     level = design.friction_torque / (design.cylinders * area * design.radius)
-    levels = [share * level for share in design.friction_shares]
-    return dict(zip(FRICTION_NAMES, [*levels, design.ring_pressure], strict=True))
+    two_grid = [share * level for share in design.friction_shares]
+    return dict(zip(FRICTION_NAMES, [*two_grid, design.ring_pressure], strict=True))
 
 
 def cylinders(design: Design) -> Cylinders:

@@ -15,28 +15,29 @@ iterated.
 
 Where things are, in the order of a design's way:
 
-inputs        inputs of designs into the state of a block
-harmonics     the work curves of designs that have no table in common
-levels        two grids of a table: coarse nodes for the load, fine ones for the extremes
-state         the table of all numbers of a design while it is solved
-forms         which equation a block has, told to the compiler
-reduction     from inputs to the numbers of the equation and the weights of the recurrence
-recurrence    the linear part
-iteration     the nonlinear remainder
-constant_load exponent 0
-closures      constants of the closures, mean speeds, cycle times
-powers        series of powers, roots and logarithms
-rational      laws that are rational functions of the speed: a motor, b omega + c omega^2
-candidates    at which coarse nodes the extremes can be
-intervals     the search for an extreme beside one coarse node
-extrema       the extremes, and the estimate of their error
-ripple        whether ripple of the torque can have misled that search
-block         all of these for one block
-storage       results of a block
-driver        the kernels: loops over blocks
-angles        the angles of curves, and a table's curves at them
-traces        speed over the crank angle
-front         what Python calls
+inputs          inputs of designs into the state of a block
+work_harmonics  what the work curves of designs without a common table are added up from
+own_curves      adding them up, for the designs of a block
+two_grid        two grids of a table: coarse nodes for the load, fine ones for the extremes
+state           the table of all numbers of a design while it is solved
+forms           which equation a block has, told to the compiler
+reduction       from inputs to the numbers of the equation and the weights of the recurrence
+recurrence      the linear part
+iteration       the nonlinear remainder
+constant_load   exponent 0
+closures        constants of the closures, mean speeds, cycle times
+powers          series of powers, roots and logarithms
+rational        laws that are rational functions of the speed: a motor, b omega + c omega^2
+candidates      at which coarse nodes the extremes can be
+intervals       the search for an extreme beside one coarse node
+extrema         the extremes, and the estimate of their error
+ripple          whether ripple of the torque can have misled that search
+block           all of these for one block
+storage         results of a block
+driver          the kernels: loops over blocks
+angles          the angles of curves, and a table's curves at them
+traces          speed over the crank angle
+front           what Python calls
 
 Lanes never exchange anything: a lane whose u no longer changes keeps it ("frozen"), blocks are
 filled up by repeating a design, and every sum runs in a fixed order, so a design's numbers cannot

@@ -23,7 +23,7 @@ from engine_dyn.loads.friction import (
 )
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
-from engine_dyn.speed.batch.levels import F_DP, F_IP, F_P
+from engine_dyn.speed.batch.two_grid import F_DP, F_IP, F_P
 from engine_dyn.speed.tables.pressure_grid import GAUSS_POINTS, Grid, steps_of
 from engine_dyn.speed.tables.work_tables import (
     GAS_TORQUE,
@@ -171,7 +171,7 @@ def fill_points(
 ) -> None:  # fmt: skip
     """Fill `points` (angle, POINT_FIELDS) for one crank ratio, offset `shift` and diagram.
 
-    `fine` is the fine level, whose first node has `margin` rows before it. `speeds` is scratch: a
+    `fine` is the fine grid, whose first node has `margin` rows before it. `speeds` is scratch: a
     number a point of quadrature.
     """
     nodes = table.shape[1]

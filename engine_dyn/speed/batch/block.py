@@ -10,12 +10,12 @@ from engine_dyn.speed.batch.constant_load import solve_constant_load
 from engine_dyn.speed.batch.extrema import extremes
 from engine_dyn.speed.batch.forms import CONSTANT_LOAD, LINEAR, Form, Inertia
 from engine_dyn.speed.batch.iteration import iterate
-from engine_dyn.speed.batch.levels import Levels
 from engine_dyn.speed.batch.recurrence import end_of_period, solve_linear
 from engine_dyn.speed.batch.reduction import reduce_inputs
 from engine_dyn.speed.batch.ripple import clear_ripple
 from engine_dyn.speed.batch.state import CODE, DEFERRED, ENERGY_SCALE, SCALE_MOVES, Block
 from engine_dyn.speed.batch.storage import store_block
+from engine_dyn.speed.batch.two_grid import TwoGrid
 from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.results import Results
 from engine_dyn.types import Integers
@@ -27,7 +27,7 @@ __all__ = ["solve_block"]
 def solve_block(
     form: Form, inertia: Inertia, count: int, lanes: int, ratio: int, width: float, shape: float,
     least_square: float, invalid: float, choice: Choice, results: Results, places: Integers,
-    levels: Levels, block: Block,
+    two_grid: TwoGrid, block: Block,
 ) -> None:  # fmt: skip
     """Solve the designs whose inputs and tables are in the lanes; write the first `count` of them.
 
@@ -36,7 +36,7 @@ def solve_block(
     not positive. Those that are deferred to the general solver have CODE DEFERRED afterwards.
     """
     state = block.state
-    coarse = levels.coarse.shape[0]
+    coarse = two_grid.coarse.shape[0]
     step = width * ratio
     timed = choice.closure == CYCLE_TIME
     for k in range(lanes):
@@ -45,22 +45,22 @@ def solve_block(
     for _ in range(MOST_SCALES):
         reduce_inputs(
             form, inertia, choice.kind, step, coarse, shape, least_square, invalid,
-            levels.constants, lanes, state,
+            two_grid.constants, lanes, state,
         )  # fmt: skip
         if len(form) != CONSTANT_LOAD:  # exponent 0 has no load that its work would drive
-            end_of_period(step, lanes, levels.coarse, levels.constants, state)
+            end_of_period(step, lanes, two_grid.coarse, two_grid.constants, state)
         if len(form) == LINEAR:
-            solve_linear(form, lanes, levels.coarse, block)
+            solve_linear(form, lanes, two_grid.coarse, block)
         elif len(form) == CONSTANT_LOAD:
-            solve_constant_load(inertia, lanes, levels.coarse, block)
+            solve_constant_load(inertia, lanes, two_grid.coarse, block)
         else:
-            iterate(form, inertia, choice.iterated, coarse * step, lanes, levels.coarse, block)
-            fill_mean_speed(form, inertia, lanes, levels, block)
-        if not timed or not next_energy_scale(inertia, lanes, levels, block):
+            iterate(form, inertia, choice.iterated, coarse * step, lanes, two_grid.coarse, block)
+            fill_mean_speed(form, inertia, lanes, two_grid, block)
+        if not timed or not next_energy_scale(inertia, lanes, two_grid, block):
             break
     for k in range(lanes):
         state[CODE + k] = DEFERRED if state[SCALE_MOVES + k] != 0.0 else state[CODE + k]
-    if find_candidates(inertia, step, least_square, lanes, levels, block):
-        clear_ripple(form, inertia, ratio, levels, block)
-    extremes(form, inertia, step, ratio, timed, lanes, levels, block)
+    if find_candidates(inertia, step, least_square, lanes, two_grid, block):
+        clear_ripple(form, inertia, ratio, two_grid, block)
+    extremes(form, inertia, step, ratio, timed, lanes, two_grid, block)
     store_block(count, len(form) != CONSTANT_LOAD, lanes, choice.tolerance, state, places, results)

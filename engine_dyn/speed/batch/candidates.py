@@ -4,20 +4,6 @@ from __future__ import annotations
 
 from engine_dyn.compilation import formula, inlined, on_stack, wide_vectors
 from engine_dyn.speed.batch.forms import VARIABLE_INERTIA, Inertia
-from engine_dyn.speed.batch.levels import (
-    CHUNK,
-    HIGHEST_SLOPE,
-    HIGHEST_SLOPE_V,
-    P_ABOVE,
-    P_BELOW,
-    RIPPLE,
-    RIPPLE_V,
-    TILT,
-    TILT_V,
-    V_ABOVE,
-    V_BELOW,
-    Levels,
-)
 from engine_dyn.speed.batch.state import (
     BETA,
     CODE,
@@ -41,6 +27,20 @@ from engine_dyn.speed.batch.state import (
     NODE_MIN,
     PAD,
     Block,
+)
+from engine_dyn.speed.batch.two_grid import (
+    CHUNK,
+    HIGHEST_SLOPE,
+    HIGHEST_SLOPE_V,
+    P_ABOVE,
+    P_BELOW,
+    RIPPLE,
+    RIPPLE_V,
+    TILT,
+    TILT_V,
+    V_ABOVE,
+    V_BELOW,
+    TwoGrid,
 )
 from engine_dyn.speed.batch.values import constant, shared_value, value_at
 from engine_dyn.types import Floats
@@ -100,7 +100,7 @@ def note_candidates(
 
 @inlined
 def find_candidates(
-    inertia: Inertia, step: float, least_square: float, lanes: int, levels: Levels, block: Block
+    inertia: Inertia, step: float, least_square: float, lanes: int, two_grid: TwoGrid, block: Block
 ) -> bool:  # fmt: skip
     """Where the extremes can be: the first node, the last chunk, the number of nodes.
 
@@ -111,7 +111,7 @@ def find_candidates(
     """
     wide_vectors()
     state, maxima, minima = block.state, block.maxima, block.minima
-    chunk, constants = levels.chunk, levels.constants
+    chunk, constants = two_grid.chunk, two_grid.constants
     above, below = on_stack(FIVE_ROWS), on_stack(FIVE_ROWS)
     for k in range(lanes):
         above[k] = below[k] = -1.0

@@ -6,7 +6,25 @@ import math
 
 from engine_dyn.compilation import formula, inlined, wide_vectors
 from engine_dyn.speed.batch.forms import SQUARE_ROOT, VARIABLE_INERTIA, Form, Inertia
-from engine_dyn.speed.batch.levels import (
+from engine_dyn.speed.batch.powers import SERIES_RANGE, inverses, log_of, root_remainder
+from engine_dyn.speed.batch.state import (
+    BEYOND_SERIES,
+    CLOSURE_STEP,
+    CODE,
+    CYCLE_TIME,
+    ENERGY_SCALE,
+    ETA,
+    GAS_FACTOR,
+    LANES,
+    MEAN_SPEED,
+    NODE_MAX,
+    NODE_MIN,
+    PAD,
+    SCALE_MOVES,
+    SPEED_ALIAS,
+    Block,
+)
+from engine_dyn.speed.batch.two_grid import (
     ALIAS_P,
     ALIAS_PP,
     ALIAS_PPP,
@@ -27,26 +45,8 @@ from engine_dyn.speed.batch.levels import (
     PP,
     PV,
     VV,
-    Levels,
+    TwoGrid,
     V,
-)
-from engine_dyn.speed.batch.powers import SERIES_RANGE, inverses, log_of, root_remainder
-from engine_dyn.speed.batch.state import (
-    BEYOND_SERIES,
-    CLOSURE_STEP,
-    CODE,
-    CYCLE_TIME,
-    ENERGY_SCALE,
-    ETA,
-    GAS_FACTOR,
-    LANES,
-    MEAN_SPEED,
-    NODE_MAX,
-    NODE_MIN,
-    PAD,
-    SCALE_MOVES,
-    SPEED_ALIAS,
-    Block,
 )
 from engine_dyn.speed.batch.values import constant, shared_value, value_at
 from engine_dyn.types import Floats
@@ -174,12 +174,12 @@ def fill_exact_mean(inertia: Inertia, lanes: int, coarse: Floats, block: Block) 
 
 @inlined
 def fill_mean_speed(
-    form: Form, inertia: Inertia, lanes: int, levels: Levels, block: Block
+    form: Form, inertia: Inertia, lanes: int, two_grid: TwoGrid, block: Block
 ) -> None:  # fmt: skip
     """Mean of sqrt(q) after an iteration; exponent 1 has it from its closure."""
     wide_vectors()
     state, deviations = block.state, block.deviations
-    coarse, constants = levels.coarse, levels.constants
+    coarse, constants = two_grid.coarse, two_grid.constants
     nodes = coarse.shape[0]
     for k in range(lanes):
         state[MEAN_SPEED + k] = 1.0 if len(form) == SQUARE_ROOT else 0.0
@@ -273,7 +273,7 @@ def fill_cycle_time(
 
 
 @inlined
-def next_energy_scale(inertia: Inertia, lanes: int, levels: Levels, block: Block) -> bool:
+def next_energy_scale(inertia: Inertia, lanes: int, two_grid: TwoGrid, block: Block) -> bool:
     """Next energy scale on the way to the nominal cycle time; whether that of any lane moves.
 
     docs/method.md (77): with q = rho times a solution of the power mean for energies over rho, the
@@ -282,7 +282,7 @@ def next_energy_scale(inertia: Inertia, lanes: int, levels: Levels, block: Block
     """
     wide_vectors()
     state = block.state
-    fill_cycle_time(inertia, lanes, levels.coarse, levels.constants, block)
+    fill_cycle_time(inertia, lanes, two_grid.coarse, two_grid.constants, block)
     moving = 0.0
     for k in range(lanes):
         scale = state[ENERGY_SCALE + k]

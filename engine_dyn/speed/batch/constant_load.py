@@ -5,7 +5,6 @@ from __future__ import annotations
 from engine_dyn.compilation import inlined, wide_vectors
 from engine_dyn.speed.batch.closures import fill_exact_mean, mark_beyond_series
 from engine_dyn.speed.batch.forms import VARIABLE_INERTIA, Inertia
-from engine_dyn.speed.batch.levels import CHUNK, P, V
 from engine_dyn.speed.batch.powers import DEEPEST, HIGHEST, log_of, root_remainder
 from engine_dyn.speed.batch.recurrence import repeat_ends
 from engine_dyn.speed.batch.state import (
@@ -28,6 +27,7 @@ from engine_dyn.speed.batch.state import (
     SPEED_SUM,
     Block,
 )
+from engine_dyn.speed.batch.two_grid import CHUNK, P, V
 from engine_dyn.speed.batch.values import shared_value, value_at
 from engine_dyn.types import Floats
 

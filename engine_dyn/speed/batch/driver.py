@@ -17,7 +17,6 @@ from engine_dyn.speed.batch.angles import Angles, fill_points
 from engine_dyn.speed.batch.block import solve_block
 from engine_dyn.speed.batch.forms import Form, Inertia
 from engine_dyn.speed.batch.inputs import take_common, take_designs, take_sorted, take_unvarying
-from engine_dyn.speed.batch.levels import Levels, fill_levels
 from engine_dyn.speed.batch.scratch import BlockScratch
 from engine_dyn.speed.batch.state import (
     DEFERRED,
@@ -30,6 +29,7 @@ from engine_dyn.speed.batch.state import (
     with_state,
 )
 from engine_dyn.speed.batch.storage import note_deferred
+from engine_dyn.speed.batch.two_grid import TwoGrid, fill_two_grid
 from engine_dyn.speed.batch.work_harmonics import LEAST, TORQUE_RANGE, Works, interval_at
 from engine_dyn.speed.fields import (
     CRANK_RATIO,
@@ -64,7 +64,7 @@ def hold_table(
     which: int, ratio: int, product: Product, row_of: Integers, width: float, grid: Grid,
     scratch: BlockScratch,
 ) -> None:  # fmt: skip
-    """Make the table of place `which`, and its levels, unless they are there; `shared` tells it."""
+    """Make the table of place `which`, and its grids, unless they are there; `shared` tells it."""
     shared, table = scratch.shared, scratch.table
     offsets_at(which, product.table_axes, product, product.value_start, shared)
     if scratch.cached[0] == which:
@@ -74,7 +74,7 @@ def hold_table(
         blend_of(product.values, shared, row_of), width, grid, table, scratch.middles,
         scratch.rates,
     )  # fmt: skip
-    fill_levels(table, width, ratio, scratch.levels)
+    fill_two_grid(table, width, ratio, scratch.two_grid)
     scratch.cached[0] = which
 
 
@@ -110,7 +110,7 @@ def solve_by_table(
     table = scratch.table
     state = on_stack(STATE_SIZE)
     block = with_state(state, memory)
-    levels, places = scratch.levels, scratch.places
+    two_grid, places = scratch.two_grid, scratch.places
     designs = count_of(product.other_axes, product)
     ranges = Ranges(0.0, 0.0, 0.0)
     current = -1
@@ -130,7 +130,7 @@ def solve_by_table(
         take_designs(index, count, designs, fields, product, scratch, places, state)
         solve_block(
             form, inertia, count, lanes, ratio, width, ranges.shape, ranges.least_square,
-            float(INVALID_INPUT), choice, results, places, levels, block,
+            float(INVALID_INPUT), choice, results, places, two_grid, block,
         )  # fmt: skip
         for k in range(count):
             if note_deferred(k, places, results, state):
@@ -169,7 +169,7 @@ def write_traces(
     scratch.
     """
     lanes &= WHOLE
-    shared, levels = scratch.shared, scratch.levels
+    shared, two_grid = scratch.shared, scratch.two_grid
     designs = count_of(product.other_axes, product)
     current = -1
     number = 0
@@ -182,14 +182,14 @@ def write_traces(
             if scratch.cached[1] != which:
                 fill_points(
                     product.values[shared[CRANK_RATIO]], product.values[shared[OFFSET_RATIO]],
-                    blend_of(product.values, shared, row_of), grid, scratch.table, levels.fine,
+                    blend_of(product.values, shared, row_of), grid, scratch.table, two_grid.fine,
                     ratio, angles, points, scratch.rates,
                 )  # fmt: skip
                 scratch.cached[1] = which
         count = min(min(end, (which + 1) * designs) - index, LANES)
         traces.write_block(
             count, number, inertia, width * ratio, ratio, lanes,
-            levels, angles, points, kept, smooth, rises, results.omega, results.acceleration,
+            two_grid, angles, points, kept, smooth, rises, results.omega, results.acceleration,
         )  # fmt: skip
         number += 1
         index += count
@@ -232,7 +232,7 @@ def solve_by_harmonics(
     results: Results,
     scratch: BlockScratch,
     memory: Block,
-    levels: Levels,
+    two_grid: TwoGrid,
     deferred: Integers,
 ) -> int:
     """Solve designs that have no table in common, each with curves added up from harmonics.
@@ -240,7 +240,7 @@ def solve_by_harmonics(
     Returns how many are deferred.
 
     `order` are places behind `begin` sorted by their `keys` (see `keys_of`), so that the designs of
-    a block lie between the same two diagrams: `place_of` each row among the `works`. `levels` is
+    a block lie between the same two diagrams: `place_of` each row among the `works`. `two_grid` is
     memory of `own_curves.make_own`. Other arguments as of `solve_by_table`.
     """
     wide_vectors()
@@ -249,7 +249,7 @@ def solve_by_harmonics(
     ratios, offsets, loads = on_stack(LANES), on_stack(LANES), on_stack(LANES)
     before, behind, crankcase = on_stack(LANES), on_stack(LANES), on_stack(LANES)
     inputs = own_curves.Lanes(ratios, offsets, before, behind, crankcase, loads)
-    loaded = own_curves.has_load(works.coarse.shape[3], levels.mix)
+    loaded = own_curves.has_load(works.coarse.shape[3], two_grid.mix)
     for k in range(LANES):
         loads[k] = 0.0
     state = on_stack(STATE_SIZE)
@@ -273,12 +273,12 @@ def solve_by_harmonics(
             state[FIRST_DIAGRAM + k] = first
             state[SECOND_DIAGRAM + k] = second
         own_curves.fill_block(
-            form, lanes, interval, first, second, inputs, works, levels, state,
+            form, lanes, interval, first, second, inputs, works, two_grid, state,
         )  # fmt: skip
         numbers = works.numbers[interval, 1]
         solve_block(
             form, inertia, count, lanes, ratio, width, numbers[TORQUE_RANGE], numbers[LEAST],
-            DEFERRED, choice, results, places, levels, block,
+            DEFERRED, choice, results, places, two_grid, block,
         )  # fmt: skip
         for k in range(count):
             if note_deferred(k, places, results, state):

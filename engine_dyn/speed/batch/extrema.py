@@ -12,7 +12,6 @@ from engine_dyn.compilation import (
 from engine_dyn.speed.batch.candidates import next_candidate
 from engine_dyn.speed.batch.forms import Form, Inertia
 from engine_dyn.speed.batch.intervals import search_intervals
-from engine_dyn.speed.batch.levels import ALIASED, Levels
 from engine_dyn.speed.batch.state import (
     BETA,
     ERROR,
@@ -38,6 +37,7 @@ from engine_dyn.speed.batch.state import (
     NODE_MIN,
     Block,
 )
+from engine_dyn.speed.batch.two_grid import ALIASED, TwoGrid
 from engine_dyn.speed.batch.values import constant
 from engine_dyn.speed.results import CANCELLED, ROUNDING
 from engine_dyn.speed.tables.work_tables import QUINTIC
@@ -49,7 +49,7 @@ __all__ = ["extremes"]
 @inlined
 def search_all(
     form: Form, upward: float, inertia: Inertia, step: float, ratio: int, lanes: int,
-    levels: Levels, bounds: Floats, block: Block,
+    two_grid: TwoGrid, bounds: Floats, block: Block,
 ) -> None:  # fmt: skip
     """Largest (upward = 1) or smallest (-1) u of every lane, in EXTREME, and what it may miss.
 
@@ -65,7 +65,7 @@ def search_all(
         state[EXTREME + k] = -1e300 * upward
         chosen[k] = int(firsts[k])
         more += 1.0 if counts[k] > 1.0 else 0.0
-    search_intervals(form, upward, inertia, step, ratio, lanes, levels, block)
+    search_intervals(form, upward, inertia, step, ratio, lanes, two_grid, block)
     while more > 0.0:
         more = 0.0
         for k in range(LANES):
@@ -77,7 +77,7 @@ def search_all(
                 chosen[k] = max(node, 0)
                 counts[k] -= 1.0
                 more += 1.0 if counts[k] > 1.0 else 0.0
-        search_intervals(form, upward, inertia, step, ratio, lanes, levels, block)
+        search_intervals(form, upward, inertia, step, ratio, lanes, two_grid, block)
 
 
 @formula
@@ -102,19 +102,19 @@ def products_missed(
 
 @inlined
 def extremes(
-    form: Form, inertia: Inertia, step: float, ratio: int, timed: bool, lanes: int, levels: Levels,
-    block: Block,
+    form: Form, inertia: Inertia, step: float, ratio: int, timed: bool, lanes: int,
+    two_grid: TwoGrid, block: Block,
 ) -> None:  # fmt: skip
     """Largest and smallest speed over nominal, and in ERROR what they and the mean may miss."""
     wide_vectors()
     state = block.state
-    period = step * levels.coarse.shape[0]
+    period = step * two_grid.coarse.shape[0]
     for side in range(2):
         upward = 1.0 if side == 0 else -1.0
         bounds = block.maxima if side == 0 else block.minima
         place = MAX_SPEED if side == 0 else MIN_SPEED
         found = state[place : place + LANES]
-        search_all(form, upward, inertia, step, ratio, lanes, levels, bounds, block)
+        search_all(form, upward, inertia, step, ratio, lanes, two_grid, bounds, block)
         rippled, tilted = (MAX_RIPPLE, MAX_TILT) if side == 0 else (MIN_RIPPLE, MIN_TILT)
         ripple, tilt = state[rippled : rippled + LANES], state[tilted : tilted + LANES]
         for k in range(lanes):
@@ -125,4 +125,4 @@ def extremes(
         span = state[MAX_SPEED + k] - state[MIN_SPEED + k]
         rounding = ROUNDING * (1.0 + CANCELLED * state[ETA + k])
         state[ERROR + k] = (state[ERROR + k] + rounding) / span if span > 0.0 else 0.0
-        state[ERROR + k] += products_missed(levels.constants, period, span, timed, k, state)
+        state[ERROR + k] += products_missed(two_grid.constants, period, span, timed, k, state)

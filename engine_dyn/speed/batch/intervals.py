@@ -18,10 +18,6 @@ from engine_dyn.compilation import (
     wide_vectors,
 )
 from engine_dyn.speed.batch.forms import ITERATED, RATIONAL, VARIABLE_INERTIA, Form, Inertia
-from engine_dyn.speed.batch.levels import (
-    Levels,
-    V,
-)
 from engine_dyn.speed.batch.rational import slope_over_nominal
 from engine_dyn.speed.batch.state import (
     BETA,
@@ -40,6 +36,10 @@ from engine_dyn.speed.batch.state import (
     LAW_SQUARE,
     PAD,
     Block,
+)
+from engine_dyn.speed.batch.two_grid import (
+    TwoGrid,
+    V,
 )
 from engine_dyn.speed.batch.values import (
     SLOPES,
@@ -134,7 +134,7 @@ def extreme_between(
 @inlined
 def search_intervals(
     form: Form, upward: float, inertia: Inertia, step: float, ratio: int, lanes: int,
-    levels: Levels, block: Block,
+    two_grid: TwoGrid, block: Block,
 ) -> None:  # fmt: skip
     """Search beside the `chosen` node of every lane; EXTREME is replaced where more is found.
 
@@ -143,7 +143,7 @@ def search_intervals(
     wide_vectors()
     state, deviations, remainders = block.state, block.deviations, block.remainders
     chosen = block.chosen
-    coarse = levels.coarse
+    coarse = two_grid.coarse
     nodes = coarse.shape[0]
     share, turns, width = 1.0 / ratio, 1.0 / step, step / ratio
     values, bumps, roughs = on_stack(LANES), on_stack(LANES), on_stack(LANES)
@@ -189,7 +189,7 @@ def search_intervals(
     )
     for k in range(lanes):
         places[k] = ratio * (chosen[k] + 1)
-    read_pairs(1, SLOPES, places, lanes, levels.fine, levels.mix, state, pairs)
+    read_pairs(1, SLOPES, places, lanes, two_grid.fine, two_grid.mix, state, pairs)
     for k in range(lanes):
         node = chosen[k]
         g, eta, a, kappa = (
@@ -224,11 +224,11 @@ def search_intervals(
         starts[k] = ratio * (first + 1)
     read_nodes(8, places, lanes, coarse, eights)
     read_nodes(4, behind, lanes, coarse, fours)
-    read_pairs(2, SLOPES, starts, lanes, levels.fine, levels.mix, state, more_fours)
+    read_pairs(2, SLOPES, starts, lanes, two_grid.fine, two_grid.mix, state, more_fours)
     if len(form) >= ITERATED:
         for k in range(lanes):
             places[k] = starts[k] + ratio
-        read_pairs(1, SLOPES, places, lanes, levels.fine, levels.mix, state, more_pairs)
+        read_pairs(1, SLOPES, places, lanes, two_grid.fine, two_grid.mix, state, more_pairs)
     for k in range(lanes):
         g, eta, beta = state[GAS_FACTOR + k], state[ETA + k], state[BETA + k]
         turn = eta if len(inertia) == VARIABLE_INERTIA else 0.0
@@ -277,7 +277,7 @@ def search_intervals(
     while part > 0:
         for k in range(lanes):
             behind[k] = places[k] + part
-        read_pairs(1, SLOPES, behind, lanes, levels.fine, levels.mix, state, pairs)
+        read_pairs(1, SLOPES, behind, lanes, two_grid.fine, two_grid.mix, state, pairs)
         for k in range(lanes):
             t = float(behind[k] - starts[k])
             slope = state[GAS_FACTOR + k] * pairs0[k] - state[ETA + k] * pairs1[k]
@@ -289,8 +289,8 @@ def search_intervals(
         part //= 2
     for k in range(lanes):
         behind[k] = places[k] + 1
-    read_pairs(4, VALUES, places, lanes, levels.fine, levels.mix, state, eights)
-    read_pairs(2, VALUES, behind, lanes, levels.fine, levels.mix, state, fours)
+    read_pairs(4, VALUES, places, lanes, two_grid.fine, two_grid.mix, state, eights)
+    read_pairs(2, VALUES, behind, lanes, two_grid.fine, two_grid.mix, state, fours)
     for k in range(lanes):
         g, eta, beta = state[GAS_FACTOR + k], state[ETA + k], state[BETA + k]
         turn = eta if len(inertia) == VARIABLE_INERTIA else 0.0

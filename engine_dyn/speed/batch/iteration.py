@@ -15,7 +15,6 @@ from engine_dyn.speed.batch.forms import (
     Form,
     Inertia,
 )
-from engine_dyn.speed.batch.levels import CHUNK, V
 from engine_dyn.speed.batch.powers import (
     DEEPEST,
     HIGHEST,
@@ -77,6 +76,7 @@ from engine_dyn.speed.batch.state import (
     SLOPE_DOUBT,
     Block,
 )
+from engine_dyn.speed.batch.two_grid import CHUNK, V
 from engine_dyn.speed.batch.values import shared_value, value_at
 from engine_dyn.types import Floats
 

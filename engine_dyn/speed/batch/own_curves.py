@@ -26,7 +26,8 @@ from engine_dyn.geometry.velocity_harmonics import (
     squares_of,
 )
 from engine_dyn.speed.batch.forms import CONSTANT_LOAD, Form
-from engine_dyn.speed.batch.levels import (
+from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE, LANES
+from engine_dyn.speed.batch.two_grid import (
     ALIAS_P,
     ALIAS_V,
     ALIASED,
@@ -50,11 +51,10 @@ from engine_dyn.speed.batch.levels import (
     V_BELOW,
     VV,
     WORK,
-    Levels,
     P,
+    TwoGrid,
     V,
 )
-from engine_dyn.speed.batch.state import GAS_TORQUE_RANGE, LANES
 from engine_dyn.speed.batch.work_harmonics import (
     ABOVE,
     BELOW,
@@ -116,13 +116,13 @@ class Lanes(NamedTuple):
     loads: Floats
 
 
-def make_own(nodes: int, refinement: int, works: Works, loaded: bool) -> Levels:
-    """Levels of a block whose lanes have curves of their own; the fine level stays a sum.
+def make_own(nodes: int, refinement: int, works: Works, loaded: bool) -> TwoGrid:
+    """Grids of a block whose lanes have curves of their own; the fine one stays a sum.
 
     With a load over angle lanes have one weight more.
     """
     coarse, terms = nodes // refinement, works.coarse.shape[3]
-    return Levels(
+    return TwoGrid(
         coarse=np.zeros((coarse, NODE_FIELDS, LANES)),
         chunk=np.zeros((coarse // CHUNK, NODE_FIELDS, LANES)),
         fine=works.fine,
@@ -430,18 +430,18 @@ def add_one(lanes: int, factor: float, weights: Floats, to: Floats) -> None:
 @inlined
 def fill_block(
     form: Form, lanes: int, interval: int, first: int, second: int, inputs: Lanes, works: Works,
-    levels: Levels, state: Floats,
+    two_grid: TwoGrid, state: Floats,
 ) -> None:  # fmt: skip
-    """Coarse levels of all lanes of a block: between the same two diagrams, in one interval.
+    """Coarse grids of all lanes of a block: between the same two diagrams, in one interval.
 
     `first` and `second` are the places of the two diagrams.
     """
     wide_vectors()
-    coarse, constants = levels.coarse, levels.constants
-    mix, terms = levels.mix, works.coarse.shape[3]
+    coarse, constants = two_grid.coarse, two_grid.constants
+    mix, terms = two_grid.mix, works.coarse.shape[3]
     weigh(lanes, inputs, works, mix)
-    fill_coarse(lanes, first, second, works, mix, coarse, levels.units)
-    fill_bounds(lanes, interval, first, second, inputs, works, levels, state)
+    fill_coarse(lanes, first, second, works, mix, coarse, two_grid.units)
+    fill_bounds(lanes, interval, first, second, inputs, works, two_grid, state)
     of_gas, of_squares = on_stack(LANES), on_stack(LANES)
     for k in range(lanes):
         of_gas[k] = of_squares[k] = 0.0
@@ -466,16 +466,16 @@ def fill_block(
 @inlined
 def fill_bounds(
     lanes: int, interval: int, first: int, second: int, inputs: Lanes, works: Works,
-    levels: Levels, state: Floats,
+    two_grid: TwoGrid, state: Floats,
 ) -> None:  # fmt: skip
     """Bounds of the curves of every lane, from those over the interval; arguments as above."""
     wide_vectors()
-    chunk, constants = levels.chunk, levels.constants
+    chunk, constants = two_grid.chunk, two_grid.constants
     shift = BOUNDS_BEFORE_ROWS - WORKS_BEFORE_ROWS
     bounds, numbers = works.chunk[interval], works.numbers[interval]
     here, after = first + shift, second + shift
     # Without a load its weight is 0.
-    of_load = OF_LOAD if has_load(works.coarse.shape[3], levels.mix) else 0
+    of_load = OF_LOAD if has_load(works.coarse.shape[3], two_grid.mix) else 0
     for group in range(chunk.shape[0]):
         one, other, unit, load = (
             bounds[here, group], bounds[after, group], bounds[0, group], bounds[of_load, group]

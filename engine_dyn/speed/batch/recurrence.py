@@ -12,17 +12,6 @@ from engine_dyn.speed.batch.forms import (
     Form,
     Inertia,
 )
-from engine_dyn.speed.batch.levels import (
-    CHUNK,
-    LARGEST_STEP,
-    MOST_IN_SERIES,
-    SQUARES,
-    SQUARES_SERIES,
-    WORK,
-    WORK_SERIES,
-    P,
-    V,
-)
 from engine_dyn.speed.batch.powers import DEEPEST, HIGHEST, inverses, root_remainder
 from engine_dyn.speed.batch.state import (
     BETA,
@@ -45,6 +34,17 @@ from engine_dyn.speed.batch.state import (
     V_WEIGHT,
     V_WORK_WEIGHT,
     Block,
+)
+from engine_dyn.speed.batch.two_grid import (
+    CHUNK,
+    LARGEST_STEP,
+    MOST_IN_SERIES,
+    SQUARES,
+    SQUARES_SERIES,
+    WORK,
+    WORK_SERIES,
+    P,
+    V,
 )
 from engine_dyn.speed.batch.values import shared_value, value_at
 from engine_dyn.types import Floats

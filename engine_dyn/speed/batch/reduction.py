@@ -18,7 +18,6 @@ from engine_dyn.speed.batch.forms import (
     Form,
     Inertia,
 )
-from engine_dyn.speed.batch.levels import ALIAS_P, ALIAS_V, ALIASED, LARGEST_STEP, PP, PV, VV
 from engine_dyn.speed.batch.powers import loss_of
 from engine_dyn.speed.batch.rational import (
     fill_linear_square,
@@ -71,6 +70,7 @@ from engine_dyn.speed.batch.state import (
     V_WEIGHT,
     V_WORK_WEIGHT,
 )
+from engine_dyn.speed.batch.two_grid import ALIAS_P, ALIAS_V, ALIASED, LARGEST_STEP, PP, PV, VV
 from engine_dyn.speed.batch.values import constant
 from engine_dyn.speed.results import IDLE
 from engine_dyn.status import NO_STEADY_STATE
@@ -82,7 +82,7 @@ NO_LOAD = 1e-30
 """Smallest kappa: its solution is that without load to rounding, and nothing divides by zero."""
 
 LARGEST_ALIAS = 1e-3
-"""Largest share of a table that the coarse level may see wrongly; of usual ones it is 1e-4."""
+"""Largest share of a table that the coarse grid may see wrongly; of usual ones it is 1e-4."""
 
 SMALLEST_SLOPE, LARGEST_SLOPE = 1e-4, 8.0
 """Range of a: below it the closure -mean(r)/a loses its digits, above it `exp_of` does not hold,

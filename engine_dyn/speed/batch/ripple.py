@@ -5,7 +5,6 @@ from __future__ import annotations
 from engine_dyn.compilation import formula, inlined
 from engine_dyn.speed.batch.forms import ITERATED, VARIABLE_INERTIA, Form, Inertia
 from engine_dyn.speed.batch.intervals import load_of
-from engine_dyn.speed.batch.levels import CHUNK, P_MOMENT, RIPPLE, RIPPLE_V, V_MOMENT, Levels, P, V
 from engine_dyn.speed.batch.state import (
     ETA,
     GAS_FACTOR,
@@ -16,6 +15,16 @@ from engine_dyn.speed.batch.state import (
     NODE_MIN,
     PAD,
     Block,
+)
+from engine_dyn.speed.batch.two_grid import (
+    CHUNK,
+    P_MOMENT,
+    RIPPLE,
+    RIPPLE_V,
+    V_MOMENT,
+    P,
+    TwoGrid,
+    V,
 )
 from engine_dyn.speed.batch.values import SLOPES, pair_at, shared_value, value_at
 from engine_dyn.types import Floats
@@ -41,8 +50,8 @@ def load_at(
 
 @inlined
 def is_clear(
-    form: Form, upward: float, inertia: Inertia, ratio: int, k: int, levels: Levels, bounds: Floats,
-    block: Block,
+    form: Form, upward: float, inertia: Inertia, ratio: int, k: int, two_grid: TwoGrid,
+    bounds: Floats, block: Block,
 ) -> bool:  # fmt: skip
     """Whether ripple cannot have misled `extrema.search_all`: asked of few lanes, one at a time.
 
@@ -50,7 +59,7 @@ def is_clear(
     that is an extreme, one of the two nodes was taken for a candidate.
     """
     state, deviations, remainders = block.state, block.deviations, block.remainders
-    coarse, chunk = levels.coarse, levels.chunk
+    coarse, chunk = two_grid.coarse, two_grid.chunk
     turn = state[ETA + k] if len(inertia) == VARIABLE_INERTIA else 0.0
     best = upward * state[(NODE_MAX if upward > 0.0 else NODE_MIN) + k]
     for group in range(chunk.shape[0]):
@@ -80,7 +89,9 @@ def is_clear(
             ahead = 0.0
             for i in range(ratio + 1):
                 t = i / ratio
-                dp, dv = pair_at(ratio * (node + 1) + i, SLOPES, k, levels.fine, levels.mix, state)
+                dp, dv = pair_at(
+                    ratio * (node + 1) + i, SLOPES, k, two_grid.fine, two_grid.mix, state
+                )
                 slope = state[GAS_FACTOR + k] * dp - state[ETA + k] * dv - (dy0 + t * (dy2 - dy0))
                 slope -= (u0 + t * (u2 - u0)) * turn * dv
                 slope *= upward
@@ -94,15 +105,15 @@ def is_clear(
 
 
 @inlined
-def clear_ripple(form: Form, inertia: Inertia, ratio: int, levels: Levels, block: Block) -> None:
+def clear_ripple(form: Form, inertia: Inertia, ratio: int, two_grid: TwoGrid, block: Block) -> None:
     """MAX_RIPPLE and MIN_RIPPLE become 0 where ripple cannot have misled the search."""
     state = block.state
     for k in range(LANES):
         if state[MAX_RIPPLE + k] > 0.0 and is_clear(
-            form, 1.0, inertia, ratio, k, levels, block.maxima, block
+            form, 1.0, inertia, ratio, k, two_grid, block.maxima, block
         ):
             state[MAX_RIPPLE + k] = 0.0
         if state[MIN_RIPPLE + k] > 0.0 and is_clear(
-            form, -1.0, inertia, ratio, k, levels, block.minima, block
+            form, -1.0, inertia, ratio, k, two_grid, block.minima, block
         ):
             state[MIN_RIPPLE + k] = 0.0

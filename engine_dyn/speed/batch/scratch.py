@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.speed.batch.levels import CHUNK, Levels, make_levels
 from engine_dyn.speed.batch.state import LANES, PAD, Block
+from engine_dyn.speed.batch.two_grid import CHUNK, TwoGrid, make_two_grid
 from engine_dyn.speed.fields import INPUTS
 from engine_dyn.speed.tables.work_tables import TABLE_ROWS
 from engine_dyn.types import Floats, Integers
@@ -31,9 +31,9 @@ class BlockScratch(NamedTuple):
     line : ndarray of int, shape (1,)
         Which line of designs `at` belongs to, see `take_designs`.
     cached : ndarray of int, shape (2,)
-        Which designs `table` and `levels` belong to, and which the points of curves: the place of
+        Which designs `table` and `two_grid` belong to, and which the points of curves: the place of
         the table in the product, -1 of none.
-    levels : Levels
+    two_grid : TwoGrid
         The coarse and the fine grid of the table.
     """
 
@@ -46,13 +46,13 @@ class BlockScratch(NamedTuple):
     varying: Integers
     line: Integers
     cached: Integers
-    levels: Levels
+    two_grid: TwoGrid
 
 
 def make_block_scratch(nodes: int, steps: int, refinement: int) -> BlockScratch:
     """Working memory for designs with `nodes` nodes a period and `steps` in the whole grid.
 
-    Each coarse interval of `levels` has `refinement` nodes.
+    Each coarse interval of `two_grid` has `refinement` nodes.
     """
     return BlockScratch(
         table=np.empty((TABLE_ROWS, nodes)),
@@ -64,7 +64,7 @@ def make_block_scratch(nodes: int, steps: int, refinement: int) -> BlockScratch:
         varying=np.zeros(INPUTS, dtype=np.int64),
         line=np.zeros(1, dtype=np.int64),
         cached=np.full(2, -1, dtype=np.int64),
-        levels=make_levels(nodes, refinement),
+        two_grid=make_two_grid(nodes, refinement),
     )
 
 

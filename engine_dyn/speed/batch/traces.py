@@ -37,7 +37,6 @@ from engine_dyn.speed.batch.angles import (
     Angles,
 )
 from engine_dyn.speed.batch.forms import VARIABLE_INERTIA, Inertia
-from engine_dyn.speed.batch.levels import F_IP, F_IV, P_MOMENT, V_MOMENT, Levels, P, V
 from engine_dyn.speed.batch.powers import root_remainder
 from engine_dyn.speed.batch.state import (
     BETA,
@@ -55,6 +54,7 @@ from engine_dyn.speed.batch.state import (
     SPEED,
     Block,
 )
+from engine_dyn.speed.batch.two_grid import F_IP, F_IV, P_MOMENT, V_MOMENT, P, TwoGrid, V
 from engine_dyn.status import CONVERGED
 from engine_dyn.types import Floats, Integers
 
@@ -137,7 +137,7 @@ def keep(number: int, block: Block, places: Integers, kept: Kept) -> None:
 
 @inlined
 def fill_smooth(
-    inertia: Inertia, step: float, ratio: int, lanes: int, levels: Levels, kept: Floats,
+    inertia: Inertia, step: float, ratio: int, lanes: int, two_grid: TwoGrid, kept: Floats,
     deviations: Floats, remainders: Floats, smooth: Floats, rises: Floats,
 ) -> None:  # fmt: skip
     """Fill in w and its slope, times a coarse interval, at the coarse nodes and beside both ends.
@@ -145,7 +145,7 @@ def fill_smooth(
     They are those of `intervals.load_of`.
     """
     wide_vectors()
-    fine, coarse = levels.fine, levels.coarse
+    fine, coarse = two_grid.fine, two_grid.coarse
     nodes = coarse.shape[0]
     iterated = remainders.size > 0
     # Here, so that the compiler knows that nothing overlaps them.
@@ -292,7 +292,7 @@ def write_curve(
 @inlined
 def write_block(
     count: int, number: int, inertia: Inertia, step: float, ratio: int, lanes: int,
-    levels: Levels, angles: Angles, points: Floats, kept: Kept, smooth: Floats, rises: Floats,
+    two_grid: TwoGrid, angles: Angles, points: Floats, kept: Kept, smooth: Floats, rises: Floats,
     omega: Floats, acceleration: Floats,
 ) -> None:  # fmt: skip
     """Write the curves of the first `count` designs of a block; NaN where they have none.
@@ -305,7 +305,7 @@ def write_block(
         step,
         ratio,
         lanes,
-        levels,
+        two_grid,
         state,
         kept.deviations[number],
         kept.remainders[number],

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from engine_dyn.compilation import SQUARE_SIDE, formula, turn_eights, turn_fours, turn_pairs
-from engine_dyn.speed.batch.levels import SQUARES, P
 from engine_dyn.speed.batch.own_curves import own_pair, own_pairs
 from engine_dyn.speed.batch.state import FIRST_DIAGRAM, LANES, SECOND_DIAGRAM
+from engine_dyn.speed.batch.two_grid import SQUARES, P
 from engine_dyn.types import Floats, Integers
 
 __all__ = [

@@ -48,7 +48,7 @@ from engine_dyn.geometry.velocity_harmonics import (
 from engine_dyn.loads.friction import FRICTIONLESS
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.arguments import AngleLoad
-from engine_dyn.speed.batch.levels import (
+from engine_dyn.speed.batch.two_grid import (
     CHUNK,
     HIGHEST_SLOPE,
     HIGHEST_SLOPE_V,
@@ -56,11 +56,11 @@ from engine_dyn.speed.batch.levels import (
     P_BELOW,
     RIPPLE,
     TILT,
-    Levels,
+    TwoGrid,
     aliased_beyond,
-    fill_levels,
+    fill_two_grid,
     integral_of_quartic,
-    make_levels,
+    make_two_grid,
 )
 from engine_dyn.speed.pieces import run_pieces
 from engine_dyn.speed.tables import work_tables
@@ -135,7 +135,7 @@ TORQUE_RANGE, STEEPEST, LEAST, WORST = range(NUMBERS)
 fraction of it that the coarse nodes see wrongly."""
 
 ABOVE, BELOW, RIPPLES, TILTS = range(4)
-"""Bounds of a chunk of coarse nodes, see `levels`."""
+"""Bounds of a chunk of coarse nodes, see `two_grid`."""
 
 UNIT, FIRST_SQUARE, SQUARE_WORKS, LOAD = 0, 1, 2, 3
 WORKS_BEFORE_ROWS = 4
@@ -165,8 +165,8 @@ class Works(NamedTuple):
     Attributes
     ----------
     fine : ndarray, shape (place, fine node, 4 terms)
-        Value of every term, then slopes, antiderivatives and middles, as the fine level of
-        `levels`.
+        Value of every term, then slopes, antiderivatives and middles, as the fine grid of
+        `two_grid`.
     coarse : ndarray, shape (place, coarse node, 2, term)
         Value, and integral over the interval behind the node.
     alias : ndarray, shape (place, term)
@@ -400,7 +400,7 @@ def build_bounds(
     table: Floats,
     middles: Floats,
     rates: Floats,
-    levels: Levels,
+    two_grid: TwoGrid,
 ) -> None:
     """Bounds of the diagrams `rows`, in the places `bounds`, for an interval with these `limits`.
 
@@ -411,14 +411,14 @@ def build_bounds(
     for i in range(rows.size):
         build_bound(
             interval, bounds[i], rows[i], limits, width, ratio, grid, works, table, middles, rates,
-            levels,
+            two_grid,
         )  # fmt: skip
 
 
 @inlined
 def build_bound(
     interval: int, bound: int, row: int, limits: Floats, width: float, ratio: int, grid: Grid,
-    works: Works, table: Floats, middles: Floats, rates: Floats, levels: Levels,
+    works: Works, table: Floats, middles: Floats, rates: Floats, two_grid: TwoGrid,
 ) -> None:  # fmt: skip
     """Bounds of one diagram, arguments as of `build_bounds`."""
     unit = row < 0
@@ -432,9 +432,9 @@ def build_bound(
         at = limits[0] + 0.5 * (i % 3) * (limits[1] - limits[0])
         offset = limits[2] * (i // 3 - 1.0) if tables > 3 else 0.0
         work_tables.build(at, offset, blend, width, grid, table, middles, rates)
-        fill_levels(table, width, ratio, levels)
+        fill_two_grid(table, width, ratio, two_grid)
         for quantity in range(2 if unit else 1):
-            widen_bound(interval, bound + quantity, quantity, table, levels, works)
+            widen_bound(interval, bound + quantity, quantity, table, two_grid, works)
 
 
 @inlined
@@ -450,31 +450,31 @@ def clear_bound(interval: int, bound: int, works: Works) -> None:
 
 @inlined
 def widen_bound(
-    interval: int, bound: int, quantity: int, table: Floats, levels: Levels, works: Works
+    interval: int, bound: int, quantity: int, table: Floats, two_grid: TwoGrid, works: Works
 ) -> None:
-    """Widen a bound by one table and its levels: for P (quantity 0) or V (1)."""
+    """Widen a bound by one table and its grids: for P (quantity 0) or V (1)."""
     numbers, chunk = works.numbers[interval, bound], works.chunk[interval, bound]
     for group in range(chunk.shape[0]):
-        of = levels.chunk[group]
+        of = two_grid.chunk[group]
         chunk[group, ABOVE] = max(chunk[group, ABOVE], BOUND * of[P_ABOVE + 2 * quantity])
         chunk[group, BELOW] = max(chunk[group, BELOW], BOUND * of[P_BELOW + 2 * quantity])
         chunk[group, RIPPLES] = max(chunk[group, RIPPLES], BOUND * of[RIPPLE + quantity])
         chunk[group, TILTS] = max(chunk[group, TILTS], BOUND * of[TILT + quantity])
     low, high = bounds_of(table[SHAPE if quantity == 1 else TORQUE])
-    slope = levels.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
+    slope = two_grid.constants[HIGHEST_SLOPE_V if quantity == 1 else HIGHEST_SLOPE]
     least = bounds_of(table[SQUARE])[0]
     numbers[TORQUE_RANGE] = max(numbers[TORQUE_RANGE], BOUND * (high - low))
     numbers[STEEPEST] = max(numbers[STEEPEST], BOUND * slope)
     # The work of a pressure of 1, and V, of many cylinders can vanish but for rounding.
     rounded = ROUNDED if bound < BOUNDS_BEFORE_ROWS else 0.0
-    numbers[WORST] = max(numbers[WORST], aliased_beyond(rounded, levels.constants))
+    numbers[WORST] = max(numbers[WORST], aliased_beyond(rounded, two_grid.constants))
     numbers[LEAST] = min(numbers[LEAST], BOUND * least)
 
 
 @kernel
 def build_load(
     gear: float, phase: float, width: float, ratio: int, load: Floats, table: Floats,
-    plain: Floats, levels: Levels, works: Works,
+    plain: Floats, two_grid: TwoGrid, works: Works,
 ) -> None:  # fmt: skip
     """Work of a load over angle and its bounds, docs/method.md (35) and (36).
 
@@ -490,10 +490,10 @@ def build_load(
     store_term(
         LOAD, 0, width, ratio, table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_MIDDLE], works
     )
-    fill_levels(table, width, ratio, levels)
+    fill_two_grid(table, width, ratio, two_grid)
     for interval in range(works.numbers.shape[0]):
         clear_bound(interval, OF_LOAD, works)
-        widen_bound(interval, OF_LOAD, 0, table, levels, works)
+        widen_bound(interval, OF_LOAD, 0, table, two_grid, works)
 
 
 def images_of(coarse: Floats) -> Integers:
@@ -587,7 +587,7 @@ class Curves:
             build_load(
                 load.gear_ratio, load.phase, width, refinement, load.table,
                 np.empty((TABLE_ROWS, nodes)), np.empty((PLAIN_ROWS, nodes)),
-                make_levels(nodes, refinement), self.works,
+                make_two_grid(nodes, refinement), self.works,
             )  # fmt: skip
         self._sines: tuple[Floats, Floats] | None = None
 
@@ -670,7 +670,7 @@ class Curves:
             build_bounds(
                 interval, bounds[begin:end], rows[begin:end], limits, self.width, self.refinement,
                 grid, self.works, np.empty((TABLE_ROWS, self.nodes)), np.empty((4, self.nodes)),
-                np.empty(6 * grid.node_sine.size), make_levels(self.nodes, self.refinement),
+                np.empty(6 * grid.node_sine.size), make_two_grid(self.nodes, self.refinement),
             )  # fmt: skip
 
         run_pieces(rows.size, build, threads, None, fewest=8)

@@ -1,9 +1,9 @@
-"""Two levels of one table: a coarse one that carries the load's term, a fine one for the extremes.
+"""Two grids of one table: a coarse one that carries the load's term, a fine one for the extremes.
 
 The term of the load, z, is the integral of an integral of the torque: a tenth of the table's nodes
-carry it. What it must not lose is the work between those nodes, so the coarse level keeps the exact
+carry it. What it must not lose is the work between those nodes, so the coarse grid keeps the exact
 integrals of P and V over each of its intervals. The extremes of the speed are then refined on the
-fine level, whose nodes are those of `tables`.
+fine grid, whose nodes are those of `tables`.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ __all__ = [
     "SERIES_OF_WORK",
     "SQUARES_SERIES",
     "WORK_SERIES",
-    "Levels",
+    "TwoGrid",
     "aliased_beyond",
-    "fill_levels",
-    "make_levels",
+    "fill_two_grid",
+    "make_two_grid",
 ]
 
 
@@ -73,7 +73,7 @@ F_P, F_V, F_DP, F_DV, F_IP, F_IV, F_MP, F_MV = range(FINE_FIELDS)
 misses in the middle of the interval behind it."""
 
 LARGEST_STEP = 0.05
-"""Largest beta times the width of a coarse interval: beyond it the coarse level is too coarse."""
+"""Largest beta times the width of a coarse interval: beyond it the coarse grid is too coarse."""
 
 SERIES_OF_WORK, MOST_IN_SERIES = 16, 100
 """Terms, and up to how many coarse nodes they leave 1e-11 of the work that drives the recurrence:
@@ -89,7 +89,7 @@ PP, PV, VV = 0, 1, 2
 HIGHEST_SLOPE, HIGHEST_SLOPE_V, ALIASED = 17, 18, 19
 CUBES, FOURTHS = 20, 24
 """Of a table: the means of P^2, P V, V^2; ALIAS, for P^i V^k with i + k from 1 to 4, its mean over
-the fine less that over the coarse nodes: what the coarse level makes wrong in the mean of a
+the fine less that over the coarse nodes: what the coarse grid makes wrong in the mean of a
 function of the speed; the largest slopes; ALIASED, the largest
 of the first four of those differences over the values themselves; the means of P^3, P^2 V ... V^3
 and of P^4 ... V^4. WORK_SERIES and SQUARES_SERIES: where the load's recurrence ends that starts
@@ -122,8 +122,8 @@ MEAN_ROWS = MEANS * STRIP
 SERIES_DECAYS, SERIES_SHARES = _series_of_work()
 
 
-class Levels(NamedTuple):
-    """Both levels of one table.
+class TwoGrid(NamedTuple):
+    """Both grids of one table.
 
     `coarse` is (coarse node, NODE_FIELDS), `chunk` the largest deviations of a chunk of them,
     `fine` (fine node, FINE_FIELDS) with one coarse interval before the first node and behind the
@@ -142,10 +142,10 @@ class Levels(NamedTuple):
     windows: Floats
 
 
-def make_levels(nodes: int, ratio: int) -> Levels:
+def make_two_grid(nodes: int, ratio: int) -> TwoGrid:
     """Memory for a table of `nodes` nodes, every `ratio`-th of which is a coarse one."""
     coarse = nodes // ratio
-    return Levels(
+    return TwoGrid(
         coarse=np.zeros((coarse, NODE_FIELDS)),
         chunk=np.zeros((coarse // CHUNK, NODE_FIELDS)),
         fine=np.zeros((nodes + 2 * ratio, FINE_FIELDS)),
@@ -274,9 +274,9 @@ def add_at(mean: int, k: int, value: float, sums: Floats) -> None:
 
 
 @inlined
-def fill_moments(width: float, ratio: int, levels: Levels) -> None:
+def fill_moments(width: float, ratio: int, two_grid: TwoGrid) -> None:
     """P_MOMENT and V_MOMENT: the first moment is h/2 (I_0 + I_1) less the integral of I."""
-    fine, coarse = levels.fine, levels.coarse
+    fine, coarse = two_grid.fine, two_grid.coarse
     count = coarse.shape[0]
     step = width * ratio
     for quantity in range(2):
@@ -299,7 +299,7 @@ def fill_moments(width: float, ratio: int, levels: Levels) -> None:
 @inlined
 def fill_ripple(
     width: float, ratio: int, value: Floats, slope: Floats, tilt: Floats, steepest: float,
-    quantity: int, levels: Levels,
+    quantity: int, two_grid: TwoGrid,
 ) -> None:  # fmt: skip
     """Ripple and tilt of P or V, for each chunk: what may mislead the search for extremes.
 
@@ -311,7 +311,7 @@ def fill_ripple(
 
     `value`, `slope` and `tilt` are rows of a table, `steepest` is the largest slope.
     """
-    nodes, chunk, windows = value.size, levels.chunk, levels.windows
+    nodes, chunk, windows = value.size, two_grid.chunk, two_grid.windows
     before, behind = windows[0], windows[1]
     last = nodes - 1
     for j in range(nodes):
@@ -380,12 +380,12 @@ def fill_series_of_work(coarse: Floats, constants: Floats) -> None:
 
 
 @inlined
-def fill_chords(ratio: int, value: Floats, above: int, levels: Levels) -> None:
+def fill_chords(ratio: int, value: Floats, above: int, two_grid: TwoGrid) -> None:
     """How far a quantity rises above, and falls below, its chords in the intervals beside a node.
 
     `value` is its row of a table, `above` the first of the two fields of coarse nodes.
     """
-    coarse = levels.coarse
+    coarse = two_grid.coarse
     count = coarse.shape[0]
     for n in range(count):
         begin, end = n * ratio, (n + 1) * ratio if n + 1 < count else 0
@@ -407,7 +407,7 @@ def fill_chords(ratio: int, value: Floats, above: int, levels: Levels) -> None:
             largest = 0.0
             for i in range(CHUNK):
                 largest = max(largest, coarse[CHUNK * group + i, field])
-            levels.chunk[group, field] = largest
+            two_grid.chunk[group, field] = largest
 
 
 @inlined
@@ -420,9 +420,9 @@ def largest_of(numbers: Floats) -> float:
 
 
 @inlined
-def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None:
-    """Both levels of a table of `tables.build`."""
-    fine, coarse, constants = levels.fine, levels.coarse, levels.constants
+def fill_two_grid(table: Floats, width: float, ratio: int, two_grid: TwoGrid) -> None:
+    """Both grids of a table of `tables.build`."""
+    fine, coarse, constants = two_grid.fine, two_grid.coarse, two_grid.constants
     for i in range(CONSTANTS):
         constants[i] = 0.0
     fill_fine(table, width, ratio, fine)
@@ -434,18 +434,18 @@ def fill_levels(table: Floats, width: float, ratio: int, levels: Levels) -> None
         coarse[n, V] = fine[here, F_V]
         coarse[n, WORK] = fine[here + ratio, F_IP] - fine[here, F_IP]
         coarse[n, SQUARES] = fine[here + ratio, F_IV] - fine[here, F_IV]
-    fill_chords(ratio, table[GAS_WORK], P_ABOVE, levels)
-    fill_chords(ratio, table[SQUARE], V_ABOVE, levels)
-    fill_moments(width, ratio, levels)
+    fill_chords(ratio, table[GAS_WORK], P_ABOVE, two_grid)
+    fill_chords(ratio, table[SQUARE], V_ABOVE, two_grid)
+    fill_moments(width, ratio, two_grid)
     if count <= MOST_IN_SERIES:
         fill_series_of_work(coarse, constants)
     constants[HIGHEST_SLOPE] = largest_of(table[GAS_TORQUE])
     constants[HIGHEST_SLOPE_V] = largest_of(table[SQUARE_SLOPE])
     fill_ripple(
         width, ratio, table[GAS_WORK], table[GAS_TORQUE], table[GAS_WORK_TILT],
-        constants[HIGHEST_SLOPE], 0, levels,
+        constants[HIGHEST_SLOPE], 0, two_grid,
     )  # fmt: skip
     fill_ripple(
         width, ratio, table[SQUARE], table[SQUARE_SLOPE], table[SQUARE_TILT],
-        constants[HIGHEST_SLOPE_V], 1, levels,
+        constants[HIGHEST_SLOPE_V], 1, two_grid,
     )  # fmt: skip
