@@ -3,16 +3,10 @@
 Importing it changes nothing for other people's Numba code.
 """
 
+from engine_dyn.compilation.announcing import COMPILING, on_compiling
 from engine_dyn.compilation.by_type import by_type
 from engine_dyn.compilation.cache import own_cache, source_hash
-from engine_dyn.compilation.decorators import (
-    COMPILING,
-    FAST_MATH,
-    formula,
-    inlined,
-    kernel,
-    on_compiling,
-)
+from engine_dyn.compilation.decorators import FAST_MATH, formula, inlined, kernel
 from engine_dyn.compilation.settings import processor, processor_features, threading_layer
 from engine_dyn.compilation.stack import indices_on_stack, on_stack, rows_on_stack
 from engine_dyn.compilation.vectors import (

@@ -5,20 +5,17 @@ Kernels compile when first called, never on import.
 
 from __future__ import annotations
 
-import logging
 import weakref
 from collections.abc import Callable
 from typing import Any
 
 import numba
-from numba.core import event, types
+from numba.core import types
 
 from engine_dyn.compilation import pipeline
 from engine_dyn.compilation.cache import keep_on_disk
 
-__all__ = ["COMPILING", "FAST_MATH", "formula", "inlined", "kernel", "on_compiling"]
-
-COMPILING = "compiling kernels (once for this version; later runs start at once)"
+__all__ = ["FAST_MATH", "formula", "inlined", "kernel"]
 
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 """Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919)."""
@@ -99,31 +96,3 @@ def _part_of_kernels(function: Callable[..., Any], **options: Any) -> Any:
     dispatcher.add_overload = add_for_kernels
     dispatcher._compile_for_args = alone._compile_for_args
     return dispatcher
-
-
-class _Announcer(event.Listener):
-    """Tells once when the first kernel of this process has to be compiled."""
-
-    def __init__(self) -> None:
-        self.tell: Callable[[], None] = lambda: logging.getLogger("engine_dyn").warning(COMPILING)
-        self.told = False
-
-    def on_start(self, event: Any) -> None:
-        if not self.told and event.data["dispatcher"].py_func in _functions:
-            self.told = True
-            self.tell()
-
-    def on_end(self, event: Any) -> None:
-        pass
-
-
-_announcer = _Announcer()
-event.register("numba:compile", _announcer)
-
-
-def on_compiling(tell: Callable[[], None]) -> None:
-    """Call `tell` once, when the first kernel of this process has to be compiled.
-
-    Unless this is called, the logger "engine_dyn" says so as a warning, which Python prints.
-    """
-    _announcer.tell = tell

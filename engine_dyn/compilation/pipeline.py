@@ -20,6 +20,7 @@ from typing import Any
 import numba
 from numba.core import codegen, compiler
 
+from engine_dyn.compilation.announcing import announce
 from engine_dyn.compilation.fast_compile import FAST, collector_at_rest, faster_flags
 
 __all__ = ["POSSIBLE", "KernelCompiler", "PartCompiler"]
@@ -115,6 +116,7 @@ class KernelCompiler(_Compiler):
 
     def compile_extra(self, function: Callable[..., Any]) -> Any:
         """Compile a Python function into a library of one of the classes above."""
+        announce()
         library = self._library()(self.state.targetctx.codegen(), function.__qualname__)
         library.enable_object_caching()
         self.state.library = library
