@@ -107,7 +107,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "overturning_moment", r"M_\alpha", "N m",
         "overturning moment on the frame, in the sense of rotation, all cylinders",
-        "Kakaitsas eq. 2.8", kind="curve", needs=("gas_torque", "inertia_torque"),
+        "Kakaitsas eq. 2.8 (M_a = -N H)", kind="curve", needs=("gas_torque", "inertia_torque"),
         make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
     ),
     Node(

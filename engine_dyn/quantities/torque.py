@@ -18,6 +18,17 @@ from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 __all__ = ["NODES"]
 
 
+_EXTREMES = (
+    "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", "bore",
+    "double_radius", "reciprocating_mass", "speed", "cylinder_set", "cylinders_by_count", "family",
+    "tolerance",
+)  # fmt: skip
+"""What the extremes of the torque need, friction aside."""
+
+_INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "torque_min"}
+"""Extremes of the torque without friction, and what their kernel calls them."""
+
+
 def _torque_solution(**needs: Any) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed.torque import torque_extremes
@@ -30,14 +41,15 @@ def _solution(when: str, *more: str) -> Node:
     return Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=TORQUE_NAMES, when=when,
-        needs=(
-            "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
-            *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed",
-            "friction_torque", "cylinder_set", "cylinders_by_count", "family", "tolerance",
-            *more,
-        ),
-        make=_torque_solution,
+        needs=(*_EXTREMES, *FRICTION_NAMES, "friction_torque", *more), make=_torque_solution,
     )  # fmt: skip
+
+
+def _indicated_solution(**needs: Any) -> Any:
+    found = _torque_solution(
+        **{**needs, "friction_torque": 0.0, "wanted": list(_INDICATED.values())}
+    )
+    return {name: found[kernels] for name, kernels in _INDICATED.items()}
 
 
 def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: str) -> Node:
@@ -75,13 +87,17 @@ NODES: tuple[Node, ...] = (
     _solution("angle_load", "driven", *OF_ANGLE),
     *(_torque_result(*row) for row in TORQUE_RESULTS),
     Node(
+        "indicated_torque_mean", "", "N m", "mean torque over the cycle without friction",
+        public=False,
+        needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders"),
+        make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders:
+        cylinders * torque.piston_area(bore) * 0.5 * double_radius * pressure_scale * mean_gas,
+    ),
+    Node(
         "torque_mean", "M_{mean}", "N m", "mean torque over the cycle", "Kakaitsas eq. 3.5",
-        needs=("mean_gas", "pressure_scale", "bore", "double_radius", "cylinders",
-               "friction_torque"),
-        make=lambda mean_gas, pressure_scale, bore, double_radius, cylinders, friction_torque:
-        balance_of(
-            cylinders * torque.piston_area(bore) * 0.5 * double_radius * pressure_scale * mean_gas,
-            friction_torque,
+        needs=("indicated_torque_mean", "friction_torque"),
+        make=lambda indicated_torque_mean, friction_torque: balance_of(
+            indicated_torque_mean, friction_torque
         ),
     ),
     Node(
@@ -95,12 +111,42 @@ NODES: tuple[Node, ...] = (
         make=lambda torque_max, torque_mean: quotient(torque_max, torque_mean),
     ),
     Node(
-        "torque_irregularity", r"\mu", "1", "coefficient of torque irregularity",
-        "Power units, lecture 18", needs=("torque_range", "torque_mean"),
+        "indicated_torque_solution", "", "", "extremes of the torque without friction",
+        kind="stage", public=False, gives=tuple(_INDICATED), needs=_EXTREMES,
+        make=_indicated_solution,
+    ),
+    *(
+        Node(name, "", "N m", f"{which} torque without friction at nominal speed", public=False,
+             needs=("indicated_torque_solution",))
+        for name, which in zip(_INDICATED, ("largest", "smallest"), strict=True)
+    ),
+    Node(
+        "indicated_torque_range", "", "N m", "range of the torque without friction", public=False,
+        when="uniform_friction", needs=("torque_range",), make=lambda torque_range: torque_range,
+    ),
+    Node(
+        "indicated_torque_range", "", "N m", "range of the torque without friction", public=False,
+        when="stroke_friction", needs=tuple(_INDICATED),
+        make=lambda indicated_torque_max, indicated_torque_min: indicated_torque_max
+        - indicated_torque_min,
+    ),
+    Node(
+        "torque_irregularity", r"\mu", "1",
+        "coefficient of torque irregularity, range over mean of the indicated torque",
+        "Power units, lecture 18", needs=("indicated_torque_range", "indicated_torque_mean"),
+        make=lambda indicated_torque_range, indicated_torque_mean: quotient(
+            indicated_torque_range, indicated_torque_mean
+        ),
+    ),
+    Node(
+        "torque_irregularity_brake", r"\mu_e", "1",
+        "coefficient of torque irregularity, range over mean of the brake torque",
+        "after Power units, lecture 18", needs=("torque_range", "torque_mean"),
         make=lambda torque_range, torque_mean: quotient(torque_range, torque_mean),
     ),
     Node(
-        "brake_power", "P_e", "W", "brake power at nominal speed", "Kakaitsas section 3.2",
+        "brake_power", "P_e", "W", "brake power at nominal speed",
+        "Power units, lecture 18: M = 9550 N_e/n",
         needs=("torque_mean", "speed"), make=lambda torque_mean, speed: torque_mean * speed,
     ),
     Node(
