@@ -225,9 +225,9 @@ def test_error_is_mosakowskis_equation_16() -> None:
     ratio = np.linspace(0.05, 0.7, 27)
     printed = ratio / (1.0 + ratio) * (1.0 / np.sqrt(1.0 - ratio**2) - 1.0)
     assert series.truncation_error(ratio, 2, 2) == pytest.approx(printed, rel=1e-12)
-    # Fig. 2 and text: just above 1 % at 0.3, above 5 % at 0.5
-    assert series.truncation_error(0.3, 2, 2) == pytest.approx(0.011, abs=5e-4)
-    assert series.truncation_error(0.5, 2, 2) == pytest.approx(0.052, abs=5e-4)
+    # Text to Fig. 2: slightly over 1 % at 0.3, over 5 % at 0.5. No value is printed.
+    assert 0.01 < series.truncation_error(0.3, 2, 2) < 0.012
+    assert 0.05 < series.truncation_error(0.5, 2, 2) < 0.06
     # with the fourth order, at 90 degrees too: (lambda/W - lambda - lambda^3/2)/(1 + lambda)
     rest = (ratio / np.sqrt(1.0 - ratio**2) - ratio - 0.5 * ratio**3) / (1.0 + ratio)
     assert series.truncation_error(ratio, 4, 2) == pytest.approx(rest, rel=1e-9)
