@@ -182,7 +182,7 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
         "torque_and_speed",
         finish(
             figure,
-            "Torque, load torque and speed",
+            "Torque, load torque and speed" if "load_torque" in names else "Torque and speed",
             notes,
             entries,
             caption=view.caption,

@@ -510,6 +510,13 @@ def test_kinematics_without_acceleration_has_two_panels() -> None:
     assert len(plates(thesis_like()[["position", "velocity"]])["kinematics"].axes) == 2
 
 
+def test_a_load_torque_is_named_where_it_is_drawn(thesis_plates: dict) -> None:
+    assert "Torque, load torque and speed" in texts(thesis_plates["torque_and_speed"])
+    without = plates(thesis_like().drop_vars("load_torque"))["torque_and_speed"]
+    assert "Torque and speed" in texts(without)
+    assert "load torque" not in words(without).lower()
+
+
 # ----------------------------------------------------------------------------- curves
 
 
