@@ -342,6 +342,47 @@ def test_drift_follows_from_the_energy_added() -> None:
     assert drift.mean == pytest.approx(drift.predicted, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("(2.8)", "M_a = -N H = -M_σ"),
+        ("(3.5) and section 4.3.2", "0.00741 N m s²"),
+        ("section 5.4.2", "(5.1)"),
+        ("Rakopoulos notes | overturning moment", "M_a = -N H = -M_s"),
+        ("Asgari | method 1 | I_F/I_T = 0.82 satisfies (19)", "(18)"),
+    ],
+)
+def test_errors_of_the_sources_are_listed(source: str, words: str) -> None:
+    (line,) = (line for line in VALIDATION.splitlines() if line.startswith(f"| {source} |"))
+    assert words in line.removeprefix(f"| {source} |")
+
+
+def test_chosen_cycles_are_among_what_was_fitted() -> None:
+    fitted = VALIDATION.partition("## What was fitted")[2].partition("\n## ")[0]
+    assert "number of cycles" in fitted
+    drift = VALIDATION.partition("## Explicit Euler run for longer")[2].partition("\n## ")[0]
+    assert "from 125.6 rad/s" in drift
+
+
+def test_no_reading_of_a_figure_is_called_printed() -> None:
+    part = VALIDATION.partition("## Kinematic series")[2].partition("\n## ")[0]
+    assert "reading" not in part
+    assert "| 0.30 | slightly over 1 | 1.1143 | 1.1143 |" in part
+    assert "| 0.50 | over 5 | 5.1567 | 5.1567 |" in part
+
+
+def test_torque_irregularity_is_defined_and_compared() -> None:
+    part = VALIDATION.partition("speed characteristic of lecture 18")[2].partition("\n## ")[0]
+    assert "indicated torque" in part
+    rows = re.findall(
+        r"\| (?:one|two|four|six)[^|]*\| \d+ \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|", part
+    )
+    assert len(rows) == 8
+    for mu, by_curves, brake in rows:
+        assert float(mu) == pytest.approx(float(by_curves), rel=1e-3)
+        assert float(brake) > 1.1 * float(mu)
+
+
 def test_errata_have_four_columns_and_known_users() -> None:
     rows = thesis_study.read_reference("errata.csv")
     assert len(rows) > 20

@@ -10,6 +10,7 @@ import csv
 import math
 import shutil
 import tempfile
+import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -165,6 +166,25 @@ def best_fractions() -> str:
     return f"{rms:.3f} for the mean square, {peak:.3f} for the largest force"
 
 
+def irregularity_table() -> str:
+    """The lecture's mu by the quantity, by the curves of the torque, and over the brake torque."""
+    names = ["torque_irregularity", "torque_irregularity_brake"]
+    scene = tomllib.loads((SCENES / "lecture18.toml").read_text(encoding="utf-8"))
+    scene["axes"] = {"speed": [700, 1500]}
+    scene["output"] = {"quantities": [*names, "gas_torque", "inertia_torque"], "angle_step": 0.1}
+    found = sweeps.run(scene)
+    curve = found["gas_torque"] + found["inertia_torque"]
+    by_curve = (curve.max("crank_angle") - curve.min("crank_angle")) / curve.mean("crank_angle")
+    rows = []
+    for place, case in enumerate(found["case"].values.tolist()):
+        for speed in (700, 1500):
+            at = {"speed": speed}
+            mu, brake = (float(found[name].isel(design=place).sel(at)) for name in names)
+            own = float(by_curve.isel(design=place).sel(at))
+            rows.append([case, str(speed), f"{mu:.3f}", f"{own:.3f}", f"{brake:.3f}"])
+    return table(["engine", "rpm", "mu", "by the curves", "over the brake torque"], rows)
+
+
 def characteristic_table() -> str:
     """The lecture's curves: torque over that at rated speed."""
     speeds = (0.25, 0.5, 0.75, 1.0)
@@ -201,6 +221,7 @@ def values() -> dict[str, str]:
         "flywheel_table": flywheel_table(archive),
         "triangle_swing": f"{float(triangle.energy_swing):.1f}",
         "lecture_table": lecture_table(),
+        "irregularity_table": irregularity_table(),
         "second_harmonic": second_harmonic(),
         "shaft_13_table": shaft_13_table(),
         "best_fractions": best_fractions(),

@@ -114,10 +114,10 @@ def truncation_table() -> str:
             for derivative in (2, 1, 0)
             for highest in (2, 4)
         ]
-        read = {0.3: "1.1", 0.5: "5.2"}.get(ratio, "")
-        cells = [f"{ratio:.2f}", read, f"{100.0 * printed:.4f}"]
+        bound = {0.3: "slightly over 1", 0.5: "over 5"}.get(ratio, "")
+        cells = [f"{ratio:.2f}", bound, f"{100.0 * printed:.4f}"]
         rows.append([*cells, *(f"{error:.4f}" for error in errors)])
-    heads = ["lambda", "Fig. 2", "(16)"]
+    heads = ["lambda", "text", "(16)"]
     for what in ("acceleration", "velocity", "travel"):
         heads += [f"{what}, to order 2", "to order 4"]
     return table(heads, rows)

@@ -339,6 +339,23 @@ def cycles_table(study: Study, printed: Printed) -> str:
     return table(heads, rows)
 
 
+def worth_of_cycles(study: Study) -> str:
+    """Say what stopping after the scene's number of cycles does to delta of 4 to 8 cylinders."""
+    cases = [case for case in study.several() if int(case[0]) >= 4]
+    off = {
+        which: [
+            percent(study.at("published", "delta", case), study.at(which, "delta", case))
+            for case in cases
+        ]
+        for which in ("repeated", "periodic")
+    }
+    ranges = {which: f"{signed(min(o))} to {signed(max(o))} %" for which, o in off.items()}
+    return (
+        f"{ranges['repeated']} against the same procedure repeated until the cycle closes, "
+        f"{ranges['periodic']} against the steady state"
+    )
+
+
 def speed_remarks(study: Study, printed: Printed) -> str:
     """Say how far the speeds are off, and what the cut omega_n has to do with it."""
     worst = max(
@@ -402,6 +419,11 @@ def thesis_errors(study: Study, printed: Printed) -> str:
     straight = nominal_speed(**one_pass).delta
     slipped = nominal_speed(inertia=own["inertia"] * SLIP * DEGREE, **one_pass).delta
     top = float(slider_crank.acceleration(0.0, own["crank_ratio"]))
+    radius, phi = 0.5 * own["stroke"], math.radians(60.0)
+    rod_angle = math.asin(own["crank_ratio"] * math.sin(phi))
+    thrust = 1e3 * math.tan(rod_angle)
+    height = radius * (math.cos(phi) + math.cos(rod_angle) / own["crank_ratio"])
+    tangential = 1e3 * float(slider_crank.velocity(phi, own["crank_ratio"]))
     force = values["reciprocating_mass"] * 0.5 * own["stroke"] * (own["speed"] * RPM) ** 2 * top
     rows = [
         (
@@ -433,6 +455,27 @@ def thesis_errors(study: Study, printed: Printed) -> str:
             "P'_l = m b = -P_l",
             f"at top dead centre the piston is pulled with {force / 1e3:.2f} kN and pulls with "
             f"{-force / 1e3:.2f} kN; (2.12) itself has the right sign",
+        ),
+        (
+            "(2.8)",
+            "M_a = N H = -M_σ",
+            "M_a = -N H = -M_σ",
+            f"(2.7) with (2.2) gives N H = M_σ: at 60° a force of 1 kN on the piston has "
+            f"N H = {thrust * height:.3f} N m and T r = {tangential * radius:.3f} N m",
+        ),
+        (
+            "(3.5) and section 4.3.2",
+            "k = 0.00741 N m s",
+            "0.00741 N m s²",
+            f"{values['load_coefficient'] * CUT_SPEED**2:.1f} N m over {CUT_SPEED:g}², because "
+            f"α = 2; N m s is the unit for α = 1, where k is "
+            f"{values['load_coefficient'] * CUT_SPEED:.3f}",
+        ),
+        (
+            "section 5.4.2",
+            "refers to (5.5)",
+            "(5.1)",
+            "720°/4; the last equation of the chapter is (5.3)",
         ),
         (
             "(3.8) evaluated in 4.3",
@@ -609,6 +652,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "large_differences": large_differences(study, printed),
         "most_cycles": str(MOST_CYCLES),
         "cycles_table": cycles_table(study, printed),
+        "worth_of_cycles": worth_of_cycles(study),
         "procedure_table": procedure_table(study),
         "thesis_errors": thesis_errors(study, printed),
         "coefficient_table": mechanism_study.coefficient_table(),
@@ -624,6 +668,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "work_of_a_cycle": work_of_a_cycle(study),
         "other_errors": other_errors(),
         "repetition_table": repetition_table(),
+        "drift_start": f"{CUT_SPEED:g}",
         "drift_first": f"{drift.mean[0]:.1f}",
         "drift_last": f"{drift.mean[-1]:.1f}",
         "drift_cycles": str(drift.cycles[-1]),
