@@ -327,7 +327,7 @@ def even_cylinders(count: int, period: float, order: tuple[int, ...] | None = No
 
     Throws are known where the order is.
     """
-    order = customary_order(count) if order is None else order
+    order = customary_order(count, two_stroke=period == TURN) if order is None else order
     if order is not None:
         first = order.index(1)  # the crank angle begins where cylinder 1 fires
         return cylinders_of(in_line(count, (*order[first:], *order[:first]), period))

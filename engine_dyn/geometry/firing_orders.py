@@ -1,38 +1,44 @@
-"""Firing orders of practice, each with its source, and the rules that stand in where none is known.
+"""Firing orders of practice, each with its source: nothing else becomes the order of a layout.
 
 Read forwards for an engine that turns clockwise as seen from its free end; the same engine turning
 the other way fires in the reverse order. An order alone says nothing of the angles: in-line and
 boxer engines fire evenly, the others by their crankshaft (see `layouts`).
 
-Sources that were looked up give the orders of the catalogue's engines and those of Kakaitsas and
-the FAA. The lists of the Bosch handbook, and makers' names without a document, are from memory:
-public service lists agree for in-line 3, 4, 5 and 6, LS, GT350 and the V10; no page was compared.
+Sources that were looked up give the orders of the catalogue's engines, those of Kakaitsas and the
+FAA, and those whose entry names a manual or a page. The lists of the Bosch handbook, and makers'
+names without a document, are from memory: public service lists agree for in-line 3, 4, 5 and 6,
+LS, GT350 and the V10; no page was compared.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 __all__ = [
     "BOXER_ORDERS",
     "CUSTOMARY_ORDERS",
     "IN_LINE_ORDERS",
-    "RULE",
+    "TWO_STROKE_BOXER_ORDERS",
     "TWO_STROKE_IN_LINE_ORDERS",
+    "TWO_STROKE_VEE_ORDERS",
     "VEE_ORDERS",
     "KnownOrder",
     "customary_order",
     "in_line_order_by_rule",
+    "known_vee_order",
     "two_stroke_in_line_order_by_rule",
 ]
-
-RULE = "derived by rule"
-"""Stands for a source where this project knows no practice."""
 
 _BOSCH = "Bosch Automotive Handbook, reciprocating-piston engines, firing orders"
 _KAKAITSAS = "Kakaitsas (2015), section 5.4"
 _FAA = "FAA-H-8083-32, Aviation Maintenance Technician Handbook: Powerplant, firing order"
 _GENERIC = "only one order, but for the sense of rotation"
+_TOGETHER = f"pairs that fire together; {_GENERIC}"
+_MAN = "MAN B&W two-stroke engines; no maker's table compared"
+
+_SAME = 0.01
+"""Bank angles this close are the same [degree]."""
 
 
 class KnownOrder(NamedTuple):
@@ -43,25 +49,31 @@ class KnownOrder(NamedTuple):
     order : tuple of int
         Cylinders as they fire, from 1 on.
     source : str
-        Citation, engines that use it, or `RULE`.
+        Citation, or engines that use it.
     numbering : str
         Of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1, 2, ... on
         one, the rest on the other), "alternate" from throw to throw (odd numbers on one bank).
     crank : str
         "cross-plane" or "flat-plane", where there is a choice.
+    built : tuple of (float or None, str)
+        Bank angle [degree] and pins, "shared" or "split", of V engines that have been built so, and
+        take the order (the first that fits) when none is given. None: any angle below 180. Both
+        words also where split pins would stand together.
     """
 
     order: tuple[int, ...]
     source: str
     numbering: str = "banks"
     crank: str = ""
+    built: tuple[tuple[float | None, str], ...] = ()
 
 
 def in_line_order_by_rule(cylinders: int) -> tuple[int, ...]:
     """Four-stroke in-line order: 1, even numbers up, odd numbers down.
 
-    Gives the customary orders of 5 and 7 and one of 6. With an even number the cranks are
-    mirrored: cylinders at equal distance from the middle move together, half a cycle apart.
+    Gives the customary orders of 5 and 7 and one of 6, and an example where none is known. With an
+    even number the cranks are mirrored: cylinders at equal distance from the middle move together,
+    half a cycle apart.
     """
     even = range(2, cylinders + 1, 2)
     odd = range(cylinders - (cylinders + 1) % 2, 1, -2)
@@ -72,7 +84,7 @@ def two_stroke_in_line_order_by_rule(cylinders: int) -> tuple[int, ...]:
     """Two-stroke in-line order: near one end and near the other in turns.
 
     One half of the firings walks 1, even numbers up, odd numbers down, the other comes back from
-    the far end. Gives the order 1-7-2-5-4-3-6 of large engines.
+    the far end. Gives the order 1-7-2-5-4-3-6 of large engines, and an example where none is known.
     """
     if cylinders % 2:
         first = (1, *range(2, cylinders, 2))
@@ -105,44 +117,78 @@ IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         KnownOrder((1, 4, 7, 3, 8, 5, 2, 6), _BOSCH),
         KnownOrder((1, 3, 2, 5, 8, 6, 7, 4), _BOSCH),
     ),
-    **{count: (KnownOrder(in_line_order_by_rule(count), RULE),) for count in range(9, 13)},
 }
 """Four-stroke in-line engines; the first of each count is the customary one."""
 
 CUSTOMARY_ORDERS: dict[int, tuple[int, ...]] = {
-    count: known[0].order for count, known in IN_LINE_ORDERS.items() if known[0].source != RULE
+    count: known[0].order for count, known in IN_LINE_ORDERS.items()
 }
-"""The customary order of in-line four-stroke engines, where practice has one."""
+"""The customary order of in-line four-stroke engines."""
 
 TWO_STROKE_IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
-    count: (KnownOrder(two_stroke_in_line_order_by_rule(count), RULE),) for count in range(1, 13)
+    1: (KnownOrder((1,), _GENERIC),),
+    2: (KnownOrder((1, 2), _GENERIC),),
+    3: (KnownOrder((1, 3, 2), _GENERIC),),
+    4: (KnownOrder((1, 3, 2, 4), _MAN),),
+    5: (KnownOrder((1, 4, 3, 2, 5), _MAN),),
+    6: (KnownOrder((1, 5, 3, 4, 2, 6), _MAN),),
+    7: (
+        KnownOrder(
+            (1, 7, 2, 5, 4, 3, 6),
+            "MAN B&W 7S80ME-C9.2: Shen, Zhang, Yang and Jia (2020), table 1",
+        ),
+    ),
 }
 """Two-stroke in-line engines; the first of each count is the customary one."""
-for _count in (1, 2, 3):
-    TWO_STROKE_IN_LINE_ORDERS[_count] = (
-        KnownOrder(two_stroke_in_line_order_by_rule(_count), _GENERIC),
-    )
-TWO_STROKE_IN_LINE_ORDERS[6] = (
-    KnownOrder((1, 5, 3, 4, 2, 6), "MAN B&W ME two-stroke engines; no maker's table compared"),
-    *TWO_STROKE_IN_LINE_ORDERS[6],
-)
-TWO_STROKE_IN_LINE_ORDERS[7] = (
-    KnownOrder(
-        (1, 7, 2, 5, 4, 3, 6),
-        "MAN B&W 7S80ME-C9.2: Shen, Zhang, Yang and Jia (2020), table 1",
-    ),
-)
+
+_BOTH_90: tuple[tuple[float, str], ...] = ((90.0, "shared"), (90.0, "split"))
 
 VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
-    4: (KnownOrder((1, 3, 2, 4), _BOSCH, "alternate"),),
+    2: (KnownOrder((1, 2), _GENERIC, built=((None, "shared"),)),),
+    4: (
+        KnownOrder((1, 3, 2, 4), _BOSCH, "alternate"),
+        KnownOrder(
+            (1, 3, 4, 2),
+            "Ford Taunus V4 (60 degrees, four pins, one balance shaft): Wikipedia, Firing order "
+            "and Ford Taunus V4 engine",
+            built=((60.0, "split"),),
+        ),
+        KnownOrder(
+            (1, 4, 2, 3),
+            "Honda VF750 (90 degrees, pistons of a bank in step): Cycle News 57 (2020) no. 29, "
+            "p. 77; which of two pistons in step fires first is not said there, and changes no "
+            "force",
+            built=((90.0, "shared"),),
+        ),
+    ),
     6: (
-        KnownOrder((1, 4, 3, 6, 2, 5), "Mercedes-Benz M272, Volkswagen 90 degree V6"),
+        KnownOrder(
+            (1, 4, 3, 6, 2, 5),
+            "Mercedes-Benz M272, Volkswagen 90 degree V6; Ferrari F163 of 120 degrees: ferrari.com "
+            "prints 1-6-3-4-2-5, its second bank read as counted from the other end",
+            built=((90.0, "split"), (120.0, "shared"), (120.0, "split")),
+        ),
         KnownOrder((1, 2, 5, 6, 4, 3), _BOSCH),
         KnownOrder((1, 4, 5, 6, 2, 3), _BOSCH),
         KnownOrder(
-            (1, 2, 3, 4, 5, 6), "Chrysler 3.5 l and General Motors 60 degree V6", "alternate"
+            (1, 4, 2, 5, 3, 6),
+            "Mercedes-Benz OM642: service manual of the 2007 Sprinter, crankshaft: 72 degrees, "
+            "throws 48 degrees apart",
+            built=((72.0, "split"),),
         ),
-        KnownOrder((1, 6, 5, 4, 3, 2), "Buick and General Motors 3800 90 degree V6", "alternate"),
+        KnownOrder(
+            (1, 2, 3, 4, 5, 6),
+            "Chrysler 3.5 l and General Motors 60 degree V6",
+            "alternate",
+            built=((60.0, "split"),),
+        ),
+        KnownOrder(
+            (1, 6, 5, 4, 3, 2),
+            "Buick and General Motors 3800 90 degree V6: uneven with shared pins, even with pins "
+            "30 degrees apart (service manual of the 1997 Riviera)",
+            "alternate",
+            built=_BOTH_90,
+        ),
     ),
     8: (
         KnownOrder(
@@ -150,12 +196,13 @@ VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
             "Chevrolet small block, Chrysler 4.7 l service manual",
             "alternate",
             "cross-plane",
+            _BOTH_90,
         ),
         KnownOrder((1, 8, 7, 2, 6, 5, 4, 3), "General Motors LS", "alternate", "cross-plane"),
         KnownOrder((1, 5, 4, 8, 6, 3, 7, 2), f"{_BOSCH}; BMW M60", "banks", "cross-plane"),
         KnownOrder((1, 5, 4, 2, 6, 3, 7, 8), "Ford FE", "banks", "cross-plane"),
         KnownOrder((1, 3, 7, 2, 6, 5, 4, 8), "Ford small block (351)", "banks", "cross-plane"),
-        KnownOrder((1, 5, 3, 7, 4, 8, 2, 6), "Ferrari F355", "banks", "flat-plane"),
+        KnownOrder((1, 5, 3, 7, 4, 8, 2, 6), "Ferrari F355", "banks", "flat-plane", _BOTH_90),
         KnownOrder((1, 6, 3, 5, 4, 7, 2, 8), _BOSCH, "banks", "flat-plane"),
         KnownOrder((1, 8, 3, 6, 4, 5, 2, 7), _BOSCH, "banks", "flat-plane"),
         KnownOrder(
@@ -166,15 +213,39 @@ VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         ),
     ),
     10: (
-        KnownOrder((1, 10, 9, 4, 3, 6, 5, 8, 7, 2), "Dodge Viper", "alternate"),
+        KnownOrder(
+            (1, 10, 9, 4, 3, 6, 5, 8, 7, 2),
+            "Dodge Viper; rusEFI, list of firing orders",
+            "alternate",
+            built=((90.0, "shared"),),
+        ),
         KnownOrder(
             (1, 6, 5, 10, 2, 7, 3, 8, 4, 9),
-            "Audi and Lamborghini V10; rusEFI, list of firing orders",
+            "Audi and Lamborghini V10; rusEFI, list of firing orders; pins of the Lamborghini of "
+            "5 l 18 degrees apart: Wikipedia, V10 engine",
+            built=((90.0, "split"),),
         ),
     ),
-    12: (KnownOrder((1, 7, 5, 11, 3, 9, 6, 12, 2, 8, 4, 10), "BMW M70, Ferrari 456 M"),),
+    12: (
+        KnownOrder(
+            (1, 7, 5, 11, 3, 9, 6, 12, 2, 8, 4, 10),
+            "BMW M70, Ferrari 456 M; rusEFI, list of firing orders",
+            built=((60.0, "shared"), (60.0, "split")),
+        ),
+    ),
+    16: (
+        KnownOrder(
+            (1, 2, 5, 6, 3, 4, 9, 10, 15, 16, 11, 12, 13, 14, 7, 8),
+            "Caterpillar 3516 of 60 degrees, uneven: wall chart RENR1935-02",
+            "alternate",
+            built=((60.0, "shared"),),
+        ),
+    ),
 }
 """Four-stroke V engines, with the numbering that the order refers to."""
+
+TWO_STROKE_VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {2: VEE_ORDERS[2]}
+"""Two-stroke V engines."""
 
 BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     2: (KnownOrder((1, 2), "BMW boxer; " + _GENERIC),),
@@ -188,10 +259,45 @@ BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         KnownOrder((1, 6, 3, 2, 5, 4), "Subaru EZ30", "alternate"),
         KnownOrder((1, 4, 5, 2, 3, 6), _FAA, "alternate"),
     ),
+    8: (
+        KnownOrder(
+            (1, 5, 8, 3, 2, 6, 7, 4), "Lycoming IO-720; no maker's manual compared", "alternate"
+        ),
+    ),
 }
-"""Four-stroke boxer engines."""
+"""Four-stroke boxer engines; the first of each count is the customary one."""
+
+TWO_STROKE_BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
+    2: (KnownOrder((1, 2), _TOGETHER),),
+    4: (KnownOrder((1, 3, 2, 4), _TOGETHER),),
+    6: (KnownOrder((1, 4, 3, 6, 2, 5), _TOGETHER),),
+}
+"""Two-stroke boxer engines, whose cylinders fire two at a time, in the order of their numbers."""
 
 
-def customary_order(cylinders: int) -> tuple[int, ...] | None:
-    """Return the customary firing order, or None where this project knows none (9 and more)."""
-    return CUSTOMARY_ORDERS.get(int(cylinders))
+def customary_order(cylinders: int, two_stroke: bool = False) -> tuple[int, ...] | None:
+    """Return the customary firing order in line, or None where this project knows none."""
+    known = TWO_STROKE_IN_LINE_ORDERS if two_stroke else IN_LINE_ORDERS
+    return known[int(cylinders)][0].order if int(cylinders) in known else None
+
+
+def known_vee_order(
+    known: Sequence[KnownOrder], bank_angle: float, pins: str, crank: str = ""
+) -> KnownOrder | None:
+    """Return the order of a V engine that has been built so, or None where none is known.
+
+    Parameters
+    ----------
+    known : sequence of KnownOrder
+        Those of V engines with so many cylinders.
+    bank_angle : float
+        Angle between the banks [degree].
+    pins, crank : str
+        As `KnownOrder` has them.
+    """
+    for entry in known:
+        for angle, pins_then in entry.built:
+            near = bank_angle < 180.0 if angle is None else abs(angle - bank_angle) < _SAME
+            if near and pins_then == pins and entry.crank == crank:
+                return entry
+    return None

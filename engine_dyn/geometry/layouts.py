@@ -6,8 +6,11 @@ Functions take radians; `arrangement_from_text` reads what engine files say, in 
     V8 cross-plane                  V8 flat-plane 1-5-4-8-3-7-2-6
     V6 60 split-pin                 V6 90 shared-pin alternate 1-6-5-4-3-2
     V2 45                           boxer 6
-    W12 60,0,-60                    radial 9, radial 14 two-row
+    W3 60,0,-60 1-3-2               radial 9, radial 14 two-row
     parallel twin 270
+
+Without an order a layout takes the first of `firing_orders` that an engine built so has; where none
+is known, one must be given: an even firing alone does not make a crankshaft that anybody builds.
 
 The bank angle of a V engine may lie on either side of the first bank: the order decides, as the
 side that needs the least splitting of pins, or makes the firing most even. Cylinders of a V or W
@@ -33,11 +36,13 @@ from engine_dyn.geometry.arrangement import (
 )
 from engine_dyn.geometry.firing_orders import (
     BOXER_ORDERS,
-    IN_LINE_ORDERS,
-    TWO_STROKE_IN_LINE_ORDERS,
+    TWO_STROKE_BOXER_ORDERS,
+    TWO_STROKE_VEE_ORDERS,
     VEE_ORDERS,
     KnownOrder,
+    customary_order,
     in_line_order_by_rule,
+    known_vee_order,
     two_stroke_in_line_order_by_rule,
 )
 from engine_dyn.units import DEGREE
@@ -56,6 +61,7 @@ NUMBERINGS = ("banks", "alternate")
 PINS = ("shared", "split")
 CRANKS = ("cross-plane", "flat-plane")
 PIN_WORDS = ("shared-pin", "split-pin")
+MOST = 99
 
 
 def in_line(
@@ -66,16 +72,19 @@ def in_line(
     Parameters
     ----------
     cylinders : int
-        1 to 12 without an order, any number with one.
+        1 to 99.
     order : sequence of int, optional
-        Firing order; the customary one if not given.
+        Firing order; the customary one if not given, which is known for up to 8 cylinders, and up
+        to 7 of two-stroke engines.
     period : float
         4 pi (four-stroke) or 2 pi.
     """
-    _check_count("in-line", cylinders, 1, 12 if order is None else 99)
+    _check_count("in-line", cylinders, 1, MOST)
     if order is None:
-        known = IN_LINE_ORDERS if period == FOUR_STROKE else TWO_STROKE_IN_LINE_ORDERS
-        order = known[cylinders][0].order
+        order = customary_order(cylinders, two_stroke=period == TURN)
+    if order is None:
+        rule = in_line_order_by_rule if period > TURN else two_stroke_in_line_order_by_rule
+        raise _no_order(f"in-line {cylinders}", cylinders, f"such as {_shown(rule(cylinders))}")
     firing = _even(order, cylinders, period)
     return _built(f"in-line {cylinders}", period, firing, [0] * cylinders, range(cylinders), (0.0,))
 
@@ -108,15 +117,15 @@ def vee(
     Parameters
     ----------
     cylinders : int
-        An even number, 2 to 16 without an order.
+        An even number.
     bank_angle : float
         Angle between the banks [rad], above 0 and at most pi.
     pins : str
         "shared": two rods on a pin; the firing is uneven if the bank angle makes it so. "split":
         each rod has its pin, placed so that the firing is even.
     order : sequence of int, optional
-        Firing order. Without it: that of `crank`, or two in-line engines of the customary order,
-        the second bank behind the first by the angle that makes the firing most even.
+        Firing order. Without it that of an engine known to be built with this bank angle, these
+        pins and this crank (`firing_orders.known_vee_order`).
     numbering : str, optional
         What `order` counts: "banks" or "alternate" (see `firing_orders.KnownOrder`). As the order
         is known with, "banks" for others.
@@ -124,9 +133,14 @@ def vee(
         "cross-plane" or "flat-plane", of a four-stroke V8 without an order.
     period : float
         4 pi (four-stroke) or 2 pi.
+
+    Raises
+    ------
+    ValueError
+        One line, for no such engine, and without an order where none is known.
     """
     name = f"V{cylinders}"
-    _check_count("V", cylinders, 2, 16 if order is None else 99)
+    _check_count("V", cylinders, 2, MOST)
     if cylinders % 2:
         raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number")
     if not 0.0 < bank_angle <= math.pi:
@@ -135,19 +149,24 @@ def vee(
         )
     _check_word(name, "pins", pins, PINS)
     name = f"{name} {bank_angle / DEGREE:g} {pins}-pin"
-    known = VEE_ORDERS.get(cylinders, ()) if period == FOUR_STROKE else ()
+    known = (VEE_ORDERS if period == FOUR_STROKE else TWO_STROKE_VEE_ORDERS).get(cylinders, ())
     if crank is not None:
         _check_word(name, "crank", crank, CRANKS)
         name = f"{name} {crank}"
-        if order is None:
-            with_crank = [entry for entry in known if entry.crank == crank]
-            if not with_crank:
-                raise ValueError(
-                    f"{name}: crank = '{crank}': only four-stroke V8 engines have the choice"
-                )
-            order, numbering = with_crank[0].order, with_crank[0].numbering
     if order is None:
-        return _by_rule(name, cylinders // 2, (0.0, bank_angle), pins, period)
+        cranks = {entry.crank for entry in known if entry.crank}
+        if crank is not None and not cranks:
+            raise ValueError(
+                f"{name}: crank = '{crank}': only four-stroke V8 engines have the choice"
+            )
+        if crank is None and cranks:
+            raise ValueError(f"{name}: must say cross-plane or flat-plane, or give the order")
+        entry = known_vee_order(
+            _numbered_so(known, numbering), bank_angle / DEGREE, pins, crank or ""
+        )
+        if entry is None:
+            raise _no_order(name, cylinders, _vee_hint(cylinders, known))
+        order, numbering = entry.order, entry.numbering
     numbering = numbering or _known_numbering(order, known)
     _check_word(name, "numbering", numbering, NUMBERINGS)
     banks, places = _numbered(cylinders, 2, numbering)
@@ -179,8 +198,7 @@ def w_engine(
     """Engine of any number of banks on one crankshaft; bank angles [rad] in the sense of rotation.
 
     Parameters as `vee`, but bank angles have their sign. `cylinders` is a multiple of the number
-    of banks. Orders of practice are not known here: without one, each bank is an in-line engine
-    of the customary order, behind the first by the angle that makes the firing most even.
+    of banks. No order of practice is known here, so one must be given.
     """
     name = f"W{cylinders}"
     banks = len(bank_angles)
@@ -191,7 +209,7 @@ def w_engine(
     _check_word(name, "pins", pins, PINS)
     _check_word(name, "numbering", numbering, NUMBERINGS)
     if order is None:
-        return _by_rule(name, cylinders // banks, tuple(bank_angles), pins, period)
+        raise _no_order(name, cylinders, _BY_BANKS)
     bank_of, places = _numbered(cylinders, banks, numbering)
     made = _of_order(name, order, bank_of, places, tuple(bank_angles), pins, period)
     if not _fires(made, order):
@@ -216,40 +234,38 @@ def boxer(
     Parameters
     ----------
     cylinders : int
-        An even number, 2 to 12 without an order.
+        An even number.
     order : sequence of int, optional
-        Firing order; without it the customary one, for 8 and more by rule: pairs in a two-stroke
-        in-line order, banks in turns.
+        Firing order; without it the customary one, which is known for up to 8 cylinders, and up to
+        6 of two-stroke engines.
     numbering : str, optional
         As in `vee`.
     period : float
         4 pi (four-stroke) or 2 pi.
     """
     name = f"boxer {cylinders}"
-    _check_count("boxer", cylinders, 2, 12 if order is None else 99)
+    _check_count("boxer", cylinders, 2, MOST)
     if cylinders % 2:
         raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number")
     pairs = cylinders // 2
-    known = BOXER_ORDERS.get(cylinders, ()) if period == FOUR_STROKE else ()
-    if order is None and known:
-        order, numbering = known[0].order, known[0].numbering
-    numbering = numbering or _known_numbering(order or (), known)
+    known = (BOXER_ORDERS if period > TURN else TWO_STROKE_BOXER_ORDERS).get(cylinders, ())
+    if order is None:
+        so = _numbered_so(known, numbering)
+        if not so:
+            raise _no_order(name, cylinders, _BY_BANKS)
+        order, numbering = so[0].order, so[0].numbering
+    numbering = numbering or _known_numbering(order, known)
     _check_word(name, "numbering", numbering, NUMBERINGS)
     banks, places = _numbered(cylinders, 2, numbering)
-    if order is not None:
-        firing = _even(order, cylinders, period)
-    else:
-        turns = {}
-        for step, place in enumerate(two_stroke_in_line_order_by_rule(pairs)):
-            for bank in (0, 1):
-                second = period > TURN and bank != step % 2
-                turns[place - 1, bank] = TURN * (step / pairs + second)
-        firing = [turns[place, bank] for place, bank in zip(places, banks, strict=True)]
+    firing = _even(order, cylinders, period)
+    if period == TURN:  # the second of each pair fires with the first
+        for first, second in zip(order[0::2], order[1::2], strict=True):
+            firing[second - 1] = firing[first - 1]
     for place in range(pairs):
         one, other = (k for k in range(cylinders) if places[k] == place)
         if abs(math.remainder(firing[one] - firing[other], TURN)) > SAME_ANGLE:
             raise ValueError(
-                f"{name}: order {_shown(order or ())}: the pistons of cylinders {one + 1} and "
+                f"{name}: order {_shown(order)}: the pistons of cylinders {one + 1} and "
                 f"{other + 1} do not move against each other"
             )
     return _built(name, period, firing, banks, places, (0.0, math.pi))
@@ -342,9 +358,7 @@ def _read(text: str, period: float) -> Arrangement:
                 banks = [_angle(word) for word in (angles or "").split(",") if word]
                 return w_engine(cylinders, banks, pins, order, numbering or "banks", period)
             if angles is None and crank is None:
-                raise ValueError(f"the bank angle is missing, such as 'V{cylinders} 60'")
-            if cylinders == 8 and period == FOUR_STROKE and order is None and crank is None:
-                raise ValueError("must say cross-plane or flat-plane, or give the order")
+                raise ValueError(f"the bank angle is missing, such as 'V{cylinders} 90'")
             bank_angle = 0.5 * math.pi if angles is None else _angle(angles)
             return vee(cylinders, bank_angle, pins, order, numbering, crank, period)
     raise ValueError(_FORMS)
@@ -417,6 +431,35 @@ def _even(order: Sequence[int], cylinders: int, period: float) -> list[float]:
     return firing
 
 
+def _no_order(name: str, cylinders: int, hint: str) -> ValueError:
+    """Refusal of a layout without an order, of which no built engine is known."""
+    return ValueError(
+        f"{name}: no engine built so is known here, so the firing order must be given: cylinders "
+        f"1 to {cylinders}, {hint}"
+    )
+
+
+_BY_BANKS = "numbered bank by bank, or across the banks with the word 'alternate'"
+
+
+def _vee_hint(cylinders: int, known: Sequence[KnownOrder]) -> str:
+    """How the order of a V engine is given, and which V engines need none."""
+    built = sorted(
+        (angle, f"{pins}-pin", entry.crank)
+        for entry in known
+        for angle, pins in entry.built
+        if angle is not None
+    )
+    layouts = [" ".join((f"V{cylinders} {angle:g}", *words)) for angle, *words in built]
+    listed = ", ".join(f"'{layout.strip()}'" for layout in layouts)
+    return f"{_BY_BANKS}; without an order: {listed}" if layouts else _BY_BANKS
+
+
+def _numbered_so(known: Sequence[KnownOrder], numbering: str | None) -> list[KnownOrder]:
+    """Those that number the cylinders so; all of them, if it is not said how."""
+    return [entry for entry in known if numbering in (None, entry.numbering)]
+
+
 def _known_numbering(order: Sequence[int], known: Sequence[KnownOrder]) -> str:
     same = [entry.numbering for entry in known if entry.order == tuple(order)]
     return same[0] if same else "banks"
@@ -452,49 +495,6 @@ def _of_order(
             top = firing[leader] + bank_angles[banks[k]] - bank_angles[banks[leader]]
             firing[k] = (firing[k] - math.remainder(firing[k] - top, TURN)) % period
     return _built(name, period, firing, banks, places, bank_angles)
-
-
-def _by_rule(
-    name: str, in_bank: int, bank_angles: tuple[float, ...], pins: str, period: float
-) -> Arrangement:
-    """Equal in-line engines side by side, each behind the first by the best possible angle."""
-    banks = len(bank_angles)
-    cylinders = banks * in_bank
-    known = IN_LINE_ORDERS if period == FOUR_STROKE else TWO_STROKE_IN_LINE_ORDERS
-    if in_bank in known:
-        order = known[in_bank][0].order
-    elif period == FOUR_STROKE:
-        order = in_line_order_by_rule(in_bank)
-    else:
-        order = two_stroke_in_line_order_by_rule(in_bank)
-    first = np.array(_even(order, in_bank, period))
-    apart = [angle - bank_angles[0] for angle in bank_angles]
-    best: tuple[float, list[float]] | None = None
-    if pins == "shared":
-        # Each bank fires in this turn or in the next.
-        turns = (0.0, TURN) if period > TURN else (0.0,)
-        for choice in itertools.product(turns, repeat=banks - 1):
-            delays = [0.0, *(a + t for a, t in zip(apart[1:], choice, strict=True))]
-            moments = np.sort(np.add.outer(delays, first).ravel() % period)
-            smallest = float(np.diff(moments, append=period + moments[0]).min())
-            if best is None or smallest > best[0] + SAME_ANGLE:
-                best = (smallest, delays)
-    else:
-        # Even firing leaves each bank one of the gaps between the first bank's firings.
-        gaps = np.arange(in_bank) * (period / in_bank)
-        for slots in itertools.permutations(range(1, banks)):
-            delays, split = [0.0], 0.0
-            for bank, slot in enumerate(slots, start=1):
-                options = gaps + slot * (period / cylinders)
-                splits = [abs(math.remainder(apart[bank] - o, TURN)) for o in options]
-                delays.append(float(options[int(np.argmin(splits))]))
-                split = max(split, min(splits))
-            if best is None or -split > best[0] + SAME_ANGLE:
-                best = (-split, delays)
-    assert best is not None
-    firing = (np.add.outer(best[1], first).ravel() % period).tolist()
-    bank_of, places = _numbered(cylinders, banks, "banks")
-    return _built(name, period, firing, bank_of, places, bank_angles)
 
 
 def _fires(made: Arrangement, order: Sequence[int]) -> bool:

@@ -12,6 +12,7 @@ from engine_dyn.geometry.arrangement import (
     firing_phases,
 )
 from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.geometry.firing_orders import TWO_STROKE_IN_LINE_ORDERS
 from engine_dyn.types import Floats
 
 CYCLE = 4.0 * np.pi
@@ -39,6 +40,21 @@ def test_orders_of_the_thesis() -> None:
 @pytest.mark.parametrize("count", range(9, MOST_CYLINDERS + 1))
 def test_no_order_is_made_up(count: int) -> None:
     assert customary_order(count) is None
+    assert customary_order(count, two_stroke=True) is None
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_two_stroke_engines_have_orders_of_their_own(count: int) -> None:
+    """Four-stroke orders turned by half the angles make cranks with large free moments."""
+    order = customary_order(count, two_stroke=True)
+    assert order == TWO_STROKE_IN_LINE_ORDERS[count][0].order
+    made = even_cylinders(count, 0.5 * CYCLE).arrangement
+    assert made is not None and made.firing_order == order
+
+
+def test_no_order_of_a_two_stroke_engine_with_eight_cylinders_is_made_up() -> None:
+    assert customary_order(8, two_stroke=True) is None
+    assert even_cylinders(8, 0.5 * CYCLE).arrangement is None
 
 
 @pytest.mark.parametrize("count", range(1, MOST_CYLINDERS + 1))

@@ -218,10 +218,12 @@ def test_six_in_line() -> None:
     ("text", "first", "second"),
     [
         # Handbook values (Bosch, Automotive Handbook: free forces and moments), over m r omega^2
-        # (and lambda, and a), with the reciprocating masses alone.
+        # (and lambda, and a), with the reciprocating masses alone, without counterweights. All
+        # layouts, and what counterweights leave: tests/reference/free_forces_and_moments.csv.
         ("in-line 3", (0.0, math.sqrt(3.0)), (0.0, math.sqrt(3.0))),
         ("in-line 5", (0.0, 0.449), (0.0, 4.980)),
-        ("V6 60 split-pin", (0.0, 3.0), (0.0, 3.0)),
+        ("V6 60 split-pin", (0.0, 1.5), (0.0, 1.5)),
+        ("V6 90 shared-pin", (0.0, math.sqrt(3.0)), (0.0, math.sqrt(6.0))),
         ("V8 cross-plane", (0.0, math.sqrt(10.0)), (0.0, 0.0)),
         ("V8 flat-plane", (0.0, 0.0), (4.0 * math.sqrt(2.0), 0.0)),
         ("V2 90", (1.0, 0.0), (math.sqrt(2.0), 0.0)),

@@ -140,7 +140,7 @@ def written_out(text: str, period: float = 4.0 * np.pi) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "text",
     ["in-line 1", "in-line 6 1-5-3-6-2-4", "V8 cross-plane", "V6 60 split-pin", "V2 45", "boxer 4",
-     "W12 60,0,-60", "radial 9", "parallel twin 270"],
+     "W12 60,0,-60 1-11-7-3-12-8-4-10-6-2-9-5", "radial 9", "parallel twin 270"],
 )  # fmt: skip
 def test_a_text_and_its_table_are_the_same_engine(text: str) -> None:
     table = written_out(text)

@@ -78,9 +78,12 @@ def check_throws(scene: Scene, quantity: str, name: str) -> None:
     if scene.arrangements:
         return
     own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
+    two_stroke = scene.engine.period == arrangement.TURN
     for count in scene.counts:
-        if count != own and arrangement.customary_order(count) is None:
-            orders = ", ".join(str(z) for z in sorted({*arrangement.CUSTOMARY_ORDERS, own} - {0}))
+        if count != own and arrangement.customary_order(count, two_stroke) is None:
+            counts = range(1, arrangement.MOST_CYLINDERS + 1)
+            known = {z for z in counts if arrangement.customary_order(z, two_stroke) is not None}
+            orders = ", ".join(str(z) for z in sorted({*known, own} - {0}))
             raise SceneError(
                 f"{name}: cylinders = {count}: no firing order is known, which '{quantity}' "
                 f"needs; must be one of {orders}"
