@@ -12,6 +12,7 @@ from engine_dyn.forces import harmonics
 from engine_dyn.geometry import kinematic_series, slider_crank
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
+from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.reading import read_scene
 
 
@@ -332,6 +333,16 @@ def test_unknown_throws_are_refused_by_name(name: str) -> None:
         SceneError, match=rf"cylinders = 13: no firing order is known, which '{name}'"
     ):
         run([name], axes={"cylinders": [4, 13]})
+
+
+def test_two_stroke_engines_of_other_numbers_take_two_stroke_orders() -> None:
+    """A four-stroke order would make another crank; of 8 cylinders in line none is known."""
+    asked = {"engine": "marine_80x345", "output": {"quantities": ["shaking_moment_max"]}}
+    scene = read_scene({**asked, "set": {"cylinders": 5, "cylinder_spacing": 1.4}})
+    made = cylinders_of_count(scene, 5).arrangement
+    assert made is not None and made.firing_order == (1, 4, 3, 2, 5)
+    with pytest.raises(SceneError, match=r"cylinders = 8: no firing .* of 1, 2, 3, 4, 5, 6, 7$"):
+        read_scene({**asked, "set": {"cylinders": 8, "cylinder_spacing": 1.4}})
 
 
 @pytest.mark.compiled
