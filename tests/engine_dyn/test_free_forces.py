@@ -241,8 +241,9 @@ def test_the_page_of_layouts_has_the_table() -> None:
     lines = [line for line in page.splitlines() if line.startswith("| ")]
     for row in ROWS:
         name = row["layout"] + (" (two-stroke)" if row["cycle"] == "360" else "")
+        alternate = " alternate" if row["numbering"] == "alternate" else ""
         cells = [
-            name, row["order"], row["split"], row["first_force"], row["first_moment"],
+            name, row["order"] + alternate, row["split"], row["first_force"], row["first_moment"],
             row["second_force"], row["second_moment"],
             f"{row['first_force_left']}, {row['first_moment_left']}",
         ]  # fmt: skip
