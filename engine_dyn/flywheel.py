@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.pressure.diagram import Diagram
 
 __all__ = [
@@ -197,7 +198,7 @@ def triangular_torque(
     ValueError
         For a value that is not above 0.
     """
-    _check_positive(power=power, speed=speed, delta=delta)
+    _check_positive(power=power, speed=speed, delta=delta, period=period)
     work = np.asarray(power) * period / speed
     expansion = 1.5 * work
     top, mean = 2.0 * expansion / math.pi, work / period
@@ -216,7 +217,9 @@ def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
     the fluctuation of the speed, and where mean and nominal speed are equal.
     """
     _check_positive(delta=delta, speed=speed)
-    return np.asarray(energy_swing) / (np.asarray(delta) * np.square(np.asarray(speed, float)))
+    return given_array("energy_swing", energy_swing) / (
+        np.asarray(delta) * np.square(np.asarray(speed, float))
+    )
 
 
 # --- the ring -------------------------------------------------------------------------------------
@@ -232,14 +235,14 @@ def ring_mass(inertia: Any, outer_diameter: Any, inner_diameter: Any) -> Any:
     """
     _check_ring(outer_diameter, inner_diameter)
     square = np.square(np.asarray(outer_diameter, float)) + np.square(np.asarray(inner_diameter))
-    return 8.0 * np.asarray(inertia) / square
+    return 8.0 * given_array("inertia", inertia) / square
 
 
 def ring_inertia(mass: Any, outer_diameter: Any, inner_diameter: Any) -> Any:
     """Inertia of a ring [kg m2] about its axis. Asgari, eq. 31."""
     _check_ring(outer_diameter, inner_diameter)
     square = np.square(np.asarray(outer_diameter, float)) + np.square(np.asarray(inner_diameter))
-    return np.asarray(mass) * square / 8.0
+    return given_array("mass", mass) * square / 8.0
 
 
 def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density: Any) -> Any:
@@ -253,11 +256,13 @@ def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density:
     _check_ring(outer_diameter, inner_diameter)
     _check_positive(density=density)
     square = np.square(np.asarray(outer_diameter, float)) - np.square(np.asarray(inner_diameter))
-    return np.asarray(mass) / (np.asarray(density) * 0.25 * math.pi * square)
+    return given_array("mass", mass) / (np.asarray(density) * 0.25 * math.pi * square)
 
 
 def _check_ring(outer: Any, inner: Any) -> None:
-    wide, narrow = np.broadcast_arrays(np.asarray(outer, dtype=float), np.asarray(inner))
+    wide, narrow = np.broadcast_arrays(
+        given_array("flywheel_outer_diameter", outer), given_array("flywheel_inner_diameter", inner)
+    )
     wrong = ~((narrow >= 0.0) & (wide > narrow) & np.isfinite(wide))
     if wrong.any():
         raise ValueError(
@@ -268,7 +273,7 @@ def _check_ring(outer: Any, inner: Any) -> None:
 
 def _check_positive(**values: Any) -> None:
     for name, value in values.items():
-        array = np.asarray(value, dtype=float)
+        array = given_array(name, value)
         wrong = ~((array > 0.0) & np.isfinite(array))
         if wrong.any():
             raise ValueError(f"{name} = {array[wrong].flat[0]:g}: must be above 0")
@@ -345,6 +350,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     from engine_dyn.speed.required import search
     from engine_dyn.status import MEANINGS, has_numbers
 
+    wanted_delta = given_number("wanted_delta", wanted_delta)
     _check_positive(wanted_delta=wanted_delta)
     if "inertia" in engine:
         raise ValueError("inertia: not allowed together with wanted_delta, which it follows from")
@@ -353,7 +359,8 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
         one = periodic_speed(diagram, inertia=float(inertia[0]), **engine)
         return np.array([one.delta]), np.array([one.status], dtype=np.int8)
 
-    speed, tolerance = engine["speed"], engine.get("tolerance", 1e-6)
+    speed = given_number("speed", engine["speed"])
+    tolerance = given_number("tolerance", engine.get("tolerance", 1e-6))
     of_torque = {name: value for name, value in engine.items() if name in _OF_TORQUE}
     swing = energy_swing(diagram, **of_torque)
     estimate = float(energy_swing_inertia(swing, wanted_delta, speed))

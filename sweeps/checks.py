@@ -61,7 +61,8 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
     Raises
     ------
     SceneError
-        For keys that are not texts, and for nesting that no scene has, such as a list in itself.
+        For keys that are not texts, masked values, and nesting that no scene has, such as a list in
+        itself.
     """
     if depth > DEEPEST:
         raise SceneError(f"{name}: tables or lists nested more than {DEEPEST} deep")
@@ -69,7 +70,12 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         for key in value:
             if not isinstance(key, str):
                 raise SceneError(f"{name}: key {shown(key)} must be a text")
-        return {str(key): plain(item, name, depth + 1) for key, item in value.items()}
+        places = (f"{name}: [{key}]" if depth == 0 else f"{name} {key}" for key in value)
+        items = zip(places, value.items(), strict=True)
+        return {str(key): plain(item, place, depth + 1) for place, (key, item) in items}
+    if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
+        place = np.flatnonzero(np.ma.getmaskarray(value).reshape(-1))[0]
+        raise SceneError(f"{name}: value {place + 1} is masked: must be a number")
     if isinstance(value, np.ndarray):
         if value.ndim == 1 and value.size > LONG and value.dtype.kind in "iuf":
             return np.array(value, dtype=np.float64)

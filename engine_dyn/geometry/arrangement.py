@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.firing_orders import CUSTOMARY_ORDERS, customary_order
+from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
@@ -347,8 +348,7 @@ class Arrangement:
 
 
 def _finite(where: str, value: float) -> None:
-    if not math.isfinite(value):
-        raise ValueError(f"{where} = {value}: must be a finite number")
+    given_array(where, value, finite=True)
 
 
 def _degrees(angle: float | Floats | Sequence[float]) -> str:

@@ -24,6 +24,7 @@ from engine_dyn.geometry.arrangement import (
     symmetry,
 )
 from engine_dyn.geometry.layouts import in_line
+from engine_dyn.given_numbers import given_array
 
 __all__ = [
     "EQUAL",
@@ -257,7 +258,7 @@ class Cylinders:
             ("mass_factor", mass_factor, self.mass_factors),
             ("radius_factor", radius_factor, self.radius_factors),
         ):
-            taken = own if values is None else tuple(float(value) for value in values)
+            taken = own if values is None else tuple(given_array(name, values).reshape(-1).tolist())
             if len(taken) != count:
                 raise ValueError(
                     f"{name}: {len(taken)} values for {count} cylinders: must be one for each"

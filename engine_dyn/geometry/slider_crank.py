@@ -56,6 +56,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
+from engine_dyn.given_numbers import given_array
 
 __all__ = [
     "DeadCentres",
@@ -82,11 +83,11 @@ class _Crank(NamedTuple):
 def _checked(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
 ) -> tuple[Any, Any, Any]:
-    ratio = np.asarray(crank_ratio, dtype=float)
+    ratio = given_array("crank_ratio", crank_ratio)
     if not np.all((ratio > 0.0) & (ratio < 1.0)):
         bad = ratio[~((ratio > 0.0) & (ratio < 1.0))].flat[0]
         raise ValueError(f"crank_ratio = {bad:g}: must lie between 0 and 1, both excluded")
-    offset_ratio = np.asarray(offset, dtype=float)
+    offset_ratio = given_array("offset", offset)
     if offset_ratio.any():  # NaN counts as true
         turns = ratio * (1.0 + np.abs(offset_ratio)) < 1.0
         if not np.all(turns):
@@ -96,7 +97,7 @@ def _checked(
                 f"offset = {bad:g} crank radii: the crank cannot turn; offset and crank radius "
                 f"must together be below the rod's length, here offset below {most:g}"
             )
-    return np.asarray(phi, dtype=float), ratio, offset_ratio
+    return given_array("phi", phi), ratio, offset_ratio
 
 
 def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> _Crank:
@@ -273,7 +274,7 @@ def crank_radius_of_ratio(
         If a crank ratio lies outside (0, 1), or the crank cannot turn.
     """
     half, beside = 0.5 * np.asarray(stroke, dtype=float), np.asarray(offset, dtype=float)
-    ratio = np.asarray(crank_ratio, dtype=float)
+    ratio = given_array("crank_ratio", crank_ratio)
     reduced = (beside / half) ** 2
     gap = (1.0 - ratio**2) ** 2 - 4.0 * ratio**2 * reduced
     square = 0.5 * (1.0 + ratio**2 + np.sqrt(np.maximum(gap, 0.0)))

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.given_numbers import given_array
 from engine_dyn.loads.laws import LOAD_LAWS, CurveForm, Form
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
@@ -93,7 +94,7 @@ class TorqueOverAngle:
 
     def __call__(self, theta: npt.ArrayLike) -> Floats:
         """Torque [N m] at any angles [rad], docs/method.md (37)."""
-        t, step, before, after = self._pieces(theta)
+        t, step, before, after = self._pieces(given_array("theta", theta))
         y0, y1 = self.torque[before], self.torque[after]
         m0, m1 = step * self.slope[before], step * self.slope[after]
         return np.asarray(
@@ -102,7 +103,7 @@ class TorqueOverAngle:
 
     def work(self, theta: npt.ArrayLike) -> Floats:
         """Integral of the torque less its mean [J], docs/method.md (37), within one period."""
-        t, step, before, _ = self._pieces(theta)
+        t, step, before, _ = self._pieces(given_array("theta", theta))
         _, torque, slope, work = self.table
         y0, y1 = torque[before], torque[before + 1]
         m0, m1 = step * slope[before], step * slope[before + 1]
@@ -187,7 +188,7 @@ class TorqueOverSpeed:
 
     def __call__(self, omega: npt.ArrayLike) -> Floats:
         """Torque [N m] at any speeds [rad/s]; NaN outside the table."""
-        given = np.asarray(omega, dtype=float)
+        given = given_array("omega", omega)
         before = np.clip(np.searchsorted(self.speed, given, side="right") - 1, 0,
                          len(self.speed) - 2)  # fmt: skip
         step = self.speed[before + 1] - self.speed[before]
@@ -305,7 +306,7 @@ def torque_over_angle(
     ValueError
         Naming the point, for what is no such torque.
     """
-    theta, values = np.array(angle, dtype=float), np.array(torque, dtype=float)
+    theta, values = given_array("angle", angle).copy(), given_array("torque", torque).copy()
     _check_points(theta, values, "angle", math.degrees(1.0), "degree", FEWEST_POINTS)
     span, gap = float(theta[-1] - theta[0]), float(np.diff(theta).max())
     period = next(
@@ -356,7 +357,7 @@ def torque_over_speed(
     ValueError
         Naming the point, for what is no such torque.
     """
-    omega, values = np.array(speed, dtype=float), np.array(torque, dtype=float)
+    omega, values = given_array("speed", speed).copy(), given_array("torque", torque).copy()
     _check_points(omega, values, "speed", 30.0 / math.pi, "rpm", 2)
     if omega[0] < 0.0:
         raise ValueError(f"point 1: speed = {omega[0] * 30.0 / math.pi:.6g} rpm: must be 0 or more")

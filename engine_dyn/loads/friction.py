@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.compilation import inlined
 from engine_dyn.geometry.slider_crank import velocity
+from engine_dyn.given_numbers import given_number
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR
@@ -268,14 +269,15 @@ class FrictionShape:
     def __post_init__(self) -> None:
         """Refuse wrong fractions; ValueError names field, value and what is allowed."""
         for name in ("boundary", "mixed", "hydrodynamic", "skirt"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} = {getattr(self, name):g}: must be between 0 and 1")
+            fraction = given_number(name, getattr(self, name))
+            if not 0.0 <= fraction <= 1.0:
+                raise ValueError(f"{name} = {fraction:g}: must be between 0 and 1")
         if self.rest < -1e-12:
             raise ValueError(
                 "boundary + mixed + hydrodynamic + skirt = "
                 f"{1.0 - self.rest:g}: must be at most 1 together"
             )
-        if not 0.0 < self.ring_pressure < 100.0 * BAR:
+        if not 0.0 < given_number("ring_pressure", self.ring_pressure) < 100.0 * BAR:
             raise ValueError(
                 f"ring_pressure = {self.ring_pressure / BAR:g} bar: must be between 0 and 100 bar"
             )

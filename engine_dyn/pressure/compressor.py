@@ -28,6 +28,7 @@ from engine_dyn.compilation import inlined, kernel, on_stack
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
+from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.first_law_kernel import smooth_step
 from engine_dyn.types import Floats, Integers
@@ -105,7 +106,7 @@ class CompressorCycle:
 
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
-        columns = {item.name: np.asarray(getattr(self, item.name), float) for item in fields(self)}
+        columns = {i.name: given_array(i.name, getattr(self, i.name)) for i in fields(self)}
         for bad, message in _refusals(columns):
             if bad.any():
                 raise ValueError(message)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats, Integers
@@ -59,11 +60,11 @@ class Diagram:
 
     def __call__(self, phi: ArrayLike) -> Floats:
         """Pressure [Pa] at any crank angle [rad], scalar or array; the angle wraps."""
-        return _pressure_of(self.pressure, self.slope, self._pieces(phi))
+        return _pressure_of(self.pressure, self.slope, self._pieces(given_array("phi", phi)))
 
     def derivative(self, phi: ArrayLike) -> Floats:
         """dp/dphi [Pa/rad] of the spline at any crank angle [rad]; the angle wraps."""
-        return _slope_of(self.pressure, self.slope, self._pieces(phi))
+        return _slope_of(self.pressure, self.slope, self._pieces(given_array("phi", phi)))
 
     @property
     def peak(self) -> float:
@@ -114,6 +115,7 @@ class Diagram:
         ValueError
             If the factor is not positive and finite.
         """
+        factor = given_number("factor", factor)
         if not (math.isfinite(factor) and factor > 0.0):
             raise ValueError(f"pressure scale {factor:g} is not allowed: it must be positive")
         without = self.motored
@@ -245,9 +247,9 @@ def diagram_from_points(
         With one line that names the place, the value and what is allowed: other lengths, too few
         points, values that are not finite, angles that do not ascend or lie outside the cycle,
         gaps over 60 degrees (15 degrees within 60 degrees of the firing dead centre), pressure
-        that is not positive (also between the points) or above 500 bar, ends that differ by more
-        than 2 % of p_max, a peak outside -30..60 degrees, pressure that does not rise through
-        the compression.
+        that is not positive (also between the points) or above 500 bar, or nowhere above 0.01 bar,
+        ends that differ by more than 2 % of p_max, a peak outside -30..60 degrees, pressure that
+        does not rise through the compression.
     """
     phi, p = checked_points(angle, pressure, period)
     diagram = Diagram(phi, p, periodic_spline_slopes(phi, p, period), period)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.slider_crank import dead_centres, position, velocity
+from engine_dyn.given_numbers import given_number
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
@@ -141,7 +142,7 @@ class DieselCycle:
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         for item in fields(self):
-            value = getattr(self, item.name)
+            value = given_number(item.name, getattr(self, item.name))
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
         half_turn = math.pi

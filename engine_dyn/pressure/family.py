@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
+from engine_dyn.given_numbers import given_array
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.point_checks import PEAK_TO, degrees
@@ -291,7 +292,7 @@ def family_from_diagrams(loads: Sequence[float], diagrams: Sequence[Diagram]) ->
         For unequal lengths, loads that do not ascend, are negative or not finite, different
         periods, or peaks of neighbouring loads more than 60 degrees apart.
     """
-    values = np.array(loads, dtype=np.float64)
+    values = given_array("loads", loads).copy()
     if values.ndim != 1 or len(values) == 0 or len(values) != len(diagrams):
         raise ValueError(
             f"{values.size} loads for {len(diagrams)} diagrams: one for each is needed"

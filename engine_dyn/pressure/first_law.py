@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 from engine_dyn import status
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.first_law_fields import (
@@ -103,7 +104,7 @@ class _ClosedCycle:
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
-        columns = {n: np.asarray(v, dtype=np.float64) for n, v in values.items() if n != "wall"}
+        columns = {n: given_array(n, v) for n, v in values.items() if n != "wall"}
         for bad, message in refusals(self.period, columns, wall_code(self.wall)):
             if bad.any():
                 raise ValueError(message(0))

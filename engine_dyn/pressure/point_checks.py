@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
+from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
@@ -26,7 +27,10 @@ LARGEST_GAP_NEAR_FIRING = 15.0 * DEGREE
 NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
 ENDS_TOLERANCE = 0.02
-LARGEST_PRESSURE = 500.0 * BAR
+SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
+
+SLACK = 1e-7
+"""Fraction of the cycle within which angles are the same: single precision errs by 2e-8."""
 
 
 def checked_points(angle: ArrayLike, pressure: ArrayLike, period: float) -> tuple[Floats, Floats]:
@@ -37,10 +41,11 @@ def checked_points(angle: ArrayLike, pressure: ArrayLike, period: float) -> tupl
     ValueError
         One line that names the place, the value and what is allowed.
     """
+    period = given_number("period", period)
     if not (math.isclose(period, FOUR_STROKE) or math.isclose(period, TWO_STROKE)):
         raise ValueError(f"period {degrees(period)} degrees is not allowed: it must be 720 or 360")
-    phi = np.array(angle, dtype=np.float64)
-    p = np.array(pressure, dtype=np.float64)
+    phi = given_array("crank angle", angle).copy()
+    p = given_array("pressure", pressure).copy()
     if phi.ndim != 1 or p.ndim != 1 or len(phi) != len(p):
         raise ValueError(
             f"crank angles of shape {phi.shape} and pressures of shape {p.shape}: "
@@ -58,7 +63,7 @@ def checked_points(angle: ArrayLike, pressure: ArrayLike, period: float) -> tupl
 def _check_values(phi: Floats, p: Floats, period: float) -> None:
     """Refuse points that are wrong by themselves or by their order."""
     half = period / 2.0
-    slack = 1e-9 * period
+    slack = SLACK * period
     bad = np.flatnonzero(~(np.isfinite(phi) & np.isfinite(p)))
     if bad.size:
         i = int(bad[0])
@@ -93,6 +98,11 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"point {top + 1}: pressure {bars(p[top])} bar at {degrees(phi[top])} degrees is above "
             f"{bars(LARGEST_PRESSURE)} bar{_unit_hint(p)}"
         )
+    if p[top] < SMALLEST_PEAK:
+        raise ValueError(
+            f"point {top + 1}: the largest pressure is {bars(p[top])} bar: must be at least "
+            f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
+        )
 
 
 def _unit_hint(p: Floats) -> str:
@@ -110,7 +120,7 @@ def _unit_hint(p: Floats) -> str:
 def _join_ends(phi: Floats, p: Floats, period: float) -> tuple[Floats, Floats]:
     """Make one point of both ends of the cycle, with the mean of their pressures."""
     half = period / 2.0
-    slack = 1e-9 * period
+    slack = SLACK * period
     at_start = abs(phi[0] + half) <= slack
     at_end = abs(phi[-1] - half) <= slack
     if at_start:
@@ -139,7 +149,7 @@ def _check_coverage(phi: Floats, period: float) -> None:
     near = (phi < NEAR_FIRING) & (end > -NEAR_FIRING)
     # The gap that wraps ends in the next period.
     near |= (phi < NEAR_FIRING + period) & (end > period - NEAR_FIRING)
-    slack = 1e-9 * period
+    slack = SLACK * period
     for allowed, where, part in (
         (LARGEST_GAP, np.full(len(phi), True), ""),
         (LARGEST_GAP_NEAR_FIRING, near, f" within {degrees(NEAR_FIRING)} degrees of firing"),

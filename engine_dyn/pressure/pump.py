@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.given_numbers import given_number
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
@@ -81,7 +82,7 @@ class PumpCycle:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         for item in fields(self):
             unit, size, low, high, ends = _FIELDS[item.name]
-            value = getattr(self, item.name) / size
+            value = given_number(item.name, getattr(self, item.name)) / size
             words = "" if unit == "1" else f" {unit}"
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")

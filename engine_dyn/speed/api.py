@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn import status
+from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.groups import CylinderGroup, Engine, Load, Solver, family_of
+from engine_dyn.speed.groups import CylinderGroup, Engine, Load, Solver, check_positive, family_of
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
@@ -125,10 +126,11 @@ def periodic_speed(
         Of the piston pin's line from the crank's axis [m], positive towards the side on which the
         crank pin goes down; with it, `stroke` is more than two crank radii.
     firing_angles : sequence of float, optional
-        Crank angle at which each cylinder fires [rad], the first 0.
+        Crank angle at which each cylinder fires [rad], the first 0. Without them they fire evenly,
+        in the customary order of in-line engines, such as 1-3-4-2; see docs/layouts.md.
     pressure_factor, mass_factor : sequence of float, optional
-        One a cylinder: f in p_motored + f (p - p_motored), see `pressure.motored`, and the factor
-        on its reciprocating mass.
+        One a cylinder, in the order of their numbers, whatever the order of firing: f in p_motored
+        + f (p - p_motored), see `pressure.motored`, and the factor on its reciprocating mass.
     radius_factor : sequence of float, optional
         Crank radius of each cylinder over the first's; their rods are equally long.
     friction_shape : FrictionShape, optional
@@ -177,8 +179,10 @@ def periodic_speed(
     """
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()
-    if not 0.0 < inertia < np.inf:
-        raise ValueError(f"inertia = {inertia:g}: must be a positive number")
+    inertia = given_number("inertia", inertia)
+    check_positive(inertia=inertia)
+    load_linear = given_number("load_linear", load_linear, finite=True)
+    load_square = given_number("load_square", load_square, finite=True)
     if load_linear or load_square:
         if load_exponent is not None:
             raise ValueError(
@@ -198,7 +202,9 @@ def periodic_speed(
     engine.check()
     load.check()
     solver.check()
-    angles = np.zeros(0) if crank_angle is None else np.asarray(crank_angle, dtype=float).ravel()
+    angles = np.zeros(0)
+    if crank_angle is not None:
+        angles = given_array("crank_angle", crank_angle, finite=True).ravel()
     return _solve(engine, load, solver, inertia, angles)
 
 
@@ -279,16 +285,17 @@ def energy_swing(
     Raises
     ------
     ValueError
-        For a friction torque that is not finite, an engine whose throws cannot turn, and a load
-        that does not repeat with the cycle.
+        For a value outside its physical range, an engine whose throws cannot turn, and a load that
+        does not repeat with the cycle.
     """
-    if not np.isfinite(friction_torque):
-        raise ValueError(f"friction_torque = {friction_torque:g}: must be a finite number")
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,
         CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor),
         friction_shape, friction_torque, crankcase_pressure,
     )  # fmt: skip
+    engine.check()
+    tolerance = given_number("tolerance", tolerance)
+    check_positive(tolerance=tolerance)
     by_count = {cylinders: engine.cylinders}
     load = Load(driven, gear_ratio=gear_ratio, load_phase=load_phase, load_scale=load_scale)
     found = torque_extremes(

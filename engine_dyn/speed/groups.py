@@ -6,9 +6,8 @@ how its equation is solved.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -17,6 +16,7 @@ from engine_dyn.forces.torque import piston_area
 from engine_dyn.geometry.arrangement import Arrangement, Cylinder, Throw
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
+from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, motor_torque, repeats_of
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.loads.laws import LOAD_LAWS
@@ -26,7 +26,7 @@ from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 
-__all__ = ["CylinderGroup", "Engine", "Load", "Solver", "family_of"]
+__all__ = ["CylinderGroup", "Engine", "Load", "Solver", "check_positive", "family_of"]
 
 
 @lru_cache(maxsize=8)
@@ -41,7 +41,17 @@ def _mean_gas(diagram: Diagram, crank_ratio: float, offset: float, factor: float
     return float(mean_gas_torque(crank_ratio, 0.0, family_of(diagram), offset, factor))
 
 
-def _check_positive(**values: float) -> None:
+def _take_numbers(group: Engine | Load | Solver) -> None:
+    """Replace every number of a group by a finite float; ValueError names what is none."""
+    for item in fields(group):
+        value = getattr(group, item.name)
+        if item.type == "float" or (item.type == "float | None" and value is not None):
+            number = given_number(item.name, value, finite=True)
+            object.__setattr__(group, item.name, number)
+
+
+def check_positive(**values: float) -> None:
+    """Refuse what is no positive number; ValueError names it."""
     for name, number in values.items():
         if not 0.0 < number < np.inf:
             raise ValueError(f"{name} = {number:g}: must be a positive number")
@@ -51,6 +61,12 @@ def _check_not_negative(**values: float) -> None:
     for name, number in values.items():
         if not 0.0 <= number < np.inf:
             raise ValueError(f"{name} = {number:g}: must be zero or a positive number")
+
+
+def _check_whole(name: str, value: float) -> None:
+    number = given_number(name, value, finite=True)
+    if number < 1.0 or number != int(number):
+        raise ValueError(f"{name} = {number:g}: must be a whole number from 1 on")
 
 
 @dataclass(frozen=True)
@@ -65,14 +81,21 @@ class CylinderGroup:
 
     def check(self) -> None:
         """Refuse a number of cylinders that is none."""
-        if self.cylinders != int(self.cylinders) or self.cylinders < 1:
-            raise ValueError(f"cylinders = {self.cylinders}: must be a whole number from 1 on")
+        _check_whole("cylinders", self.cylinders)
 
     def over(self, period: float) -> Cylinders:
         """Return the cylinders over one cycle [rad]."""
-        columns = (self.firing_angles, self.pressure_factor, self.mass_factor, self.radius_factor)
-        given = (None if column is None else tuple(map(float, column)) for column in columns)
-        return _cached_cylinders(self.cylinders, period, *given)
+        names = ("firing_angles", "pressure_factor", "mass_factor", "radius_factor")
+        return _cached_cylinders(int(self.cylinders), period, *map(self._column, names))
+
+    def _column(self, name: str) -> tuple[float, ...] | None:
+        """Numbers of the cylinders; None where none are given."""
+        if getattr(self, name) is None:
+            return None
+        column = given_array(name, getattr(self, name), finite=True)
+        if column.ndim != 1:
+            raise ValueError(f"{name}: must be a list of numbers, one for each cylinder")
+        return tuple(column.tolist())
 
 
 @lru_cache(maxsize=64)
@@ -114,6 +137,10 @@ class Engine:
     friction_torque: float
     crankcase_pressure: float
 
+    def __post_init__(self) -> None:
+        """Take numbers as floats; ValueError names what is none."""
+        _take_numbers(self)
+
     def check(self) -> None:
         """Refuse values outside their physical range.
 
@@ -122,17 +149,14 @@ class Engine:
         ValueError
             Naming the value.
         """
-        _check_positive(bore=self.bore, stroke=self.stroke, speed=self.speed)
+        check_positive(bore=self.bore, stroke=self.stroke, speed=self.speed)
         _check_not_negative(
             reciprocating_mass=self.reciprocating_mass, crankcase_pressure=self.crankcase_pressure
         )
-        if not 0.0 < self.crank_ratio < 1.0:
-            raise ValueError(
-                f"crank_ratio = {self.crank_ratio:g}: must lie between 0 and 1, both excluded"
-            )
+        ratio = given_number("crank_ratio", self.crank_ratio)
+        if not 0.0 < ratio < 1.0:
+            raise ValueError(f"crank_ratio = {ratio:g}: must lie between 0 and 1, both excluded")
         self.group.check()
-        if not all(map(math.isfinite, (self.friction_torque, self.offset))):
-            raise ValueError("load_offset, friction_torque and offset must be finite numbers")
 
     @cached_property
     def double_radius(self) -> float:
@@ -216,6 +240,10 @@ class Load:
     load_linear: float = 0.0
     load_square: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Take numbers as floats; ValueError names what is none."""
+        _take_numbers(self)
+
     def check(self) -> None:
         """Refuse values outside their physical range.
 
@@ -234,13 +262,11 @@ class Load:
             raise ValueError(
                 f"{', '.join(law.keys)}: not allowed together with a driver or a table over speed"
             )
-        if not math.isfinite(self.load_offset):
-            raise ValueError("load_offset, friction_torque and offset must be finite numbers")
         if self.driven.motor:
             for name in ("synchronous_speed", "breakdown_slip", "breakdown_torque"):
-                given = getattr(self, name)
-                if given is None or not 0.0 < given < np.inf:
-                    raise ValueError(f"{name} = {given}: must be a positive number")
+                if getattr(self, name) is None:
+                    raise ValueError(f"{name}: missing; an induction motor needs it")
+                check_positive(**{name: getattr(self, name)})
 
     def gear(self, period: float) -> float:
         """Speed of a load's shaft over the crank's: 1 where the load is over the crank's own.
@@ -251,8 +277,7 @@ class Load:
             For a ratio that is not positive, and a load that does not repeat with the cycle.
         """
         gear = self.gear_ratio if self.driven.geared else 1.0
-        if not 0.0 < gear < np.inf:
-            raise ValueError(f"gear_ratio = {gear:g}: must be a positive number")
+        check_positive(gear_ratio=gear)
         if self.driven.over_angle is not None:
             repeats_of(self.driven.over_angle, gear, period)
         return gear
@@ -310,6 +335,10 @@ class Solver:
     start_speed: float | None
     start_angle: float
 
+    def __post_init__(self) -> None:
+        """Take numbers as floats; ValueError names what is none."""
+        _take_numbers(self)
+
     def check_names(self) -> None:
         """Refuse a choice that does not exist.
 
@@ -334,13 +363,11 @@ class Solver:
         ValueError
             Naming the value.
         """
-        _check_positive(tolerance=self.tolerance)
-        if self.passes is not None and (self.passes != int(self.passes) or self.passes < 1):
-            raise ValueError(f"passes = {self.passes}: must be a whole number from 1 on")
-        if self.start_speed is not None and not 0.0 < self.start_speed < np.inf:
-            raise ValueError(f"start_speed = {self.start_speed:g}: must be a positive number")
-        if not math.isfinite(self.start_angle):
-            raise ValueError(f"start_angle = {self.start_angle:g}: must be a finite number")
+        check_positive(tolerance=self.tolerance)
+        if self.passes is not None:
+            _check_whole("passes", self.passes)
+        if self.start_speed is not None:
+            check_positive(start_speed=self.start_speed)
         if self.closure == "cycle_time" and self.method in STEPPING:
             raise ValueError(f"closure cycle_time: method {self.method} cannot solve for the load")
 

@@ -468,7 +468,7 @@ def test_bad_curves_are_refused(make: Any, message: str) -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"driven": DrivenMachine(motor=True)}, "synchronous_speed = None"),
+        ({"driven": DrivenMachine(motor=True)}, "synchronous_speed: missing"),
         (
             {"driven": DrivenMachine(motor=True), "synchronous_speed": 1.0, "breakdown_slip": -1.0},
             "breakdown_slip = -1",

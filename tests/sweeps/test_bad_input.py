@@ -602,6 +602,16 @@ def test_python_callers_get_the_same_error(given: Any, fragment: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("count", [3, 5000])
+@pytest.mark.parametrize("table", ["axes", "designs"])
+def test_masked_values_are_refused(table: str, count: int) -> None:
+    values = np.ma.masked_array(np.linspace(1.0, 2.0, count), np.arange(count) == 2)
+    scene = {"engine": "ntua", table: {"inertia": values}, "output": {"quantities": ["delta"]}}
+    with pytest.raises(SceneError, match=rf"^scene: \[{table}\] inertia: value 3 is masked"):
+        read_scene(scene)
+    read_scene({**scene, table: {"inertia": values[3:]}})  # nothing of it is masked
+
+
 def test_a_list_in_itself_is_refused() -> None:
     loop: list[Any] = []
     loop.append(loop)

@@ -1,0 +1,95 @@
+"""Numbers that a caller gives, as the arrays of floats that formulas take.
+
+NumPy itself drops masks, units and imaginary parts, reads texts as numbers and takes the truth for
+1. Everything that comes from outside passes here first, so that none of it happens in silence.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.types import Floats
+
+__all__ = ["given_array", "given_number"]
+
+
+def given_array(name: str, value: Any, *, finite: bool = False) -> Floats:
+    """Return numbers as an array of floats; an array of floats is returned as it is.
+
+    Parameters
+    ----------
+    name : str
+        The argument, for the message.
+    value : array_like
+        Numbers, or lists and arrays of them.
+    finite : bool
+        Whether NaN and infinity are refused.
+
+    Raises
+    ------
+    ValueError
+        For masked values, numbers with units, complex numbers, truth values, texts, whatever else
+        is no number, and numbers beyond the range of floats.
+    """
+    if type(value) is not np.ndarray or value.dtype != np.float64:
+        value = _as_floats(name, value)
+    if finite and not np.isfinite(value).all():
+        place = np.flatnonzero(~np.isfinite(value.reshape(-1)))[0]
+        where = f"{name}, value {place + 1}" if value.ndim else name
+        raise ValueError(f"{where} = {value.flat[place]:g}: must be a finite number")
+    return value
+
+
+def given_number(name: str, value: Any, *, finite: bool = False) -> float:
+    """Return one number as a float; arguments and errors as of `given_array`."""
+    if type(value) is not float:
+        array = given_array(name, value)
+        if array.size != 1:
+            raise ValueError(f"{name}: {array.size} values: must be one number")
+        value = float(array.reshape(-1)[0])
+    if finite and not math.isfinite(value):
+        raise ValueError(f"{name} = {value:g}: must be a finite number")
+    return float(value)
+
+
+def _as_floats(name: str, value: Any) -> Floats:
+    if np.ma.isMaskedArray(value):
+        masked = np.flatnonzero(np.ma.getmaskarray(value).reshape(-1))
+        if masked.size:
+            where = f"value {masked[0] + 1} is masked" if value.ndim else "it is masked"
+            raise ValueError(f"{name}: {where}: must be a number")
+        value = value.data
+    items: list[Any] | tuple[Any, ...] = (value,)
+    if isinstance(value, list | tuple):
+        items = value
+    elif isinstance(value, np.ndarray) and value.dtype.hasobject:
+        items = value.reshape(-1).tolist()
+    kinds = set(map(type, items))
+    for item in () if kinds <= {float, int} else items:
+        if any(hasattr(item, name) for name in _OF_QUANTITIES):
+            raise ValueError(
+                f"{name}: has the unit {getattr(item, 'units', getattr(item, 'unit', '?'))}: must "
+                "be plain numbers; convert it to the documented unit and give the magnitude"
+            )
+    try:
+        array = np.asarray(value)
+        # Objects are numbers of other kinds, such as fractions, or whole numbers beyond 64 bits.
+        if array.dtype.kind not in "iufO" or kinds & {bool, str, type(None)}:
+            raise TypeError
+        return array.astype(np.float64)
+    except OverflowError:
+        raise ValueError(f"{name}: beyond the range of floating-point numbers") from None
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: {_shown(value)}: must be a number or an array of them") from None
+
+
+_OF_QUANTITIES = ("magnitude", "to_value", "in_units")
+"""What quantities of pint, astropy and unyt have, and plain numbers have not."""
+
+
+def _shown(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."

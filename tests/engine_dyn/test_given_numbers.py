@@ -1,0 +1,163 @@
+"""Numbers that callers give: nothing is dropped or changed in silence."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+import engine_dyn
+from engine_dyn.flywheel import required_inertia, ring_mass, triangular_torque
+from engine_dyn.given_numbers import given_array, given_number
+from engine_dyn.loads.driven_machine import torque_over_angle, torque_over_speed
+from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.speed.api import energy_swing
+from engine_dyn.types import Floats
+
+
+class Quantity:
+    """As pint's quantities are to NumPy: a number that also has a unit."""
+
+    magnitude, units = 0.1, "centimeter"
+
+    def __float__(self) -> float:
+        """Drop the unit, as pint does with a warning."""
+        return self.magnitude
+
+
+NO_NUMBERS: dict[str, Any] = {
+    "nothing": None, "a text": "0.1", "truth": True, "complex": 1 + 2j, "beyond floats": 10**400,
+    "masked": np.ma.masked_array([0.1, 0.2], [False, True]), "masked number": np.ma.masked,
+    "with a unit": Quantity(), "units in a list": [Quantity(), Quantity()], "object": object(),
+    "table": {}, "None in a list": [0.1, None], "texts": np.array(["0.1"]),
+    "complex array": np.array([1j]), "truths": np.array([True]), "objects": np.array([None, 1.0]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", NO_NUMBERS)
+def test_what_is_no_number_is_refused(kind: str) -> None:
+    for take in (given_array, given_number):
+        with pytest.raises(ValueError, match=r"^bore: \S") as refusal:
+            take("bore", NO_NUMBERS[kind])
+        assert "\n" not in str(refusal.value)
+
+
+def test_numbers_of_every_kind_are_taken() -> None:
+    assert given_number("x", Fraction(1, 4)) == 0.25
+    assert given_number("x", np.float32(0.25)) == 0.25
+    assert given_number("x", np.array(3)) == 3.0
+    assert np.array_equal(given_array("x", [1, 2.5]), [1.0, 2.5])
+    assert np.array_equal(given_array("x", np.ma.masked_array([1.0, 2.0])), [1.0, 2.0])
+    array = np.array([1.0, np.nan])
+    assert given_array("x", array) is array
+
+
+def test_numbers_that_must_be_finite() -> None:
+    with pytest.raises(ValueError, match=r"^x, value 2 = nan: must be a finite number$"):
+        given_array("x", [1.0, np.nan], finite=True)
+    with pytest.raises(ValueError, match=r"^x = inf: must be a finite number$"):
+        given_number("x", np.inf, finite=True)
+
+
+def _angles() -> Floats:
+    return np.radians(np.arange(-360.0, 361.0))
+
+
+def _pressures() -> Floats:
+    return np.asarray(1e5 * (1.0 + 60.0 * np.exp(-(((np.degrees(_angles()) - 8.0) / 30.0) ** 2))))
+
+
+@pytest.fixture(scope="module")
+def diagram() -> engine_dyn.Diagram:
+    return engine_dyn.diagram_from_points(_angles(), _pressures())
+
+
+ENGINE: dict[str, Any] = {
+    "bore": 0.1, "stroke": 0.12, "crank_ratio": 0.25, "reciprocating_mass": 1.0, "inertia": 1.0,
+    "speed": 150.0, "cylinders": 4, "offset": 0.0, "load_exponent": 2.0, "load_linear": 0.0,
+    "load_square": 0.0, "load_offset": 0.0, "friction_torque": 10.0, "gear_ratio": 1.0,
+    "load_phase": 0.0, "load_scale": 1.0, "crankcase_pressure": 1e5, "tolerance": 1e-6,
+    "start_angle": 0.0, "breakdown_torque": 1.0,
+}  # fmt: skip
+
+OF_CYLINDERS = ("firing_angles", "pressure_factor", "mass_factor", "radius_factor")
+OPTIONAL = ("passes", "start_speed", "synchronous_speed", "breakdown_slip", "crank_angle")
+
+
+@pytest.mark.parametrize("name", [*ENGINE, *OF_CYLINDERS, *OPTIONAL])
+def test_periodic_speed_refuses_what_is_no_number(diagram: engine_dyn.Diagram, name: str) -> None:
+    for kind, value in [*NO_NUMBERS.items(), ("not finite", np.nan), ("infinite", -np.inf)]:
+        if kind == "nothing" and name in ("load_exponent", *OF_CYLINDERS, *OPTIONAL):
+            continue  # the default
+        with pytest.raises(ValueError, match=name):
+            engine_dyn.periodic_speed(diagram, **{**ENGINE, name: value})
+
+
+def test_energy_swing_and_required_inertia_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
+    kept = ("bore", "stroke", "crank_ratio", "reciprocating_mass", "speed")
+    engine = {name: ENGINE[name] for name in kept}
+    for name in (*engine, "tolerance", "crankcase_pressure", "load_phase"):
+        for value in (*NO_NUMBERS.values(), np.nan):
+            with pytest.raises(ValueError, match=name):
+                energy_swing(diagram, **{**engine, name: value})
+    for value in (*NO_NUMBERS.values(), np.nan):
+        with pytest.raises(ValueError, match="wanted_delta"):
+            required_inertia(diagram, value, **engine)
+
+
+def test_factors_are_one_for_each_cylinder(diagram: engine_dyn.Diagram) -> None:
+    with pytest.raises(ValueError, match="mass_factor: must be a list of numbers, one for each"):
+        engine_dyn.periodic_speed(diagram, **ENGINE, mass_factor=1.0)  # type: ignore[arg-type]
+
+
+def test_curves_and_tables_refuse_likewise(diagram: engine_dyn.Diagram) -> None:
+    turn = np.radians(np.arange(0.0, 360.0, 2.0))
+    over_angle = torque_over_angle(turn, np.sin(turn) + 2.0)
+    over_speed = torque_over_speed([0.0, 100.0], [1.0, 2.0])
+    calls = (
+        engine_dyn.position, engine_dyn.velocity, engine_dyn.acceleration, engine_dyn.rod_angle,
+    )  # fmt: skip
+    for value in NO_NUMBERS.values():
+        for call in calls:
+            with pytest.raises(ValueError, match="phi"):
+                call(value, 0.25)
+            with pytest.raises(ValueError, match="crank_ratio"):
+                call(0.0, value)
+        for curve, name in (
+            (diagram, "phi"), (diagram.derivative, "phi"), (over_angle, "theta"),
+            (over_speed, "omega"),
+        ):  # fmt: skip
+            with pytest.raises(ValueError, match=name):
+                curve(value)
+        for make in (
+            lambda v: engine_dyn.diagram_from_points(v, _pressures()),
+            lambda v: engine_dyn.diagram_from_points(_angles(), v),
+            lambda v: torque_over_angle(turn, v),
+            lambda v: torque_over_speed(v, [1.0, 2.0]),
+            lambda v: FrictionShape(v, 0.1, 0.1, 0.1, 1e5),
+            lambda v: FrictionShape(0.1, 0.1, 0.1, 0.1, v),
+            lambda v: triangular_torque(v, 100.0, 0.01),
+            lambda v: ring_mass(v, 1.0, 0.5),
+            lambda v: engine_dyn.family_from_diagrams(v, [diagram]),
+        ):
+            with pytest.raises(ValueError, match=r"\S"):
+                make(value)
+
+
+def test_curves_at_nan_are_nan(diagram: engine_dyn.Diagram) -> None:
+    assert np.isnan(diagram(np.nan))
+    assert np.isnan(diagram.derivative(np.nan))
+    assert np.isnan(engine_dyn.position(np.nan, 0.25))
+
+
+def test_angles_in_single_precision(diagram: engine_dyn.Diagram) -> None:
+    single = engine_dyn.diagram_from_points(_angles().astype(np.float32), _pressures())
+    at = np.linspace(-6.0, 6.0, 50)
+    np.testing.assert_allclose(single(at), diagram(at), rtol=1e-5)
+
+
+def test_pressures_in_bar() -> None:
+    with pytest.raises(ValueError, match=r"largest pressure is 0\.0006.* must be in pascal"):
+        engine_dyn.diagram_from_points(_angles(), _pressures() / 1e5)
