@@ -92,7 +92,7 @@ class Labels:
 
 def describe(
     plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False,
-    machine: str = "",
+    machine: str = "", full_paths: bool = False,
 ) -> Labels:  # fmt: skip
     """Names, dimensions, units and provenance of what a plan computes.
 
@@ -108,6 +108,8 @@ def describe(
         Results are kept in 32 bits.
     machine : str
         What computed it, unless it is this machine.
+    full_paths : bool
+        Whether names of files keep their folders; else they begin in that of the scene.
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}
@@ -144,6 +146,7 @@ def describe(
                 command=command,
                 numbers="float32" if single else "float64",
                 machine=machine,
+                full_paths=full_paths,
             ),
         },
     )

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash, threading_layer
+from sweeps.catalogue import PACKAGE
 from sweeps.errors import counted, one_line, printable
 
 if TYPE_CHECKING:
@@ -183,13 +184,14 @@ def machine_text() -> str:
 
 def provenance(
     plan: Plan, *, seconds: float | None = None, command: str = "", numbers: str = "float64",
-    machine: str = "",
+    machine: str = "", full_paths: bool = False,
 ) -> dict[str, str | float]:  # fmt: skip
     """Attributes that say where an archive comes from: texts, JSON texts and numbers.
 
-    `machine` is what computed it, unless that was this one.
+    `machine` is what computed it, unless that was this one; see `_without_folder` on `full_paths`.
     """
     scene = plan.scene
+    folder, files = (scene.folder, scene.files) if full_paths else _without_folder(scene)
     own = version("engine-dyn")
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     attributes: dict[str, Any] = {
@@ -198,7 +200,7 @@ def provenance(
         "scene": json_text(scene.source),
         "scene_name": printable(plan.name),
         "part": plan.piece,
-        "input_files": files_text(scene.folder, scene.files),
+        "input_files": files_text(folder, files),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
         "identity": json_text(identity(plan, numbers=numbers)),
         "software": "; ".join(
@@ -296,6 +298,27 @@ def _by_name(scene: Scene) -> dict[str, bytes]:
             name, number = f"{PurePath(path).name} ({number})", number + 1
         found[name] = data
     return found
+
+
+def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
+    """Folder and files of a scene, named from its folder on: archives are mailed to others.
+
+    A path that the scene or one of its files gives as absolute keeps its name, under which it is
+    looked up again.
+    """
+    home = PurePath(scene.folder)
+    if home.is_relative_to(PACKAGE):
+        return home.relative_to(PACKAGE.parent).as_posix(), scene.files
+    texts = [json_text(scene.source).encode(errors="surrogateescape"), *scene.files.values()]
+
+    def short(name: str) -> str:
+        path = PurePath(name)
+        if not path.is_relative_to(home):
+            return name
+        given = path.is_absolute() and any(os.fsencode(name) in text for text in texts)
+        return name if given else str(path.relative_to(home))
+
+    return "", {short(name): data for name, data in scene.files.items()}
 
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import click
 
 from sweeps.errors import SceneError, one_line, printable
 
-__all__ = ["BAD_INPUT", "DESIGNS_FAILED", "FAILURE", "end", "guarded", "say"]
+__all__ = ["BAD_INPUT", "DESIGNS_FAILED", "FAILURE", "end", "guarded", "open_closed_streams", "say"]
 
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
@@ -23,6 +24,21 @@ LONGEST_MESSAGE = 2000
 def say(text: object, *, err: bool = False) -> None:
     """Print a text, parts of which may come from files: what steers a terminal is escaped."""
     click.echo(printable(str(text)), err=err)
+
+
+def open_closed_streams() -> None:
+    """Give the null device to every standard stream that the caller has closed.
+
+    The next file that is opened would get its number, and messages of libraries would be written
+    into an archive; Python itself has no object for such a stream, so that printing fails.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
 
 
 def end(message: str, exit_status: int) -> NoReturn:

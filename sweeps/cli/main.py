@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import click
 
+from sweeps.cli.exits import open_closed_streams
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.looking import compare, export, info, plot
 from sweeps.cli.running import extend, merge, rerun, run
@@ -24,6 +25,7 @@ def main() -> None:
     A scene (a TOML file) says which engine, which axes and which quantities to compute.
     `engine-dyn new` writes a scene to start from.
     """
+    open_closed_streams()
 
 
 for command in (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -69,11 +71,18 @@ LARGEST_TABLE = 200e6
     help="Compute on the workers of a dask scheduler (tcp://host:8786) or in N processes "
     "(local:N).",
 )
+@click.option(
+    "--full-paths",
+    is_flag=True,
+    help="Keep folders in what the archive says of its files and of this command line. Without "
+    "it, files are named from the folder of the scene on.",
+)
 @quiet_option
 @guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
-    single: bool, threads: int | None, shard: str | None, scheduler: str | None, quiet: bool,
+    single: bool, threads: int | None, shard: str | None, scheduler: str | None,
+    full_paths: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
@@ -108,10 +117,12 @@ def run(
     again += ["--float32"] if single else []
     again += [] if shard is None else ["--shard", shard]
     again += [] if scheduler is None else ["--scheduler", scheduler]
+    again += ["--full-paths"] if full_paths else []
     again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(
         resume=resume, overwrite=overwrite, memory=allowed, threads=threads,
-        progress=_shows_progress(quiet), level=level, single=single, command=_command_line(),
+        progress=_shows_progress(quiet), level=level, single=single,
+        command=_command_line(full_paths), full_paths=full_paths,
         resume_command=shlex.join(again),
     )  # fmt: skip
 
@@ -247,11 +258,21 @@ def _shows_progress(quiet: bool) -> bool:
     return not quiet and sys.stderr.isatty()
 
 
-def _command_line() -> str:
-    """Return the command line as it is kept in an archive."""
-    words = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+def _command_line(full_paths: bool = False) -> str:
+    """Return the command line as it is kept in an archive: of absolute paths the names alone."""
+    arguments = sys.argv[1:] if full_paths else map(_without_folders, sys.argv[1:])
+    words = shlex.join([Path(sys.argv[0]).name, *arguments])
     # The name of a file need not be valid text.
     return words.encode("utf-8", "replace").decode("utf-8")
+
+
+def _without_folders(argument: str) -> str:
+    """Argument whose path, if it is absolute or leads upwards, is shortened to its name."""
+    parts = re.match(r"(-\w|--[\w-]+=)?(.*)", argument, re.DOTALL)
+    assert parts is not None  # the expression matches every text
+    path = Path(parts[2])
+    leads_out = path.is_absolute() or os.pardir in path.parts
+    return f"{parts[1] or ''}{path.name}" if leads_out else argument
 
 
 def _print_published(plan: Plan, output: Path) -> None:

@@ -15,6 +15,7 @@ dask is imported in this file alone, and only when it is used.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import re
 import secrets
@@ -109,13 +110,42 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
         place: Any = address
         if processes:
             place = stack.enter_context(_local(distributed, processes))
+        else:
+            _check_reached(address)
         try:
             client = stack.enter_context(distributed.Client(place, set_as_default=False))
         except (OSError, ValueError, TimeoutError, ImportError) as error:
-            raise SceneError(
-                f"--scheduler {address}: cannot be reached ({one_line(error, 200)})"
-            ) from None
+            raise _not_reached(address, error) from None
         yield _checked(client, address, tell)
+
+
+def _check_reached(address: str) -> None:
+    """Connect once: dask's client does not end after a failure that it does not expect.
+
+    Such failures are `tls://` without dask's TLS settings, and protocols that need a package.
+    """
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    async def reach() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await connect(address, **arguments)
+        await comm.close()
+
+    try:
+        asyncio.run(reach())
+    except Exception as error:  # whatever the library of the protocol raises
+        raise _not_reached(address, error) from None
+
+
+def _not_reached(address: str, error: Exception) -> SceneError:
+    hint = ""
+    if address.startswith(("tls:", "wss:")):
+        hint = "; dask's configuration must name the certificates (distributed.comm.tls)"
+    return SceneError(
+        f"--scheduler {address}: cannot be reached ({one_line(error, 200) or type(error).__name__})"
+        f"{hint}"
+    )
 
 
 @contextmanager

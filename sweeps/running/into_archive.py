@@ -243,6 +243,7 @@ class _Run:
         return describe(
             self.plan, seconds=seconds, command=self.options.command, single=self.options.single,
             machine="" if self.workers is None else self.workers.text,
+            full_paths=self.options.full_paths,
         )  # fmt: skip
 
     def _in_one_piece(self, done: Finished) -> None:

@@ -53,6 +53,8 @@ class Options:
         Results in 32 bits.
     command : str
         The command line, for the archive.
+    full_paths : bool
+        Whether the archive keeps the folders of the files that it was made from.
     resume_command : str
         The command that goes on with this run, for messages.
     """
@@ -65,6 +67,7 @@ class Options:
     level: int | None = None
     single: bool = False
     command: str = ""
+    full_paths: bool = False
     resume_command: str = "the same command with --resume"
 
 

@@ -29,6 +29,7 @@ def stream(
     compression: int = 0,
     single: bool = False,
     progress: bool = False,
+    full_paths: bool = False,
 ) -> Finished:
     """Run a scene into an archive, block by block, as the command does.
 
@@ -56,6 +57,8 @@ def stream(
         Results in 32 bits.
     progress : bool
         Show a progress bar.
+    full_paths : bool
+        Whether the archive keeps the folders of the files that it was made from.
 
     Returns
     -------
@@ -69,7 +72,8 @@ def stream(
     """
     options = Options(
         resume=resume, overwrite=overwrite, memory=memory, threads=threads, level=compression,
-        single=single, progress=progress, resume_command="the same with resume=True",
+        single=single, progress=progress, full_paths=full_paths,
+        resume_command="the same with resume=True",
     )  # fmt: skip
     return run(make_plan(read_scene(scene)), Path(output), options, scheduler)
 

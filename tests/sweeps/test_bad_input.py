@@ -609,7 +609,7 @@ def test_masked_values_are_refused(table: str, count: int) -> None:
     scene = {"engine": "ntua", table: {"inertia": values}, "output": {"quantities": ["delta"]}}
     with pytest.raises(SceneError, match=rf"^scene: \[{table}\] inertia: value 3 is masked"):
         read_scene(scene)
-    read_scene({**scene, table: {"inertia": values[3:]}})  # nothing of it is masked
+    read_scene({**scene, table: {"inertia": values[:2]}})  # nothing of it is masked
 
 
 def test_a_list_in_itself_is_refused() -> None:

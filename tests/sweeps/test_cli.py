@@ -449,3 +449,23 @@ def test_the_thesis_comes_out_as_printed(tmp_path: Path) -> None:
         ]
         assert not wrong
     assert os.path.getsize(tmp_path / "thesis.nc") > 1000
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
+def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) -> None:
+    output = tmp_path / "out.nc"
+    code = "from sweeps.cli.main import main; main()"
+    command = f'exec "$0" -c "$1" run first -o "$2" {closed}'
+    done = subprocess.run(
+        ["sh", "-c", command, sys.executable, code, str(output)],
+        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(output, engine="netcdf4") as archive:
+        assert set(archive["status"].values.reshape(-1)) == {0}
+    done = subprocess.run(
+        ["sh", "-c", f'exec "$0" -c "$1" info "$2" {closed}', sys.executable, code, str(output)],
+        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -345,6 +345,23 @@ def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("scheme", ["tls", "wss", "ucx"])
+def test_a_protocol_that_is_not_set_up(scheme: str, tmp_path: Path) -> None:
+    """In a process of its own, which must end: dask's client kept it alive."""
+    code = "from sweeps.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "run", "first", "-o", str(tmp_path / "no.nc"), "--scheduler",
+         f"{scheme}://127.0.0.1:1"],
+        cwd=ROOT, capture_output=True, text=True, timeout=120,
+        env={**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300ms"},
+    )  # fmt: skip
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert f"--scheduler {scheme}://127.0.0.1:1: cannot be reached (" in line
+    assert ("certificates" in line) == (scheme != "ucx")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("name", ["distributed", "dask"])
 def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
     name: str, tmp_path: Path
