@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies quantities rates stress \
-	reliability fuzz wheel clean distclean
+	reliability faults soak properties fuzz wheel clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -36,6 +36,9 @@ help:
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs and two million sampled ones, checked (25 min)"
 	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min; goes on)"
+	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
+	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
 	@echo "make wheel       dist/*.whl"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
@@ -103,6 +106,18 @@ stress: $(VENV)/.installed-test
 # Settings: RELIABILITY='--designs 1000000 --kills 5 -o out/reliability.md' (minutes), and others.
 reliability: $(VENV)/.installed-test
 	$(python) -m benchmarks.reliability $(RELIABILITY)
+
+# Needs Linux and gcc. An interrupted campaign goes on. Settings: FAULTS='--points 12000', and others.
+faults: $(VENV)/.installed-test
+	$(python) -m benchmarks.faults $(FAULTS)
+
+# Settings: SOAK='--runs 10000', and others.
+soak: $(VENV)/.installed-test
+	$(python) -m benchmarks.soak $(SOAK)
+
+# Settings: PROPERTIES='--scenes 200 --seed 7', and others.
+properties: $(VENV)/.installed-test
+	$(python) -m benchmarks.properties $(PROPERTIES)
 
 # Settings: FUZZ='--seconds 3600', and others; atheris leads it where it is installed.
 fuzz: $(VENV)/.installed-test

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import errno
 from collections.abc import Iterable
 
 __all__ = [
+    "NAMED_BADLY",
     "SceneError",
     "counted",
     "did_you_mean",
@@ -17,6 +19,11 @@ __all__ = [
     "size_text",
 ]
 
+NAMED_BADLY = (
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
+    errno.ELOOP, errno.EINVAL,
+)  # fmt: skip
+"""What the system says of a file that the user named badly; all else is a failure of the disk."""
 
 LONGEST = 4000
 """Characters of a message."""

@@ -6,17 +6,18 @@ import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.archive.partial import sync_folder
+from sweeps.archive.durable import made_folder, sync_folder
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import STEP
-from sweeps.reading.netcdf_files import check_format
+from sweeps.reading.netcdf_files import check_format, close
+from sweeps.reading.netcdf_lock import netcdf_library
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,7 +65,7 @@ def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
     """Temporary name beside a file; the file written there is renamed at the end."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    made_folder(path.parent)
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
     os.close(handle)
     partial = Path(name)
@@ -93,7 +94,11 @@ def open_archive(path: str | Path) -> xr.Dataset:
 
     # An absolute path: the library takes some others for servers. No quantity is a date.
     absolute = os.path.abspath(path)
-    found = xr.open_dataset(absolute, engine="netcdf4", decode_times=False, decode_timedelta=False)
+    with netcdf_library:
+        found = xr.open_dataset(
+            absolute, engine="netcdf4", decode_times=False, decode_timedelta=False,
+            lock=netcdf_library,
+        )  # fmt: skip
     try:
         check_format(found.attrs, path)
     except SceneError:
@@ -119,7 +124,8 @@ class Writer:
 
     def put(self, name: str, place: tuple[Any, ...], values: npt.NDArray[Any]) -> None:
         """Write a range of a variable, in the units of files."""
-        self._variables[name][place if place else ...] = values
+        with netcdf_library:
+            self._variables[name][place if place else ...] = values
 
 
 @contextmanager
@@ -128,8 +134,8 @@ def new(
 ) -> Iterator[Writer]:
     """Create an archive under a temporary name, with all that is known without computing.
 
-    xarray cannot write a part of a variable, so netCDF4 does; the library is not thread-safe, and
-    only one thread may use it at a time. The file is what `write` would make of `labels.label`.
+    xarray cannot write a part of a variable, so netCDF4 does; other threads wait while it is used.
+    The file is what `write` would make of `labels.label`.
 
     Parameters
     ----------
@@ -150,33 +156,40 @@ def new(
     import netCDF4
 
     path.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
-    file = netCDF4.Dataset(os.path.abspath(path), "w", format="NETCDF4")
+    with netcdf_library:
+        file = netCDF4.Dataset(os.path.abspath(path), "w", format="NETCDF4")
     try:
-        file.set_fill_off()
-        file.setncatts(dict(labels.attributes))
-        for name, size in labels.sizes.items():
-            file.createDimension(name, size)
-        variables: dict[str, Any] = {}
-        beside = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
-        for name, variable in (*labels.variables.items(), *labels.coordinates.items()):
-            made = _made(file, name, variable, labels, lengths, level)
-            if name in labels.variables:
-                with_it = sorted(n for n, c in beside.items() if set(c.dims) <= set(variable.dims))
-                if with_it:
-                    made.setncattr("coordinates", " ".join(with_it))
-                variables[name] = made
-            if variable.data is not None:
-                made[...] = variable.data
+        with netcdf_library:
+            variables = _defined(file, labels, lengths, level)
         yield Writer(file, variables)
-        file.close()
+        with netcdf_library:
+            close(file)
     except BaseException:
         # A file that cannot be written cannot be closed either.
-        try:
+        with netcdf_library, suppress(OSError, RuntimeError):
             if file.isopen():
-                file.close()
-        except (OSError, RuntimeError):
-            pass
+                close(file)
         raise
+
+
+def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) -> dict[str, Any]:
+    """Define all that an archive holds; its results are returned, to be filled."""
+    file.set_fill_off()
+    file.setncatts(dict(labels.attributes))
+    for name, size in labels.sizes.items():
+        file.createDimension(name, size)
+    variables: dict[str, Any] = {}
+    beside = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
+    for name, variable in (*labels.variables.items(), *labels.coordinates.items()):
+        made = _made(file, name, variable, labels, lengths, level)
+        if name in labels.variables:
+            with_it = sorted(n for n, c in beside.items() if set(c.dims) <= set(variable.dims))
+            if with_it:
+                made.setncattr("coordinates", " ".join(with_it))
+            variables[name] = made
+        if variable.data is not None:
+            made[...] = variable.data
+    return variables
 
 
 def _made(

@@ -28,10 +28,11 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.errors import SceneError, one_line
+from sweeps.archive.durable import made_folder, sync_folder
+from sweeps.errors import NAMED_BADLY, SceneError, one_line
 from sweeps.reading.regular_files import regular_bytes
 
-__all__ = ["Damaged", "Partial", "sync_folder"]
+__all__ = ["Damaged", "Partial"]
 
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
@@ -110,12 +111,12 @@ class Partial:
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
             raise SceneError(f"{self.path}: is in the way; a run keeps its finished blocks there")
         while True:
-            self.path.mkdir(exist_ok=True)
+            made_folder(self.path)
             try:
                 stream = _opened_lock(self.path / _LOCK)
             except FileNotFoundError:  # another run has just finished and removed it
                 continue
-            with stream:
+            with _closed_at_the_end(stream):
                 if not _lock(stream):
                     stream.seek(0)
                     who = one_line(stream.read(200))
@@ -125,19 +126,31 @@ class Partial:
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue
-                stream.truncate(0)
-                stream.write(f"process {os.getpid()} on {platform.node()}")
-                stream.flush()
+                with contextlib.suppress(OSError):  # it is only told to those who have to wait
+                    os.ftruncate(stream.fileno(), 0)
+                    os.write(
+                        stream.fileno(), f"process {os.getpid()} on {platform.node()}".encode()
+                    )
                 yield
                 return
 
     def header(self) -> dict[str, Any] | None:
-        """What is computed here; None where nothing has begun."""
+        """What is computed here; None where nothing has begun.
+
+        Raises
+        ------
+        OSError
+            Where the disk cannot be read: the blocks may be sound all the same.
+        """
         try:
             data = regular_bytes(self.path / _HEADER, MOST_HEADER)
             found = json.loads(data.decode("utf-8", "surrogateescape"))
-        except (OSError, ValueError, RecursionError):
+        except (ValueError, RecursionError):
             return None
+        except OSError as error:
+            if error.errno in (errno.ENOENT, errno.EFBIG, *NAMED_BADLY):
+                return None
+            raise
         if not isinstance(found, dict) or not all(
             key in found and right(found[key]) for key, right in _MEMBERS.items()
         ):
@@ -167,8 +180,13 @@ class Partial:
         """Remove the folder, unless there are other people's files in it."""
         self.clear()
         with contextlib.suppress(OSError):
-            (self.path / _LOCK).unlink()
+            (self.path / _LOCK).unlink(missing_ok=True)
             self.path.rmdir()
+
+    def give_up(self) -> None:
+        """Remove the folder as far as possible, after a failure that is told already."""
+        with contextlib.suppress(OSError):
+            self.remove()
 
     # --- blocks ---------------------------------------------------------------------------------
 
@@ -341,6 +359,16 @@ def _opened_lock(path: Path) -> IO[str]:
     return os.fdopen(handle, "a+", encoding="utf-8")
 
 
+@contextlib.contextmanager
+def _closed_at_the_end(stream: IO[str]) -> Iterator[None]:
+    """Close the file of the lock; nothing is lost where that fails."""
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            stream.close()
+
+
 def _lock(stream: IO[str]) -> bool:
     """Lock a file until its process ends; False where another one has it."""
     try:
@@ -375,16 +403,3 @@ def _is(stream: IO[str], path: Path) -> bool:
         return os.path.samestat(os.fstat(stream.fileno()), path.stat())
     except OSError:
         return False
-
-
-def sync_folder(path: Path) -> None:
-    """Make names in a folder survive a loss of power, where the system can."""
-    if not hasattr(os, "O_DIRECTORY"):
-        return
-    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # Some network file systems know no such thing.
-        with contextlib.suppress(OSError):
-            os.fsync(handle)
-    finally:
-        os.close(handle)

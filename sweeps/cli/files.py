@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sweeps.cli.exits import FAILURE, end
-from sweeps.errors import SceneError, one_line
+from sweeps.errors import NAMED_BADLY, SceneError, one_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,12 +20,6 @@ if TYPE_CHECKING:
     from sweeps.scene.model import Scene
 
 __all__ = ["check_output", "files_of", "not_written", "opened", "writing"]
-
-CANNOT_WRITE = (
-    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
-    errno.ELOOP, errno.EINVAL,
-)  # fmt: skip
-"""What the system says of an output that the user named badly; all else is a failure."""
 
 
 def files_of(scene: Scene) -> Iterator[Path]:
@@ -100,9 +93,13 @@ def writing(output: Path) -> Iterator[None]:
     except Stopped as error:
         end(one_line(error, 2000), FAILURE)
     except OSError as error:
-        if error.errno not in CANNOT_WRITE:
-            raise
-        raise not_written(output, error) from None
+        if error.errno in NAMED_BADLY:
+            raise not_written(output, error) from None
+        # A folder or a file beside the output may be the one that could not be written.
+        what = error.filename if isinstance(error.filename, str) else ""
+        named = f"{one_line(what, 300)}: " if what not in ("", str(output)) else ""
+        reason = one_line(error.strerror or error, 200)
+        end(f"{output}: cannot be written ({named}{reason})", FAILURE)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from sweeps.joining.copying import write_joined
 from sweeps.joining.places import Joined, places_in, union_of
 from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
-from sweeps.running.into_archive import run
+from sweeps.running.into_archive import remove_folder, run
 from sweeps.running.options import Options, Stopped
 
 __all__ = ["extend"]
@@ -61,15 +62,26 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
         if options.overwrite:
             partial.clear()
         try:
-            return _extended(path, axis, values, options, partial)
+            plan = _extended(path, axis, values, options, partial)
         except Stopped as error:
             reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
             kept = f", what is finished is kept in {partial.path}; to go on: "
-            how = f"{kept}{options.resume_command}" if partial.adds() else ""
+            how = f"{kept}{options.resume_command}" if _keeps(partial) else ""
             raise Stopped(f"{reason}; {path} is as it was{how}") from None
-        finally:
-            if not partial.adds():
-                partial.remove()
+        except BaseException:
+            _keeps(partial)
+            raise
+        remove_folder(partial, path)
+        return plan
+
+
+def _keeps(partial: Partial) -> bool:
+    """Whether anything of an extension that failed is kept; the folder is removed if not."""
+    with suppress(OSError):
+        if partial.adds():
+            return True
+        partial.remove()
+    return False
 
 
 def _extended(
@@ -79,8 +91,7 @@ def _extended(
     _check_axis(old, axis)
     before = np.asarray(old.values[axis])
     if _computed(partial, axis, values) and np.isin(values, before).all():
-        partial.remove()  # killed when all was done but this
-        return plan_of(old)
+        return plan_of(old)  # killed when all was done but the removal of the folder
     _check_new(path, axis, values, before)
     _check_version(old, plan_of(old))
     falls = len(before) > 1 and bool((np.diff(before) < 0).all())
@@ -102,7 +113,6 @@ def _extended(
     places = [places_in(union, archive.values[axis]) for archive in both]
     joined = Joined(plan, axis, both, places)
     write_joined(joined, path, partial, options, tolerance=plan.scene.tolerance)
-    partial.remove()
     return plan
 
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from sweeps.archive.durable import made_folder
 from sweeps.archive.partial import Partial
 from sweeps.errors import SceneError
 from sweeps.joining.copying import write_joined
 from sweeps.joining.places import find_places
 from sweeps.planning.plan import Plan
+from sweeps.running.into_archive import remove_folder
 from sweeps.running.limits import archive_bytes, check_room
 from sweeps.running.options import Options
 
@@ -49,7 +51,7 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
         raise SceneError("merge: needs two archives or more")
     joined = find_places(paths)
     plan = joined.plan
-    output.parent.mkdir(parents=True, exist_ok=True)
+    made_folder(output.parent)
     partial = Partial.of(output)
     with partial.locked(output):
         if output.exists() and not options.overwrite:
@@ -62,6 +64,8 @@ def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
             check_room(plan, output, size, size)
             tolerance = 0.0 if joined.shards else plan.scene.tolerance
             write_joined(joined, output, partial, options, tolerance=tolerance)
-        finally:
-            partial.remove()
+        except BaseException:
+            partial.give_up()
+            raise
+        remove_folder(partial, output)
     return plan

@@ -20,6 +20,7 @@ from sweeps.reading.design_columns import (
     take_numbers,
 )
 from sweeps.reading.netcdf_files import TEXT_REFERENCE, check_chunks, open_netcdf
+from sweeps.reading.netcdf_lock import netcdf_library
 from sweeps.reading.regular_files import check_rows, opened_file, reading
 
 __all__ = ["read_design_netcdf"]
@@ -27,6 +28,11 @@ __all__ = ["read_design_netcdf"]
 
 def read_design_netcdf(path: Path, name: str) -> DesignColumns:
     """Read the one-dimensional variables of a netCDF file, or the designs of an archive."""
+    with netcdf_library:
+        return _read(path, name)
+
+
+def _read(path: Path, name: str) -> DesignColumns:
     what = "a table of designs (netCDF)"
     with reading(name, what, "a netCDF file", RuntimeError, AttributeError):
         opened_file(path).close()  # its error says more than that of the library

@@ -10,7 +10,7 @@ import errno
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ import psutil
 
 from sweeps.errors import SceneError, one_line, shown, size_text
 from sweeps.reading.hdf5_links import external_member
+from sweeps.reading.netcdf_lock import netcdf_library
 
 __all__ = [
     "ARCHIVE_FORMAT",
@@ -26,6 +27,7 @@ __all__ = [
     "check_chunks",
     "check_file",
     "check_format",
+    "close",
     "open_netcdf",
     "opened_archive",
 ]
@@ -91,23 +93,42 @@ def open_netcdf(path: Path) -> Any:
 def opened_archive(path: Path) -> Iterator[Any]:
     """Open an archive with netCDF4 after checking it; values come as they are in the file.
 
+    Other threads that read or write netCDF files wait until it is closed.
+
     Raises
     ------
     SceneError
         For a missing file, and for a file that `run` did not write.
     """
     check_file(path)
+    with netcdf_library:
+        try:
+            file = open_netcdf(path)
+        except (OSError, ValueError, RuntimeError, AttributeError) as error:
+            reason = one_line(getattr(error, "strerror", None) or error, 200)
+            raise SceneError(f"{path}: not a netCDF archive ({reason})") from None
+        try:
+            check_archive(file, path)
+            file.set_auto_maskandscale(False)
+            yield file
+        finally:
+            with suppress(RuntimeError):  # all that was wanted has been read
+                close(file)
+
+
+def close(file: Any) -> None:
+    """Close a file of netCDF4, once: where that fails, a second time would crash the process.
+
+    Raises
+    ------
+    OSError, RuntimeError
+        As the library does.
+    """
     try:
-        file = open_netcdf(path)
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:
-        reason = one_line(getattr(error, "strerror", None) or error, 200)
-        raise SceneError(f"{path}: not a netCDF archive ({reason})") from None
-    try:
-        check_archive(file, path)
-        file.set_auto_maskandscale(False)
-        yield file
-    finally:
         file.close()
+    except BaseException:
+        file._isopen = 0  # the library would try again when the object is freed
+        raise
 
 
 def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:

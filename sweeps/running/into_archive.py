@@ -9,7 +9,6 @@ workers (`sweeps.running.cluster`), they compute and write the blocks; all else 
 
 from __future__ import annotations
 
-import errno
 import json
 import math
 import shutil
@@ -17,7 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.archive import netcdf
+from sweeps.archive.durable import made_folder
 from sweeps.archive.labels import Labels, as_stored, describe
 from sweeps.archive.netcdf import slabs
 from sweeps.archive.partial import Damaged, Partial
@@ -36,7 +36,7 @@ from sweeps.archive.provenance import (
     kind_differences,
     machine_kind,
 )
-from sweeps.errors import SceneError, counted, one_line, size_text
+from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import opened_archive
@@ -44,15 +44,13 @@ from sweeps.running.in_memory import computed
 from sweeps.running.limits import block_bytes, check_disk
 from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
 
-__all__ = ["run", "stopped"]
+__all__ = ["remove_folder", "run", "stopped"]
 
 TRIES = 3
 """How often blocks that turn out to be damaged are computed again."""
 
 _COUNTED = 1_000_000
 """Outcomes that are read at a time."""
-
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def run(
@@ -86,7 +84,7 @@ def run(
     OSError
         Where nothing can be written at all.
     """
-    output.parent.mkdir(parents=True, exist_ok=True)
+    made_folder(output.parent)
     partial = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")
     with partial.locked(output):
@@ -94,16 +92,35 @@ def run(
             if options.resume and not options.overwrite and output.exists():
                 done = _already(output, now)
                 if not partial.adds():
-                    partial.remove()
+                    remove_folder(partial, output)
                 return done
             if output.exists() and not options.overwrite:
                 raise SceneError(f"{output}: exists; use --overwrite to replace it")
             with ExitStack() as stack:
                 used = None if workers is None else stack.enter_context(workers())
                 return _Run(plan, output, options, partial, used).complete(now)
-        finally:
-            if not partial.finished() and not partial.adds():
-                partial.remove()
+        except BaseException:
+            with suppress(OSError):
+                if not partial.finished() and not partial.adds():
+                    partial.remove()
+            raise
+
+
+def remove_folder(partial: Partial, output: Path) -> None:
+    """Remove the folder of an archive that is finished.
+
+    Raises
+    ------
+    Stopped
+        Where that is not possible.
+    """
+    try:
+        partial.remove()
+    except OSError as error:
+        raise Stopped(
+            f"{output}: is finished; {partial.path} beside it cannot be removed "
+            f"({one_line(error.strerror or error, 200)})"
+        ) from None
 
 
 def stopped(error: Exception, output: Path, remains: str) -> Exception:
@@ -114,16 +131,16 @@ def stopped(error: Exception, output: Path, remains: str) -> Exception:
     if not _about_disk(error):
         return error
     reason = one_line(getattr(error, "strerror", None) or error, 200)
-    free = size_text(shutil.disk_usage(output.parent).free)
-    return Stopped(f"{output}: cannot be written ({reason}; {free} are free); {remains}")
+    with suppress(OSError):
+        reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
+    return Stopped(f"{output}: cannot be written ({reason}); {remains}")
 
 
 def _about_disk(error: BaseException) -> bool:
-    """Whether a write failed for want of room; netCDF's errors do not tell."""
-    return (
-        isinstance(error, OSError)
-        and (error.errno in (*_NO_ROOM, errno.EIO) or (error.errno or 0) < 0)
-    ) or "NetCDF" in str(error)
+    """Whether the disk is to blame; netCDF's errors do not tell."""
+    if isinstance(error, OSError) and error.errno not in NAMED_BADLY:
+        return True
+    return "NetCDF" in str(error)
 
 
 @dataclass(frozen=True)
@@ -159,8 +176,9 @@ class _Run:
         except (OSError, RuntimeError) as error:
             raise stopped(error, self.output, self._remains(count)) from None
         finally:
-            self.partial.archive.unlink(missing_ok=True)
-        self.partial.remove()
+            with suppress(OSError):  # the next run does it
+                self.partial.archive.unlink(missing_ok=True)
+        remove_folder(self.partial, self.output)
         return done
 
     # --- what an interrupted run has left -----------------------------------------------------

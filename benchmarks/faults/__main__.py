@@ -1,0 +1,87 @@
+"""Make every system call of a run fail once, and kill the run there.
+
+python -m benchmarks.faults [--points N] [--state FILE] [-o FILE]
+
+What is done is kept in the state: an interrupted campaign goes on with the same command, and more
+points can be asked for. The summary (docs/reliability/faults.json) is written at the end. Exit
+status 1 where a point did not end as promised.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from benchmarks.faults.campaign import Campaign
+from benchmarks.faults.server import BLOCK, Server, Unavailable
+from benchmarks.reliability_parts import part_file, write_part
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def identity() -> str:
+    """Hash of the code that is tested and that tests."""
+    digest = hashlib.sha256(str(BLOCK).encode())
+    for folder in ("engine_dyn", "sweeps", "benchmarks/faults"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in (".py", ".c", ".toml", ".csv"):
+                digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def summary(campaign: Campaign, count: int) -> dict[str, Any]:
+    """Figures of a campaign."""
+    tried = {p: campaign.verdicts[p] for p in campaign.points[:count] if p in campaign.verdicts}
+    reached = {p: v for p, v in tried.items() if v.hit or p.fault.startswith("power")}
+    return {
+        "points": len(reached),
+        "of": len(campaign.points),
+        "not_reached": len(tried) - len(reached),
+        "ended": dict(sorted(Counter(v.ended for v in reached.values()).items())),
+        "faults": dict(sorted(Counter(p.fault for p in reached).items())),
+        "calls": dict(
+            sorted(Counter(v.hit.split(" ")[0] or "end" for v in reached.values()).items())
+        ),
+        "scenarios": dict(sorted(Counter(p.scenario for p in reached).items())),
+        "wrong": [
+            f"{p.scenario}, call {p.call}, {p.fault} ({v.hit}): {v.wrong}"
+            for p, v in tried.items()
+            if v.wrong
+        ],
+    }
+
+
+def main() -> None:
+    """Run the campaign, or go on with it."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.faults")
+    parser.add_argument("--points", type=int, default=2500)
+    parser.add_argument("--state", type=Path, default=ROOT / "out" / "faults.jsonl")
+    parser.add_argument("-o", "--output", type=Path, default=part_file("faults"))
+    options = parser.parse_args()
+    try:
+        with Server() as server:
+            campaign = Campaign(server, options.state, identity())
+            missing = campaign.missing(options.points)
+            print(f"{len(campaign.points)} points; {len(missing)} to be tried", flush=True)
+            began = time.monotonic()
+            for number, point in enumerate(missing, 1):
+                verdict = campaign.attempt(point)
+                if verdict.wrong:
+                    print(f"{point}: {verdict.hit}: {verdict.wrong}", flush=True)
+                if number % 100 == 0:
+                    print(f"{number} tried, {time.monotonic() - began:.0f} s", flush=True)
+    except Unavailable as error:
+        sys.exit(f"{error}")
+    found = summary(campaign, options.points)
+    write_part(options.output, found)
+    print(options.output)
+    sys.exit(1 if found["wrong"] else 0)
+
+
+if __name__ == "__main__":
+    main()

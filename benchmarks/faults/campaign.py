@@ -1,0 +1,293 @@
+"""All points of fault injection: which there are, which are done, what became of each.
+
+A point is one run with one fault at one of its system calls. A run that is not killed must end with
+exit status 0 and the right archive, or say in one line why it did not; at every moment the archive
+must be the old one, none, or the right one; and the same command with --resume must then end with
+an archive that is equal to that of an undisturbed run, to the byte, and leave nothing beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import shutil
+import signal
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from benchmarks.faults import power
+from benchmarks.faults.scenarios import OTHER, SCENARIOS, Scenario
+from benchmarks.faults.server import Outcome, Server
+from sweeps.archive.partial import Damaged, Partial
+
+__all__ = ["Campaign", "Point", "Verdict"]
+
+_ROOM = ["ENOSPC", "EDQUOT", "EIO"]
+
+_ERRORS = {
+    "open": [*_ROOM, "EINTR", "full"],
+    "write": [*_ROOM, "EINTR", "short", "full"],
+    "fsync": [*_ROOM, "EINTR"],
+    "rename": _ROOM,
+    "link": _ROOM,
+    "mkdir": [*_ROOM, "full"],
+    "ftruncate": [*_ROOM, "EINTR"],
+    "close": [*_ROOM, "EINTR"],
+    "read": ["EIO", "EINTR", "short"],
+    "unlink": ["EIO"],
+    "rmdir": ["EIO"],
+    "opendir": ["EIO"],
+    "chmod": ["EIO"],
+    "flock": ["EIO", "EINTR", "ENOLCK"],
+}
+"""Which errors each call is made to end with; `full`: no room from then on."""
+
+_CLOSING = re.compile(r"(write|close) .*\.nc")
+
+_LOST = [f"power {rule}" for rule in power.RULES]
+
+_DEATHS = ["kill", "kill after", *_LOST]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One fault.
+
+    Attributes
+    ----------
+    scenario : str
+        What is run.
+    call : int
+        The number of the system call.
+    fault : str
+        An error ("EIO"), "short" (fewer bytes than asked), "full" (ENOSPC from then on), "kill",
+        "kill after" (the call), or "power RULE" (killed, and what was not synced is lost).
+    """
+
+    scenario: str
+    call: int
+    fault: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a point.
+
+    Attributes
+    ----------
+    hit : str
+        The call that failed; empty where the run ended before.
+    ended : str
+        "right", "told" (one line and a status), "killed", "library" (netCDF's library crashes where
+        the last write of a file or its closing fails; no program can tell that), or "wrong".
+    wrong : str
+        What should not be; empty where all is as promised.
+    """
+
+    hit: str
+    ended: str
+    wrong: str
+
+
+class Campaign:
+    """The points of all scenarios, tried one after the other in processes of a server.
+
+    Parameters
+    ----------
+    server : Server
+        It runs.
+    state : Path, optional
+        Verdicts are kept there, a line each: what is in it already is not tried again.
+    identity : str
+        Of the code that is tested; with another one, what was kept is dropped.
+    """
+
+    def __init__(self, server: Server, state: Path | None = None, identity: str = "") -> None:
+        self.server = server
+        self.work, self.shadows = server.folder / "work", server.folder / "shadows"
+        self.expected: dict[str, bytes] = {}
+        self.names: dict[str, set[str]] = {}
+        self.old: dict[str, bytes | None] = {}
+        self.points = self._points()
+        self.verdicts: dict[Point, Verdict] = {}
+        self._state = state
+        if state is not None:
+            self._read(state, identity)
+
+    def _read(self, state: Path, identity: str) -> None:
+        """Read the verdicts of an interrupted campaign."""
+        lines = state.read_text().splitlines() if state.exists() else []
+        if not lines or lines[0] != identity:
+            state.parent.mkdir(parents=True, exist_ok=True)
+            state.write_text(f"{identity}\n")
+            return
+        known = set(self.points)
+        for line in lines[1:]:
+            try:
+                point, verdict = json.loads(line)
+            except ValueError:  # the line that was being written
+                continue
+            if Point(**point) in known:
+                self.verdicts[Point(**point)] = Verdict(**verdict)
+        state.write_text(f"{identity}\n")
+        for found, what in self.verdicts.items():
+            self._keep(found, what)
+
+    def _keep(self, point: Point, verdict: Verdict) -> None:
+        if self._state is not None:
+            with self._state.open("a") as stream:
+                stream.write(json.dumps([asdict(point), asdict(verdict)]) + "\n")
+
+    # --- which points there are ---------------------------------------------------------------
+
+    def _points(self) -> list[Point]:
+        """All points: first one of every kind, then a second one of every kind, and so on.
+
+        Of one kind are the points of a scenario with the same call, on the same file, and fault.
+        """
+        kinds: dict[tuple[str, str, str], list[Point]] = defaultdict(list)
+        for scenario in SCENARIOS.values():
+            calls = self._undisturbed(scenario)
+            for number, call in enumerate([*calls, "end"], 1):
+                name = call.split(" ")[0]
+                faults = [*_ERRORS[name], *_DEATHS] if name != "end" else _LOST
+                kind = " ".join(part.split(".new")[0][:40] for part in call.split("/"))
+                for fault in faults:
+                    kinds[scenario.name, kind, fault].append(Point(scenario.name, number, fault))
+        chance = random.Random(1)
+        for points in kinds.values():
+            chance.shuffle(points)
+        # The shuffled kinds are dealt out in turn, so any number of points is spread over all.
+        order = list(kinds.values())
+        chance.shuffle(order)
+        longest = max(map(len, order))
+        return [points[i] for i in range(longest) for points in order if i < len(points)]
+
+    def _undisturbed(self, scenario: Scenario) -> list[str]:
+        """Run a scenario twice without a fault: its calls, its archive and what lies beside it."""
+        for _ in range(2):
+            self._prepare(scenario)
+            output = self.work / scenario.output
+            self.old[scenario.name] = output.read_bytes() if output.exists() else None
+            done = self.server.run(list(scenario.command), self.work)
+            if done.status or done.errors:
+                raise RuntimeError(f"{scenario.name}: {done.errors}")
+            found = output.read_bytes()
+            if self.expected.setdefault(scenario.name, found) != found:
+                raise RuntimeError(f"{scenario.name}: two undisturbed runs differ")
+            self.names[scenario.name] = self._listed()
+        return done.calls
+
+    def _prepare(self, scenario: Scenario) -> None:
+        """Make what is there before a run."""
+        shutil.rmtree(self.work, ignore_errors=True)
+        kept = self.server.folder / f"before {scenario.name}"
+        if kept.exists():
+            shutil.copytree(kept, self.work)
+            return
+        self.work.mkdir()
+        (self.work / "scene.toml").write_text(scenario.scene)
+        (self.work / "other.toml").write_text(OTHER)
+        for command in scenario.before:
+            done = self.server.run(list(command), self.work)
+            if done.status:
+                raise RuntimeError(f"{scenario.name}: {done.errors}")
+        if scenario.cut:
+            calls = self.server.run(list(scenario.command), self.work).calls
+            (self.work / scenario.output).unlink()
+            blocks = [
+                i for i, call in enumerate(calls) if call.startswith("rename") and "block" in call
+            ]
+            # Killed behind the second block, which is synced by then.
+            self.server.run(list(scenario.command), self.work, call=blocks[1] + 6, fault="kill")
+        shutil.copytree(self.work, kept)
+
+    def _listed(self) -> set[str]:
+        return {str(path.relative_to(self.work)) for path in self.work.rglob("*")}
+
+    # --- what becomes of them -----------------------------------------------------------------
+
+    def missing(self, count: int) -> list[Point]:
+        """Those of the first `count` points that have not been tried."""
+        return [point for point in self.points[:count] if point not in self.verdicts]
+
+    def attempt(self, point: Point) -> Verdict:
+        """Try one point, and keep what became of it."""
+        verdict = self._judged(point)
+        self.verdicts[point] = verdict
+        self._keep(point, verdict)
+        return verdict
+
+    def _judged(self, point: Point) -> Verdict:
+        scenario = SCENARIOS[point.scenario]
+        self._prepare(scenario)
+        loses = point.fault.startswith("power")
+        if loses:
+            power.all_synced(self.work, self.shadows)
+        done = self.server.run(
+            list(scenario.command), self.work, call=point.call,
+            fault="kill" if loses else point.fault, shadows=self.shadows if loses else None,
+        )  # fmt: skip
+        deadly = point.fault in _DEATHS and bool(done.hit)
+        ended, wrong = "killed" if deadly else "right" if done.status == 0 else "told", ""
+        if done.status == -signal.SIGSEGV and _CLOSING.fullmatch(done.hit):
+            ended = "library"
+        elif not (deadly and done.status == -signal.SIGKILL):
+            wrong = _badly_ended(done)
+        if loses:
+            rule = point.fault.split(" ")[1]
+            power.lose(self.work, self.shadows, rule, point.call)
+        wrong = wrong or self._badly_left(scenario, done) or self._badly_completed(scenario)
+        return Verdict(done.hit, "wrong" if wrong else ended, wrong)
+
+    def _badly_left(self, scenario: Scenario, done: Outcome) -> str:
+        """What is wrong with the files that a run has left; empty where nothing is."""
+        output = self.work / scenario.output
+        found = output.read_bytes() if output.exists() else None
+        if found == self.expected[scenario.name]:
+            return ""
+        if done.status == 0:
+            return f"exit status 0, and the archive is {_described(found)}"
+        if found != self.old[scenario.name]:
+            return f"the archive is neither the old nor the new one: {_described(found)}"
+        partial = Partial.of(output)
+        partial.header()
+        before = self.server.folder / f"before {scenario.name}" / scenario.output
+        for number in (*Partial.of(before).finished(), *done.done):
+            try:
+                partial.read(number)
+            except Damaged as error:
+                if partial.adding().header() is None:  # `extend` has blocks of its own
+                    return f"block {number} was reported finished, and is lost ({error})"
+        return ""
+
+    def _badly_completed(self, scenario: Scenario) -> str:
+        """Complete a run without a fault; what is wrong then, empty where nothing is."""
+        done = self.server.run(list(scenario.again), self.work)
+        said = scenario.afterwards
+        if done.status and not (said and done.status == 2 and said in done.errors):
+            return f"not completed: status {done.status}, {done.errors.strip()}"
+        if (self.work / scenario.output).read_bytes() != self.expected[scenario.name]:
+            return "completed, and other bytes than without a fault"
+        extra = self._listed() - self.names[scenario.name]
+        return f"completed, and left over: {', '.join(sorted(extra))}" if extra else ""
+
+
+def _badly_ended(done: Outcome) -> str:
+    """What is wrong with how a run ended that was not killed; empty where nothing is."""
+    if done.status == 0:
+        return f"exit status 0, and on stderr: {done.errors.strip()}" if done.errors else ""
+    if done.status is None:
+        return "does not end"
+    if done.status not in (1, 2):
+        return f"ended with status {done.status}: {done.errors.strip()[-300:]}"
+    line = done.errors
+    if line.count("\n") != 1 or not line.startswith("engine-dyn: ") or "--debug shows" in line:
+        return f"status {done.status}, not told in one line: {line.strip()[-600:]}"
+    return ""
+
+
+def _described(data: bytes | None) -> str:
+    return "missing" if data is None else f"another one of {len(data)} bytes"

@@ -1,0 +1,378 @@
+"""Thousands of runs in one process; many threads and processes at once; readers beside a writer.
+
+python -m benchmarks.soak [--runs N] [--rounds N] [--replacements N] [-o FILE]
+
+What must hold: memory does not grow, no file descriptor, thread or temporary file is left, every
+result is that of the same scene alone (to the byte), and a reader sees the old archive or the new
+one. The summary is written to docs/reliability/soak.json; exit status 1 where something fell.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import gc
+import json
+import multiprocessing
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+import sweeps
+from benchmarks.reliability_parts import part_file, write_part
+from sweeps.planning.plan import make_plan
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options, Stopped
+from sweeps.scene.reading import read_scene
+
+GROWTH = 4096.0
+"""Bytes a run by which memory may grow at most. A result, a plan, a file or a table that stayed
+would be more: the smallest scene below has tables of 50 kB."""
+
+BLOCK = 3e4
+"""Bytes of a block: scenes have several."""
+
+THREADS, PROCESSES = 6, 4
+
+
+def _scene(engine: str, speeds: list[float], quantities: list[str], **more: Any) -> dict[str, Any]:
+    return {
+        "engine": engine,
+        "axes": {"speed": speeds, "inertia": np.linspace(1.5, 6.0, 60).tolist()},
+        "output": {"quantities": quantities, "angle_step": 30.0},
+        **more,
+    }
+
+
+SCENES: dict[str, dict[str, Any]] = {
+    "scalars": _scene("ntua", [1000, 1200, 1500], ["delta", "imep"]),
+    "curves": _scene("diesel_105x137", [1500, 1600], ["delta", "omega", "torque"]),
+    "methods": _scene("ntua", [1000, 1200], ["delta"], solver={"method": ["auto", "newton"]}),
+    "six cylinders": _scene("v6_96x81", [2000, 3000], ["delta", "shaking_force_max"]),
+    "two-stroke": _scene("marine_80x345", [72, 80], ["delta", "load_torque"]),
+}
+
+WRONG: dict[str, Any] = {**SCENES["scalars"], "axes": {"speed": [1000, -1]}}
+
+
+# --- one process --------------------------------------------------------------------------------
+
+
+@dataclass
+class Process:
+    """What a process has, over many runs."""
+
+    runs: list[int] = field(default_factory=list)
+    resident: list[int] = field(default_factory=list)
+    descriptors: list[int] = field(default_factory=list)
+    threads: list[int] = field(default_factory=list)
+    left: list[str] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def measure(self, run: int) -> None:
+        """Take a sample."""
+        gc.collect()
+        process = psutil.Process()
+        self.runs.append(run)
+        self.resident.append(process.memory_info().rss)
+        self.descriptors.append(process.num_fds())
+        self.threads.append(process.num_threads())
+
+    @property
+    def growth(self) -> float:
+        """Bytes a run by which memory grows: a straight line, the first quarter left out."""
+        first = len(self.runs) // 4
+        slope = np.polyfit(self.runs[first:], self.resident[first:], 1)[0]
+        return float(slope)
+
+
+def results(dataset: Any) -> dict[str, bytes]:
+    """Values of all results."""
+    return {str(name): dataset[name].values.tobytes() for name in sorted(dataset.data_vars)}
+
+
+def _kinds_of_runs(folder: Path, alone: dict[str, dict[str, bytes]]) -> list[Callable[[str], bool]]:
+    """What is done in turn, with each of the scenes; false where a result is not right."""
+
+    def in_memory(name: str) -> bool:
+        return results(sweeps.run(SCENES[name])) == alone[name]
+
+    def archive(name: str) -> bool:
+        output = folder / "out.nc"
+        sweeps.stream(SCENES[name], output, overwrite=True)
+        with sweeps.open(output) as found:
+            return results(found) == alone[name]
+
+    def refused(name: str) -> bool:
+        with contextlib.suppress(sweeps.SceneError):
+            sweeps.run(WRONG)
+            return False
+        return True
+
+    def interrupted(name: str) -> bool:
+        output = folder / "kept.nc"
+        output.unlink(missing_ok=True)
+        plan = make_plan(read_scene(SCENES[name]))
+        with _stops_after_one_block(), contextlib.suppress(Stopped):
+            into_archive.run(plan, output, Options(overwrite=True))
+        into_archive.run(plan, output, Options(resume=True))
+        with sweeps.open(output) as found:
+            return results(found) == alone[name]
+
+    return [in_memory, archive, refused, interrupted]
+
+
+@contextlib.contextmanager
+def _stops_after_one_block() -> Iterator[None]:
+    """As Ctrl-C does, while the second block is computed."""
+    module: Any = into_archive
+    original = module.computed
+
+    def stopping(*arguments: Any, **more: Any) -> Iterator[Any]:
+        for number, found in enumerate(original(*arguments, **more)):
+            if number == 1:
+                raise KeyboardInterrupt
+            yield found
+
+    module.computed = stopping
+    try:
+        yield
+    finally:
+        module.computed = original
+
+
+def one_process(runs: int, folder: Path) -> Process:
+    """Run scenes of all kinds one after the other, in this process."""
+    found = Process()
+    began = time.perf_counter()
+    alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
+    kinds, names = _kinds_of_runs(folder, alone), list(SCENES)
+    before = set(Path(tempfile.gettempdir()).iterdir())
+    round_ = len(kinds) * len(names)
+    for run in range(runs):
+        name = names[run // len(kinds) % len(names)]
+        if not kinds[run % len(kinds)](name):
+            found.wrong.append(f"run {run}, {name}: another result than alone")
+        if (run + 1) % round_ == 0:
+            found.measure(run + 1)
+    found.left = [p.name for p in folder.iterdir() if p.name not in ("out.nc", "kept.nc")]
+    found.left += [p.name for p in set(Path(tempfile.gettempdir()).iterdir()) - before]
+    found.seconds = time.perf_counter() - began
+    if found.growth > GROWTH:
+        found.wrong.append(f"memory grows by {found.growth:.0f} bytes a run")
+    for what in ("descriptors", "threads"):
+        counts = getattr(found, what)
+        if counts[-1] > counts[len(counts) // 4]:
+            found.wrong.append(f"{what}: {counts[len(counts) // 4]}, at the end {counts[-1]}")
+    found.wrong += [f"left: {name}" for name in found.left]
+    return found
+
+
+# --- many at once -------------------------------------------------------------------------------
+
+
+def many_threads(rounds: int, folder: Path) -> list[str]:
+    """Run, write and read scenes from several threads; what fell."""
+    alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
+    wrong: list[str] = []
+
+    def work(number: int) -> None:
+        own = folder / f"thread {number}"
+        own.mkdir(exist_ok=True)
+        try:
+            kinds = _kinds_of_runs(own, alone)[:3]  # Ctrl-C goes to the main thread alone
+            for turn in range(rounds):
+                name = list(SCENES)[(turn + number) % len(SCENES)]
+                if not kinds[(turn + number) % len(kinds)](name):
+                    wrong.append(f"thread {number}, {name}: another result than alone")
+        except Exception as error:
+            wrong.append(f"thread {number}: {type(error).__name__}: {error}")
+
+    threads = [threading.Thread(target=work, args=(n,)) for n in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return wrong
+
+
+def _in_process(number: int, rounds: int, folder: str, own: bool, queue: Any) -> None:
+    """Write archives, each process its own or all the same one; says what fell."""
+    limits.LARGEST_BLOCK = BLOCK
+    wrong: list[str] = []
+    refused = 0
+    try:
+        alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
+        output = Path(folder) / (f"process {number}.nc" if own else "one for all.nc")
+        for turn in range(rounds):
+            name = list(SCENES)[(turn + number) % len(SCENES)] if own else "scalars"
+            try:
+                sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
+            except sweeps.SceneError as error:
+                if own or "another run is writing it" not in str(error):
+                    wrong.append(f"process {number}: {error}")
+                refused += 1
+                continue
+            with sweeps.open(output) as found:
+                if results(found) != alone[name]:
+                    wrong.append(f"process {number}, {name}: another result than alone")
+    except Exception as error:
+        wrong.append(f"process {number}: {type(error).__name__}: {error}")
+    queue.put((wrong, refused))
+
+
+def many_processes(rounds: int, folder: Path, *, own: bool) -> tuple[list[str], int]:
+    """Write archives from several processes; what fell, and how often one was refused."""
+    context = multiprocessing.get_context("spawn")
+    queue = context.Queue()
+    processes = [
+        context.Process(target=_in_process, args=(n, rounds, str(folder), own, queue))
+        for n in range(PROCESSES)
+    ]
+    wrong, refused = _gathered(processes, queue)
+    left = [p.name for p in folder.iterdir() if p.suffix == ".partial"]
+    return wrong + [f"left: {name}" for name in left], sum(refused)
+
+
+def _gathered(processes: list[Any], queue: Any) -> tuple[list[str], list[int]]:
+    """Start processes and wait for what they say."""
+    for process in processes:
+        process.start()
+    said = [queue.get(timeout=1800.0) for _ in processes]
+    for process in processes:
+        process.join()
+    wrong = [line for lines, _ in said for line in lines]
+    wrong += [f"a process ended with {p.exitcode}" for p in processes if p.exitcode]
+    return wrong, [count for _, count in said]
+
+
+# --- readers beside a writer --------------------------------------------------------------------
+
+OLD, NEW = SCENES["scalars"], {**SCENES["scalars"], "set": {"load": 30}}
+
+
+def _read(output: str, ready: Any, ends: Any, queue: Any) -> None:
+    """Read an archive again and again; each must be the old one or the new one."""
+    wrong: list[str] = []
+    reads = 0
+    try:
+        known = {json.dumps(sorted(results(sweeps.run(s)).items()), default=repr): n
+                 for n, s in enumerate((OLD, NEW))}  # fmt: skip
+        seen: set[int] = set()
+        ready.release()
+        while not ends.is_set() or not reads:
+            with sweeps.open(output) as found:
+                text = json.dumps(sorted(results(found).items()), default=repr)
+                load = found.attrs["scene"]
+            reads += 1
+            if text not in known:
+                wrong.append("a reader saw neither the old archive nor the new one")
+                continue
+            seen.add(known[text])
+            if ('"load"' in load) != bool(known[text]):
+                wrong.append("a reader saw the scene of one archive with results of the other")
+        if len(seen) < 2:
+            wrong.append("a reader saw only one of the two archives")
+    except Exception as error:
+        wrong.append(f"a reader: {type(error).__name__}: {error}")
+    queue.put((wrong, reads))
+
+
+def readers_beside_a_writer(replacements: int, folder: Path) -> tuple[list[str], int]:
+    """Replace an archive again and again while others read it; what fell, and how many reads."""
+    output = folder / "read.nc"
+    sweeps.stream(OLD, output)
+    context = multiprocessing.get_context("spawn")
+    queue, ready, ends = context.Queue(), context.Semaphore(0), context.Event()
+    readers = [
+        context.Process(target=_read, args=(str(output), ready, ends, queue))
+        for _ in range(PROCESSES - 1)
+    ]
+
+    def write() -> None:
+        for _ in readers:
+            ready.acquire(timeout=600.0)
+        for number in range(replacements):
+            sweeps.stream((NEW, OLD)[number % 2], output, overwrite=True, threads=1)
+        ends.set()
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        wrong, reads = _gathered(readers, queue)
+    finally:
+        ends.set()
+        writer.join()
+    return wrong, sum(reads)
+
+
+# --- all of it ----------------------------------------------------------------------------------
+
+
+def soak(runs: int, rounds: int, replacements: int, folder: Path) -> dict[str, Any]:
+    """All of it; figures, and what fell."""
+    limits.LARGEST_BLOCK, before = BLOCK, limits.LARGEST_BLOCK
+    parts = {}
+    for name in ("one", "threads", "own", "same", "readers"):
+        parts[name] = folder / name
+        parts[name].mkdir()
+    try:
+        one = one_process(runs, parts["one"])
+        threads = many_threads(rounds, parts["threads"])
+        own, _ = many_processes(rounds, parts["own"], own=True)
+        same, refused = many_processes(rounds, parts["same"], own=False)
+        readers, reads = readers_beside_a_writer(replacements, parts["readers"])
+    finally:
+        limits.LARGEST_BLOCK = before
+    return {
+        "runs": runs,
+        "seconds": round(one.seconds, 1),
+        "resident_first": one.resident[len(one.resident) // 4],
+        "resident_last": one.resident[-1],
+        "growth_bytes_per_run": round(one.growth, 1),
+        "growth_allowed": GROWTH,
+        "descriptors": [one.descriptors[len(one.descriptors) // 4], one.descriptors[-1]],
+        "threads": [one.threads[len(one.threads) // 4], one.threads[-1]],
+        "left": one.left,
+        "threads_at_once": THREADS,
+        "processes_at_once": PROCESSES,
+        "rounds_each": rounds,
+        "refused_on_one_output": refused,
+        "replacements": replacements,
+        "reads_beside_a_writer": reads,
+        "wrong": [*one.wrong, *threads, *own, *same, *readers],
+    }
+
+
+def main() -> None:
+    """Run all of it."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak")
+    parser.add_argument("--runs", type=int, default=2000)
+    parser.add_argument("--rounds", type=int, default=60)
+    parser.add_argument("--replacements", type=int, default=400)
+    parser.add_argument("-o", "--output", type=Path, default=part_file("soak"))
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="soak-") as name:
+        # All temporary files of these runs, and no others', are here.
+        temporary, tempfile.tempdir = tempfile.tempdir, f"{name}/temporary"
+        os.environ["TMPDIR"] = tempfile.tempdir
+        os.mkdir(tempfile.tempdir)
+        found = soak(options.runs, options.rounds, options.replacements, Path(name))
+        tempfile.tempdir = temporary
+    write_part(options.output, found)
+    print(json.dumps(found, indent=1))
+    sys.exit(1 if found["wrong"] else 0)
+
+
+if __name__ == "__main__":
+    main()

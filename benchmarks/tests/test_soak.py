@@ -1,0 +1,54 @@
+"""The soak, small: what a process keeps, and use by many threads and processes at once."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from benchmarks import soak
+from sweeps.running import limits
+
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+
+
+@pytest.fixture(autouse=True)
+def apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many blocks, and a folder of one's own for temporary files."""
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", soak.BLOCK)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+
+
+def test_a_process_keeps_nothing(tmp_path: Path) -> None:
+    (tmp_path / "one").mkdir()
+    found = soak.one_process(160, tmp_path / "one")
+    assert found.wrong == []
+    assert len(found.runs) == 8
+
+
+def test_what_a_process_keeps_is_found() -> None:
+    found = soak.Process(runs=[0, 20, 40, 60, 80], resident=[0, 9, 9, 100_009, 200_009])
+    assert found.growth > 2000.0
+
+
+def test_threads_do_not_disturb_each_other(tmp_path: Path) -> None:
+    """Before netCDF's library was locked, this crashed."""
+    assert soak.many_threads(6, tmp_path) == []
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_processes_do_not_disturb_each_other(own: bool, tmp_path: Path) -> None:
+    wrong, refused = soak.many_processes(3, tmp_path, own=own)
+    assert wrong == []
+    assert refused < 3 * soak.PROCESSES
+    assert not (own and refused)
+
+
+def test_readers_see_the_old_archive_or_the_new_one(tmp_path: Path) -> None:
+    wrong, reads = soak.readers_beside_a_writer(30, tmp_path)
+    assert wrong == []
+    assert reads > 3
+    json.dumps(reads)
