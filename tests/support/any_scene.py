@@ -1,0 +1,552 @@
+"""Scenes of every kind, drawn by hypothesis: every key of the scene language now and then.
+
+A scene is an engine of the catalogue and some *features* (masses, an offset, a load table, a layout
+and so on), each of which gives some keys values near those of engines. Every key then stands in
+[set], as an axis or as a column of [designs]. What is asked for is drawn from all quantities, less
+those that need what the scene does not give.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import reject
+from hypothesis import strategies as st
+
+from engine_dyn.loads.characteristic import CHARACTERISTICS
+from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.units import RPM
+from sweeps.errors import SceneError
+from sweeps.reading.engine_files import catalogue
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
+from sweeps.scene.toml_tables import FAILURES
+
+from .engine_files import indicator_text, points
+
+Draw = Any
+
+MOST_DESIGNS = 24
+
+LAYOUTS = {
+    1: ("in-line 1",), 2: ("parallel twin 270", "V2 90", "boxer 2"), 3: ("in-line 3", "radial 3"),
+    4: ("in-line 4", "V4 90 shared-pin", "boxer 4"), 5: ("in-line 5", "radial 5"),
+    6: ("V6 60 split-pin", "V6 90 shared-pin", "boxer 6", "in-line 6"),
+    7: ("in-line 7", "radial 7"), 8: ("V8 cross-plane", "V8 flat-plane", "boxer 8"),
+    10: ("V10 90 shared-pin",), 12: ("V12 60 shared-pin",), 16: ("V16 60 shared-pin",),
+}  # fmt: skip
+
+WRITTEN_OUT: dict[str, Any] = {
+    "name": "a V-twin of one's own",
+    "throws": [{"angle": 0.0, "position": 0.0, "radius_factor": 1.0}],
+    "banks": [-30.0, 30.0],
+    "cylinders": [
+        {"throw": 1, "bank": 1, "firing_angle": 0.0},
+        {"throw": 1, "bank": 2, "firing_angle": 420.0},
+    ],
+    "uneven": True,
+}
+
+
+@functools.cache
+def folder() -> Path:
+    """Files that scenes name: tables of torque, a measured diagram."""
+    path = Path(tempfile.mkdtemp(prefix="any-scene-"))
+    degrees = np.arange(0, 360, 4)
+    swell = 1.0 + 0.6 * np.cos(np.radians(2 * degrees))
+    speeds = np.array([20.0, 1000.0, 3000.0, 20000.0])
+    tables = {
+        "own.csv": ("load_angle_deg", degrees, 3.0 * swell),
+        "crank.csv": ("crank_angle_deg", degrees * 1.0, 2.0 * swell),
+        "fan.csv": ("speed_rpm", speeds, 1.0 + 4e-6 * speeds**2),
+        "geared fan.csv": ("load_speed_rpm", speeds, 2.0 + 1e-3 * speeds),
+        "engine.csv": ("speed_rpm", speeds, 90.0 - 4e-3 * speeds),
+    }
+    for name, (column, places, torque) in tables.items():
+        rows = "".join(f"{x},{y}\n" for x, y in zip(places, torque, strict=True))
+        (path / name).write_text(f"{column},torque_Nm\n{rows}")
+    (path / "pressure.csv").write_text(indicator_text(points(4.0)))
+    return path
+
+
+@functools.cache
+def engine_of(name: str) -> Any:
+    """An engine of the catalogue."""
+    return read_scene({"engine": name, "output": {"quantities": ["imep"]}}).engine
+
+
+def near(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers of few digits, as people write them."""
+    steps = 40
+    return st.integers(0, steps).map(
+        lambda i: float(np.format_float_scientific(low + (high - low) * i / steps, 5))
+    )
+
+
+def around(value: float, share: float = 0.2) -> st.SearchStrategy[float]:
+    return near(value * (1.0 - share), value * (1.0 + share))
+
+
+class Given:
+    """What a scene gives so far."""
+
+    def __init__(self, engine: Any, cylinders: int) -> None:
+        self.engine = engine
+        self.own: dict[str, float] = dict(engine.values)
+        self.cylinders = cylinders
+        self.values: dict[str, st.SearchStrategy[float]] = {}
+        """Keys that may stand anywhere, with values for them."""
+        self.settings: dict[str, Any] = {}
+        """Keys of [set] alone."""
+        self.tables: dict[str, Any] = {}
+        self.axes: dict[str, Any] = {}
+        self.solver: dict[str, Any] = {}
+
+
+# --- features -----------------------------------------------------------------------------------
+
+
+def _masses(draw: Draw, given: Given) -> None:
+    total = given.own.get("reciprocating_mass", given.own.get("piston_mass", 1.0) * 1.3)
+    if draw(st.booleans()):
+        given.values["reciprocating_mass"] = around(total)
+        return
+    if "piston_mass" in given.own:
+        given.values |= {k: around(given.own[k]) for k in ("piston_mass", "rod_mass", "crank_mass")}
+    if "rod_centre_of_gravity" in given.own:
+        given.values["rod_centre_of_gravity"] = around(given.own["rod_centre_of_gravity"])
+
+
+def _rod_inertia(draw: Draw, given: Given) -> None:
+    rod = given.own["rod_mass"]
+    length = given.own["stroke"] / 2.0 / given.own["crank_ratio"]
+    given.values["rod_inertia"] = around(rod * length**2 / 7.0)
+
+
+def _inertia(draw: Draw, given: Given) -> None:
+    own = given.own.get("inertia", 0.1)
+    kind = draw(st.sampled_from(["whole", "parts", "wanted"]))
+    if kind == "whole" and "inertia" in given.own:
+        given.values["inertia"] = near(0.8 * own, 4.0 * own)
+    elif kind == "parts":
+        given.values |= {
+            "flywheel_inertia": around(own), "auxiliary_inertia": around(0.1 * own),
+            "load_inertia": around(0.3 * own), "gear_ratio": near(0.5, 2.0),
+        }  # fmt: skip
+    else:
+        given.values["wanted_delta"] = near(0.005, 0.05)
+
+
+def _rod(draw: Draw, given: Given) -> None:
+    kind = draw(st.sampled_from(["crank_ratio", "rod_length"]))
+    length = given.own["stroke"] / 2.0 / given.own["crank_ratio"]
+    given.values[kind] = (
+        around(given.own["crank_ratio"], 0.15) if kind == "crank_ratio" else around(length, 0.1)
+    )
+
+
+def _size(draw: Draw, given: Given) -> None:
+    for key in draw(st.sampled_from([("bore",), ("stroke",), ("bore", "stroke")])):
+        given.values[key] = around(given.own[key], 0.1)
+
+
+def _offset(draw: Draw, given: Given) -> None:
+    for key in draw(
+        st.sampled_from([("pin_offset",), ("crank_offset",), ("pin_offset", "crank_offset")])
+    ):
+        given.values[key] = near(-0.05 * given.own["stroke"], 0.05 * given.own["stroke"])
+
+
+def _speed(draw: Draw, given: Given) -> None:
+    own, high = given.own["speed"], 1.0
+    family = given.engine.family
+    if getattr(family, "speeds", None) is not None:
+        high = min(1.0, float(family.speeds[-1]) / RPM / own)
+    scale = given.engine.pressure_scale
+    low = 0.7 * own if scale is None else max(0.7 * own, float(scale[0][0]))
+    given.values["speed"] = near(low, high * own)
+
+
+def _load(draw: Draw, given: Given) -> None:
+    family = given.engine.family
+    given.values["load"] = near(max(family.low, 0.4 * family.high), family.high)
+
+
+def _load_law(draw: Draw, given: Given) -> None:
+    kind = draw(st.sampled_from(["power", "offset", "linear and square", "linear"]))
+    if kind in ("power", "offset"):
+        given.values["load_exponent"] = st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0])
+    else:
+        given.values["load_linear"] = near(0.05, 1.0)
+        if kind == "linear and square":
+            given.values["load_square"] = near(0.001, 0.01)
+    if kind == "offset":
+        given.values["load_offset"] = near(0.0, 2.0)
+
+
+def _load_table(draw: Draw, given: Given) -> None:
+    name = draw(st.sampled_from(["own.csv", "crank.csv", "fan.csv", "geared fan.csv"]))
+    given.settings["load_table"] = str(folder() / name)
+    if name == "own.csv":
+        given.values["gear_ratio"] = st.sampled_from([0.5, 1.0, 1.5, 2.0])
+    if name in ("own.csv", "crank.csv"):
+        given.values |= {"load_phase": near(-90.0, 90.0), "load_table_factor": near(0.5, 1.5)}
+
+
+def _driver(draw: Draw, given: Given) -> None:
+    """Driven without combustion: friction that nothing overcomes."""
+    given.values["load"] = st.just(float(given.engine.family.low))
+    given.values["friction_constant"] = near(3.0, 5.0)
+    if given.engine.family.low > 5.0 and "motor_slip" not in given.own:
+        given.values["friction_constant"] = near(30.0, 40.0)
+    if draw(st.booleans()):
+        given.settings["driver_table"] = str(folder() / "engine.csv")
+        return
+    speed = given.own["speed"]
+    if draw(st.booleans()):
+        given.values["motor_slip"] = near(0.02, 0.05)
+        given.values["motor_gear_ratio"] = near(0.5, 2.0)
+    else:
+        given.values["motor_synchronous_speed"] = near(1.03 * speed, 1.08 * speed)
+    given.values |= {
+        "motor_breakdown_slip": near(0.15, 0.3), "motor_breakdown_torque": near(50.0, 200.0),
+    }  # fmt: skip
+
+
+def _friction(draw: Draw, given: Given) -> None:
+    choices = {
+        "friction_constant": near(0.1, 0.5), "friction_peak_pressure": near(0.0, 0.006),
+        "friction_mean_piston_speed": near(0.0, 0.15),
+        "friction_mean_piston_speed_square": near(0.0, 0.001), "auxiliary_torque": near(0.0, 2.0),
+    }  # fmt: skip
+    for key in draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=3, unique=True)):
+        given.values[key] = choices[key]
+
+
+def _friction_over_stroke(draw: Draw, given: Given) -> None:
+    for key in ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt"):
+        if draw(st.booleans()):
+            given.values[key] = near(0.0, 0.24)
+    given.values["ring_pressure"] = near(0.5, 3.0)
+
+
+def _pressure(draw: Draw, given: Given) -> None:
+    given.values["crankcase_pressure"] = near(0.9, 1.1)
+
+
+def _cycle(draw: Draw, given: Given) -> None:
+    """A modelled cycle by the first law, with other values than the engine's."""
+    choices = {
+        "compression_ratio": near(9.0, 11.0), "intake_pressure": near(0.8, 1.0),
+        "heat": near(12.0, 20.0), "combustion_start": near(-20.0, -5.0),
+        "combustion_duration": near(45.0, 70.0),
+    }  # fmt: skip
+    for key in draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=2, unique=True)):
+        given.values[key] = choices[key]
+
+
+def _indicator(draw: Draw, given: Given) -> None:
+    given.tables["indicator"] = {"file": str(folder() / "pressure.csv")}
+
+
+def _characteristic(draw: Draw, given: Given) -> None:
+    given.tables["characteristic"] = draw(
+        st.one_of(
+            st.sampled_from(list(CHARACTERISTICS)).map(lambda kind: {"kind": kind}),
+            st.just({"coefficients": [0.6, 0.9]}),
+        )
+    )
+    given.values |= {
+        "rated_power": st.just(1.0 * given.cylinders * given.own["bore"] ** 2 * 5e5),
+        "rated_speed": st.just(given.own["speed"]), "characteristic_share": near(0.4, 0.6),
+    }  # fmt: skip
+
+
+def _count(draw: Draw, given: Given) -> None:
+    given.values["cylinders"] = st.sampled_from([1.0, 2.0, 3.0, 4.0, 6.0])
+
+
+def _misfire(draw: Draw, given: Given) -> None:
+    given.values["misfire"] = st.integers(0, given.cylinders).map(float)
+
+
+def _layout(draw: Draw, given: Given) -> None:
+    """Another arrangement, one for each design, or described in full."""
+    kind = draw(st.sampled_from(["text", "axis", "table"]))
+    two_stroke = given.engine.period < 10.0
+    known = {z: names for z, names in LAYOUTS.items() if not two_stroke}
+    known |= {z: (f"in-line {z}",) for z in range(1, 8)} if two_stroke else {}
+    if kind == "axis":
+        names = sorted({name for names in known.values() for name in names})
+        given.axes["arrangement"] = draw(
+            st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True)
+        )
+        return
+    if kind == "table" and not two_stroke:
+        given.settings |= {"arrangement": WRITTEN_OUT, "cylinders": 2}
+        given.cylinders = 2
+        return
+    count = draw(st.sampled_from(sorted(known)))
+    given.settings |= {"arrangement": draw(st.sampled_from(known[count])), "cylinders": count}
+    given.cylinders = count
+
+
+def _each_cylinder(draw: Draw, given: Given) -> None:
+    """Factors of single cylinders, as lists or as parameters."""
+    count = given.cylinders
+    factors = {"pressure_factor": (0.8, 1.1), "mass_factor": (0.9, 1.1), "radius_factor": (0.9, 1.1)}
+    for what in draw(st.lists(st.sampled_from(list(factors)), min_size=1, max_size=2, unique=True)):
+        values = near(*factors[what])
+        if draw(st.booleans()):
+            listed = draw(st.lists(values, min_size=count, max_size=count))
+            given.settings[what] = [1.0, *listed[1:]] if what == "radius_factor" else listed
+        else:
+            first = 2 if what == "radius_factor" else 1
+            if count >= first:
+                given.values[f"{what}_{draw(st.integers(first, count))}"] = values
+    given.settings.setdefault("cylinders", count)
+
+
+def _firing_angles(draw: Draw, given: Given) -> None:
+    count, cycle = given.cylinders, round(np.degrees(given.engine.period))
+    even = [cycle * i / count for i in range(count)]
+    if draw(st.booleans()):
+        given.settings["firing_angles"] = [
+            0.0, *(angle + draw(near(-10.0, 10.0)) for angle in even[1:]),
+        ]  # fmt: skip
+    elif count > 1:
+        number = draw(st.integers(2, count))
+        given.settings["firing_angles"] = even
+        given.values[f"firing_angle_{number}"] = near(even[number - 1] - 9.0, even[number - 1] + 9.0)
+    given.settings.setdefault("cylinders", count)
+
+
+def _balance(draw: Draw, given: Given) -> None:
+    bore, mass = given.own["bore"], given.own["piston_mass"]
+    choices = {
+        "cylinder_spacing": around(1.3 * bore), "bank_offset": near(0.0, 0.2 * bore),
+        "counterweight_fraction": near(0.0, 1.0), "counterweight_mass": around(mass),
+        "counterweight_radius": around(0.4 * bore), "balance_shaft_mass": around(mass),
+        "balance_shaft_radius": around(0.1 * bore), "second_shaft_mass": around(0.3 * mass),
+        "second_shaft_radius": around(0.1 * bore), "balance_couple": around(0.01 * mass * bore),
+    }  # fmt: skip
+    keys = draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=6, unique=True))
+    given.values["cylinder_spacing"] = choices["cylinder_spacing"]
+    given.values |= {key: choices[key] for key in keys}
+
+
+def _flywheel(draw: Draw, given: Given) -> None:
+    given.values |= {
+        "wanted_delta": near(0.01, 0.05), "flywheel_outer_diameter": near(0.45, 0.6),
+        "flywheel_inner_diameter": near(0.2, 0.35), "flywheel_density": near(7000.0, 7900.0),
+        "rim_speed_limit": near(25.0, 60.0),
+    }  # fmt: skip
+
+
+def _truncation(draw: Draw, given: Given) -> None:
+    given.values["truncation"] = st.sampled_from([2.0, 4.0, 6.0])
+
+
+def _stepping(draw: Draw, given: Given) -> None:
+    """Methods that go step by step, and where they start."""
+    given.solver["method"] = draw(
+        st.sampled_from(["thesis", "picard", ["auto", "thesis"], ["picard", "newton"]])
+    )
+    omega = given.own["speed"] * RPM
+    starts = {
+        "passes": st.integers(1, 3), "start_speed": near(0.95 * omega, 1.05 * omega),
+        "start_angle": st.sampled_from([-180.0, -90.0, 0.0]),
+    }  # fmt: skip
+    for key in draw(st.lists(st.sampled_from(list(starts)), max_size=3, unique=True)):
+        given.solver[key] = draw(starts[key])
+
+
+FEATURES = (
+    _masses, _rod_inertia, _inertia, _rod, _size, _offset, _speed, _load, _load_law, _load_table,
+    _driver, _friction, _friction_over_stroke, _pressure, _cycle, _indicator, _characteristic,
+    _count, _misfire, _layout, _each_cylinder, _firing_angles, _balance, _flywheel, _truncation,
+    _stepping,
+)  # fmt: skip
+
+_EXCLUDE = (
+    {_inertia, _flywheel}, {_load_law, _load_table, _driver}, {_load, _driver, _characteristic},
+    {_cycle, _indicator, _characteristic, _driver}, {_count, _layout, _each_cylinder, _misfire},
+    {_count, _layout, _firing_angles}, {_count, _each_cylinder, _firing_angles, _misfire},
+    {_rod_inertia, _masses}, {_friction, _driver}, {_speed, _driver, _characteristic},
+    {_stepping, _load_table, _driver}, {_indicator, _misfire, _each_cylinder},
+)  # fmt: skip
+"""Features that do not go together, because their keys do not."""
+
+
+def _fits(feature: Any, engine: Any) -> bool:
+    """Whether an engine has what a feature changes."""
+    values = engine.values
+    if feature is _cycle:
+        return engine.cycles is not None and engine.period > 10.0
+    if feature is _indicator:
+        return engine.period > 10.0
+    if feature is _load:
+        return engine.family.high > engine.family.low
+    if feature in (_characteristic, _driver, _load_law, _load_table) and "motor_slip" in values:
+        return False
+    if feature is _characteristic:
+        return engine.family.high > engine.family.low and engine.pressure_scale is None
+    if feature is _rod_inertia:
+        return "rod_mass" in values and "reciprocating_mass" not in values
+    if feature is _stepping:
+        return "motor_slip" not in values
+    return True
+
+
+# --- whole scenes -------------------------------------------------------------------------------
+
+
+@st.composite
+def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
+    """Valid scenes, as dicts; `simple`: of the features that `oracle` covers."""
+    name = draw(st.sampled_from(sorted(catalogue())))
+    engine = engine_of(name)
+    allowed = [f for f in (SIMPLE if simple else FEATURES) if _fits(f, engine)]
+    chosen: list[Any] = []
+    for feature in draw(st.lists(st.sampled_from(allowed), max_size=4, unique=True)):
+        if not any(feature in group and group & {*chosen} for group in _EXCLUDE):
+            chosen.append(feature)
+    given = Given(engine, int(engine.values["cylinders"]))
+    for feature in sorted(chosen, key=FEATURES.index, reverse=True):  # layouts before factors
+        feature(draw, given)
+    scene: dict[str, Any] = {"engine": name, **given.tables}
+    if draw(st.booleans()):
+        scene["title"] = "drawn"
+    _place(draw, scene, given)
+    _solver(draw, scene, given, simple)
+    _output(draw, scene, engine, simple)
+    return _valid(scene)
+
+
+SIMPLE = (
+    _masses, _rod, _size, _speed, _load, _pressure, _friction, _inertia_alone := lambda d, g: (
+        g.values.update(inertia=around(g.own["inertia"])) if "inertia" in g.own else None
+    ),
+    _exponent := lambda d, g: g.values.update(
+        load_exponent=st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), load_offset=near(0.0, 2.0)
+    ),
+)  # fmt: skip
+"""Features whose scenes `oracle` solves too."""
+
+FEATURES = (*FEATURES, _inertia_alone, _exponent)
+_EXCLUDE = (
+    *_EXCLUDE, {_inertia_alone, _inertia, _flywheel},
+    {_exponent, _load_law, _load_table, _driver, _characteristic},
+)  # fmt: skip
+
+
+def _place(draw: Draw, scene: dict[str, Any], given: Given) -> None:
+    """Put every key into [set], [axes] or [designs]."""
+    settings, axes, designs = dict(given.settings), dict(given.axes), {}
+    rows = draw(st.integers(1, 4)) if draw(st.booleans()) else 0
+    size = max(rows, 1) * max(1, len(axes.get("arrangement", [])))
+    for key, values in given.values.items():
+        if key in settings:
+            continue
+        place = draw(st.sampled_from(["set", "axes", "designs"] if rows else ["set", "axes"]))
+        if place == "designs":
+            designs[key] = draw(st.lists(values, min_size=rows, max_size=rows))
+            continue
+        several = draw(st.lists(values, min_size=1, max_size=3, unique=True))
+        if place == "axes" and size * len(several) <= MOST_DESIGNS:
+            size *= len(several)
+            axes[key] = _axis(draw, several, key)
+        else:
+            settings[key] = several[0]
+    if designs and draw(st.booleans()):
+        designs["case"] = [f"design {i}" for i in range(rows)]
+    tables = {"set": settings, "axes": axes, "designs": designs}
+    scene |= {name: table for name, table in tables.items() if table}
+
+
+def _axis(draw: Draw, values: list[float], key: str) -> Any:
+    """Values of an axis, as a list or as a range."""
+    whole = key in ("cylinders", "misfire", "truncation") or min(values) <= 0.0
+    if len(values) < 2 or whole or draw(st.booleans()):
+        return values
+    spacing = draw(st.sampled_from([{}, {"spacing": "log"}, {"spacing": "linear"}]))
+    return {"start": min(values), "stop": max(values), "num": len(values), **spacing}
+
+
+def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> None:
+    solver = dict(given.solver)
+    if draw(st.booleans()):
+        solver["inertia_model"] = draw(
+            st.sampled_from([*INERTIA_MODELS, *([] if simple else [list(INERTIA_MODELS)])])
+        )
+    if draw(st.booleans()):
+        solver["closure"] = draw(st.sampled_from(CLOSURES))
+    if not simple and "method" not in solver and draw(st.booleans()):
+        plain = [name for name in METHOD_NAMES if name not in ("thesis", "picard", "closed")]
+        solver["method"] = draw(st.sampled_from([*plain, plain]))
+    if draw(st.booleans()):
+        solver["tolerance"] = draw(st.sampled_from([1e-9, 1e-7, 1e-6]))
+    if solver:
+        scene["solver"] = solver
+
+
+def _output(draw: Draw, scene: dict[str, Any], engine: Any, simple: bool) -> None:
+    asked = draw(
+        st.lists(st.sampled_from(sorted(QUANTITIES)), min_size=1, max_size=5, unique=True)
+    )
+    output: dict[str, Any] = {
+        "quantities": ["delta", "omega_max", "omega_min"] if simple else asked,
+        "angle_step": draw(st.sampled_from([5.0, 7.5, 15.0])),
+    }
+    if draw(st.booleans()):
+        output["highest_order"] = draw(st.sampled_from([1.0, 2.5, 6.0]))
+    if draw(st.booleans()):
+        output["fail_on"] = draw(st.lists(st.sampled_from(FAILURES), max_size=2, unique=True))
+    scene["output"] = output
+
+
+def _valid(scene: dict[str, Any]) -> dict[str, Any]:
+    """Leave out quantities that need what the scene does not give; other scenes are not drawn."""
+    while True:
+        try:
+            read_scene(scene)
+        except SceneError as error:
+            needing = re.search(r"'(\w+)' needs|which '(\w+)' needs", str(error))
+            quantities = scene["output"]["quantities"]
+            name = needing and (needing[1] or needing[2])
+            if name in quantities:
+                left = [quantity for quantity in quantities if quantity != name]
+                scene["output"]["quantities"] = left or ["torque_max"]
+                continue
+            REFUSED.append(str(error))
+            reject()
+        return scene
+
+
+REFUSED: list[str] = []
+"""Why drawn scenes were refused: a strategy that makes many of these is not one of valid scenes."""
+
+
+# --- the same scene otherwise -------------------------------------------------------------------
+
+
+def keys_of(scene: dict[str, Any]) -> set[str]:
+    """All keys that a scene has, of all its tables."""
+    found = set(scene)
+    for name in ("set", "axes", "designs", "solver", "output", "indicator", "characteristic"):
+        found |= set(scene.get(name) or {})
+    for axis in scene.get("axes", {}).values():
+        found |= set(axis) if isinstance(axis, dict) else set()
+    return found
+
+
+def values_of(scene: Scene, axis: str) -> list[Any]:
+    """Values along an axis, as a scene may give them."""
+    values = scene.axes[axis]
+    return list(values) if isinstance(values, tuple) else np.asarray(values).tolist()
