@@ -180,7 +180,8 @@ def _warm() -> None:
             return cls(2000, 1, 1, tzinfo=tz)
 
     sys.modules["sweeps.archive.provenance"].datetime = Still  # type: ignore[attr-defined]
-    running._command_line = lambda: "engine-dyn"
+    commands: Any = running
+    commands._command_line = lambda *_: "engine-dyn"
     write = Partial.write
 
     def reported(self: Partial, number: int, arrays: Any) -> int:

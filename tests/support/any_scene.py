@@ -300,7 +300,9 @@ def _layout(draw: Draw, given: Given) -> None:
 def _each_cylinder(draw: Draw, given: Given) -> None:
     """Factors of single cylinders, as lists or as parameters."""
     count = given.cylinders
-    factors = {"pressure_factor": (0.8, 1.1), "mass_factor": (0.9, 1.1), "radius_factor": (0.9, 1.1)}
+    factors = {
+        "pressure_factor": (0.8, 1.1), "mass_factor": (0.9, 1.1), "radius_factor": (0.9, 1.1)
+    }  # fmt: skip
     for what in draw(st.lists(st.sampled_from(list(factors)), min_size=1, max_size=2, unique=True)):
         values = near(*factors[what])
         if draw(st.booleans()):
@@ -323,7 +325,8 @@ def _firing_angles(draw: Draw, given: Given) -> None:
     elif count > 1:
         number = draw(st.integers(2, count))
         given.settings["firing_angles"] = even
-        given.values[f"firing_angle_{number}"] = near(even[number - 1] - 9.0, even[number - 1] + 9.0)
+        angle = even[number - 1]
+        given.values[f"firing_angle_{number}"] = near(angle - 9.0, angle + 9.0)
     given.settings.setdefault("cylinders", count)
 
 
@@ -497,9 +500,7 @@ def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> No
 
 
 def _output(draw: Draw, scene: dict[str, Any], engine: Any, simple: bool) -> None:
-    asked = draw(
-        st.lists(st.sampled_from(sorted(QUANTITIES)), min_size=1, max_size=5, unique=True)
-    )
+    asked = draw(st.lists(st.sampled_from(sorted(QUANTITIES)), min_size=1, max_size=5, unique=True))
     output: dict[str, Any] = {
         "quantities": ["delta", "omega_max", "omega_min"] if simple else asked,
         "angle_step": draw(st.sampled_from([5.0, 7.5, 15.0])),
