@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies quantities rates stress \
-	reliability faults soak properties fuzz wheel clean distclean
+	reliability faults soak properties fuzz wheel lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -41,6 +41,8 @@ help:
 	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
 	@echo "make wheel       dist/*.whl"
+	@echo "make lock        requirements*.txt: the tested versions with the hashes of their files"
+	@echo "make licences    the licence of every installed package"
 	@echo "make clean       remove results and caches (distclean: and the virtual environment)"
 
 demo: $(VENV)/.installed
@@ -128,6 +130,14 @@ wheel: $(VENV)/.installed
 	rm -rf build dist
 	$(python) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 
+# For all platforms and Python from 3.11 on; the versions are those of constraints.txt.
+lock: $(VENV)/.installed-release
+	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster
+	tools/lock.sh $(VENV)/bin/uv requirements-test.txt test lint
+
+licences: $(VENV)/.installed-release
+	$(VENV)/bin/pip-licenses --from=mixed --order=license --with-urls
+
 clean:
 	rm -rf out build dist *.egg-info .coverage .numba_cache .pytest_cache .hypothesis .mypy_cache .ruff_cache
 	find $(checked) -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -167,6 +177,10 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-lint: $(VENV)/.installed-test
 	@echo "installing what the checks need"
 	@$(pip_install) --editable '.[test,lint]'
+	@touch $@
+
+$(VENV)/.installed-release: $(VENV)/.installed-test
+	@$(pip_install) --editable '.[release]'
 	@touch $@
 
 # numbalsoda is built where there is a Fortran compiler, and left out elsewhere.

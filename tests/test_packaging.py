@@ -1,6 +1,7 @@
 """What is installed, and which way imports point."""
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -172,3 +173,47 @@ def test_public_names() -> None:
     for name in ("position", "velocity", "acceleration", "periodic_speed"):
         assert callable(getattr(engine_dyn, name))
     assert callable(sweeps.run)
+
+
+# --- what is installed beside it ----------------------------------------------------------------
+
+
+def locked(name: str) -> dict[str, tuple[str, int]]:
+    """Version of each package in a file of `make lock`, and the number of its hashes."""
+    found: dict[str, tuple[str, int]] = {}
+    text = (ROOT / name).read_text(encoding="utf-8").replace("\\\n", " ")
+    for line in text.splitlines():
+        if line and not line.startswith("#"):
+            pinned, *rest = line.split()
+            package, _, number = pinned.partition("==")
+            found[package] = (number, sum(word.startswith("--hash=sha256:") for word in rest))
+    return found
+
+
+@pytest.mark.parametrize("name", ["requirements.txt", "requirements-test.txt"])
+def test_locked_versions_are_the_tested_ones_and_have_hashes(name: str) -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    tested = dict(line.split("==") for line in lines if line and not line.startswith("#"))
+    packages = locked(name)
+    assert all(hashes > 0 for _, hashes in packages.values())
+    # Those of other systems, such as colorama on Windows, are not tested.
+    others = {p: v for p, (v, _) in packages.items() if tested.get(p, v) != v}
+    assert others == {}
+    assert len(set(packages) - set(tested)) <= 10
+
+
+def test_locked_packages_are_all_that_is_needed() -> None:
+    extras = PROJECT["optional-dependencies"]
+    run_time = [
+        *PROJECT["dependencies"],
+        *extras["parquet"],
+        *extras["torsion"],
+        *extras["cluster"],
+    ]
+    for name, wanted in (
+        ("requirements.txt", run_time),
+        ("requirements-test.txt", [*run_time, *extras["test"], *extras["lint"]]),
+    ):
+        names = {re.split(r"[<>=\[; ]", text)[0].lower().replace("_", "-") for text in wanted}
+        assert names - {"engine-dyn"} - set(locked(name)) == set()
+    assert set(locked("requirements.txt")) < set(locked("requirements-test.txt"))
