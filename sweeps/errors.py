@@ -13,6 +13,7 @@ __all__ = [
     "did_you_mean",
     "not_known",
     "one_line",
+    "outside_axis",
     "plain_number",
     "printable",
     "shown",
@@ -101,6 +102,24 @@ def printable(text: str) -> str:
     return "".join(
         c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
     )
+
+
+def outside_axis(value: float, values: Iterable[float]) -> str:
+    """Return "outside the axis, 1000 to 2000" for a value that is; "" for one on it.
+
+    The ends reach as far beyond their points as half the distance to the next ones: there the end
+    is the nearest point as it would be within the axis. An axis of one point has that point alone.
+    """
+    points = sorted(float(v) for v in values if v == v)
+    if not points:
+        return "on an axis without values"
+    first, last = points[0], points[-1]
+    near = 1e-9 * max(abs(first), abs(last))
+    below = (points[1] - first) / 2.0 if len(points) > 1 else 0.0
+    above = (last - points[-2]) / 2.0 if len(points) > 1 else 0.0
+    if first - below - near <= value <= last + above + near:
+        return ""
+    return f"outside the axis, {first:.12g}" + (f" to {last:.12g}" if last > first else " alone")
 
 
 def plain_number(text: str) -> float:

@@ -12,7 +12,10 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from benchmarks import fuzz
+from benchmarks.fuzz.campaign import TARGETS
+from benchmarks.fuzz.changes import toml_text
+from benchmarks.fuzz.checking import COUNTS
+from benchmarks.fuzz.sandbox import engines, scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -20,9 +23,9 @@ EXAMPLES = {"figures": 3, "archive": 12, "engine": 12}
 """Inputs of a target where they take long; else as many as the profile says."""
 
 
-@pytest.mark.parametrize("name", list(fuzz.TARGETS))
+@pytest.mark.parametrize("name", list(TARGETS))
 def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
-    make, check = fuzz.TARGETS[name]
+    make, check = TARGETS[name]
     count = EXAMPLES.get(name, settings.default.max_examples if settings.default else 25)
 
     @settings(max_examples=count, suppress_health_check=list(HealthCheck))
@@ -30,9 +33,9 @@ def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
     def run(example: Any) -> None:
         check(example)
 
-    before = sum(fuzz.COUNTS.values())
+    before = sum(COUNTS.values())
     run()
-    assert sum(fuzz.COUNTS.values()) > before
+    assert sum(COUNTS.values()) > before
 
 
 @pytest.mark.slow
@@ -47,6 +50,6 @@ def test_a_campaign_counts_what_it_made() -> None:
 
 
 def test_written_toml_is_what_was_meant() -> None:
-    for data in (*fuzz.scenes().values(), *fuzz.engines().values()):
+    for data in (*scenes().values(), *engines().values()):
         tree = tomllib.loads(data.decode())
-        assert tomllib.loads(fuzz.toml_text(tree)) == tree
+        assert tomllib.loads(toml_text(tree)) == tree

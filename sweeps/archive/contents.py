@@ -22,7 +22,7 @@ from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import part
-from sweeps.reading.netcdf_files import check_format, opened_archive
+from sweeps.reading.netcdf_files import DAMAGE, check_format, opened_archive
 from sweeps.scene.reading import scene_of
 
 __all__ = ["Contents", "damage_refused", "part_of", "plan_of", "read_contents"]
@@ -96,10 +96,7 @@ def damage_refused(path: Path) -> Iterator[None]:
         yield
     except SceneError:
         raise
-    except (
-        ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError,
-        RuntimeError, OSError,
-    ) as error:  # fmt: skip
+    except DAMAGE as error:
         raise SceneError(
             f"{path}: what it holds of its scene is damaged ({one_line(error, 200)})"
         ) from error

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from sweeps.archive.durable import made_folder, sync_folder
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import STEP
-from sweeps.reading.netcdf_files import check_format, close
+from sweeps.reading.netcdf_files import check_format, check_structure, close, slabs
 from sweeps.reading.netcdf_lock import netcdf_library
 
 if TYPE_CHECKING:
@@ -33,9 +33,6 @@ SMALLEST_CHUNK = 1 << 12
 
 WASTE = 0.02
 """Fraction of the room of all chunks that may be unused, about."""
-
-SLAB = 16e6
-"""Bytes of a variable that are read or copied at a time."""
 
 
 def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> None:
@@ -86,19 +83,16 @@ def open_archive(path: str | Path) -> xr.Dataset:
     Raises
     ------
     OSError, ValueError
-        If there is no such file, or it is no netCDF file.
+        If there is no such file, or it is no sound netCDF file.
     SceneError
-        If it is an archive of a newer format than this version reads.
+        If it is an archive of a newer format than this version reads; later, where values that are
+        used cannot be read.
     """
-    import xarray as xr
+    from sweeps.archive.stored_values import dataset_from
 
-    # An absolute path: the library takes some others for servers. No quantity is a date.
-    absolute = os.path.abspath(path)
+    check_structure(Path(path))
     with netcdf_library:
-        found = xr.open_dataset(
-            absolute, engine="netcdf4", decode_times=False, decode_timedelta=False,
-            lock=netcdf_library,
-        )  # fmt: skip
+        found = dataset_from(path)
     try:
         check_format(found.attrs, path)
     except SceneError:
@@ -250,23 +244,3 @@ def _waste(shape: tuple[int, ...], chunks: list[int]) -> float:
     """Fraction of the room of all chunks that is not used."""
     room = math.prod(-(-n // c) * c for n, c in zip(shape, chunks, strict=True))
     return 1.0 - math.prod(shape) / room
-
-
-def slabs(
-    shape: tuple[int, ...], chunks: tuple[int, ...], itemsize: int, limit: float | None = None
-) -> Iterator[tuple[slice, ...]]:
-    """Ranges that make up an array: whole numbers of chunks, about `limit` bytes at most."""
-    limit = SLAB if limit is None else limit
-    if not shape:
-        yield ()
-        return
-    row = math.prod(shape[1:]) * itemsize
-    if row * chunks[0] <= limit or len(shape) == 1:
-        step = max(1, int(limit // max(row * chunks[0], 1))) * chunks[0]
-        for begin in range(0, shape[0], step):
-            yield (slice(begin, min(begin + step, shape[0])), *(slice(0, n) for n in shape[1:]))
-        return
-    for begin in range(0, shape[0], chunks[0]):
-        first = slice(begin, min(begin + chunks[0], shape[0]))
-        for rest in slabs(shape[1:], chunks[1:], itemsize * chunks[0], limit):
-            yield (first, *rest)

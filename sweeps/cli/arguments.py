@@ -30,6 +30,7 @@ __all__ = [
     "resume_option",
     "shard_number",
     "threads_option",
+    "untrusted_option",
 ]
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -55,6 +56,22 @@ compression_option = click.option(
     "level",
     type=click.IntRange(0, 9),
     help="Level of compression, 0 to 9. Default: that of the archive that is read.",
+)
+
+
+def _read_apart_first(context: click.Context, _: click.Parameter, value: bool) -> None:
+    if value:
+        from sweeps.reading.netcdf_files import untrusted
+
+        context.with_resource(untrusted())
+
+
+untrusted_option = click.option(
+    "--untrusted",
+    is_flag=True,
+    expose_value=False,
+    callback=_read_apart_first,
+    help="Read every netCDF file in a process of limited time and memory before opening it.",
 )
 
 

@@ -54,6 +54,10 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def command(*args: Any, debug: bool, **options: Any) -> None:
         try:
+            os.getcwd()
+        except OSError:
+            end("the working folder does not exist any more; change to one that does", BAD_INPUT)
+        try:
             function(*args, **options)
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from sweeps.scene.model import Scene
 
-__all__ = ["check_output", "files_of", "not_written", "opened", "writing"]
+__all__ = ["check_folder", "check_output", "files_of", "not_written", "opened", "writing"]
 
 
 def files_of(scene: Scene) -> Iterator[Path]:
@@ -65,16 +65,38 @@ def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
                     raise SceneError(f"{path}: is {what}; -o must name another file")
         if os.path.lexists(path) and not overwrite:
             raise SceneError(f"{path}: exists; use --overwrite to replace it")
-        folder = path.parent
-        while not folder.exists():
-            folder = folder.parent
-        # Asking for permission is not enough: a file system can be read-only for its owner.
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        _try_writing(path.parent)
     except SceneError:
         raise
     except (OSError, ValueError) as error:
         raise not_written(path, error) from None
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse, before anything is computed, a folder in which no file could be written.
+
+    Raises
+    ------
+    SceneError
+        With the reason.
+    """
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
+        _try_writing(folder)
+    except SceneError:
+        raise
+    except (OSError, ValueError) as error:
+        raise not_written(folder, error) from None
+
+
+def _try_writing(folder: Path) -> None:
+    """Write a file in a folder, or in the nearest one above it that exists, and remove it."""
+    while not folder.exists():
+        folder = folder.parent
+    # Asking for permission is not enough: a file system can be read-only for its owner.
+    with tempfile.TemporaryFile(dir=folder):
+        pass
 
 
 def not_written(path: Path, error: Exception) -> SceneError:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from sweeps.cli.arguments import PATH
+from sweeps.cli.arguments import PATH, untrusted_option
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import not_written
 from sweeps.errors import SceneError
@@ -16,6 +16,7 @@ __all__ = ["list_", "new", "plan", "schema"]
 
 @click.command()
 @click.argument("scene")
+@untrusted_option
 @guarded
 def plan(scene: str) -> None:
     """Show what SCENE would compute, what it would skip, and its time and memory.

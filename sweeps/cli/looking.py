@@ -14,16 +14,18 @@ from sweeps.cli.arguments import (
     output_option,
     overwrite_option,
     quiet_option,
+    untrusted_option,
 )
 from sweeps.cli.exits import FAILURE, end, guarded, say
-from sweeps.cli.files import check_output, not_written, opened, writing
-from sweeps.errors import SceneError, counted, size_text
+from sweeps.cli.files import check_folder, check_output, opened, writing
+from sweeps.errors import counted, size_text
 
 __all__ = ["compare", "export", "info", "plot"]
 
 
 @click.command()
 @click.argument("what")
+@untrusted_option
 @guarded
 def info(what: str) -> None:
     """Describe WHAT: an archive (netCDF) or an engine (its name or its TOML file).
@@ -59,6 +61,7 @@ def info(what: str) -> None:
     help="End with status 1 if a relative difference is larger than NUMBER, or if an axis or a "
     "quantity differs.",
 )
+@untrusted_option
 @guarded
 def compare(first: Path, second: Path, tolerance: str | None) -> None:
     """Compare two archives: axes, quantities, and the largest differences and where they are.
@@ -89,6 +92,7 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
 )
 @overwrite_option("Replace the table if it exists.")
 @quiet_option
+@untrusted_option
 @guarded
 def export(
     archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
@@ -144,6 +148,7 @@ def export(
     metavar="AXIS=VALUE",
     help="Value of an axis that is not drawn along. May be given several times.",
 )
+@untrusted_option
 @guarded
 def plot(archive: Path, output: Path | None, file_format: str, slices: tuple[str, ...]) -> None:
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
@@ -152,11 +157,7 @@ def plot(archive: Path, output: Path | None, file_format: str, slices: tuple[str
 
     check_file(archive)
     folder = archive.with_suffix("") if output is None else output
-    try:
-        if folder.exists() and not folder.is_dir():
-            raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
-    except (OSError, ValueError) as error:
-        raise not_written(folder, error) from None
+    check_folder(folder)
     from sweeps.figures import draw
 
     with opened(archive) as dataset, writing(folder):

@@ -23,6 +23,7 @@ from sweeps.cli.arguments import (
     resume_option,
     shard_number,
     threads_option,
+    untrusted_option,
 )
 from sweeps.cli.exits import DESIGNS_FAILED, end, guarded, say
 from sweeps.cli.files import check_output, files_of, writing
@@ -78,6 +79,7 @@ LARGEST_TABLE = 200e6
     "it, files are named from the folder of the scene on.",
 )
 @quiet_option
+@untrusted_option
 @guarded
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
@@ -148,6 +150,7 @@ def run(
 @compression_option
 @threads_option
 @quiet_option
+@untrusted_option
 @guarded
 def extend(
     archive: Path, axis: str, overwrite: bool, level: int | None, threads: int | None, quiet: bool
@@ -184,6 +187,7 @@ def extend(
 @overwrite_option()
 @compression_option
 @quiet_option
+@untrusted_option
 @guarded
 def merge(
     archives: tuple[Path, ...], output: Path, overwrite: bool, level: int | None, quiet: bool
@@ -213,6 +217,7 @@ def merge(
 @compression_option
 @threads_option
 @quiet_option
+@untrusted_option
 @guarded
 def rerun(
     archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,

@@ -13,6 +13,7 @@ from engine_dyn.types import Integers
 from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError, one_line
 from sweeps.reading.netcdf_files import check_file, opened_archive
+from sweeps.reading.netcdf_files import untrusted as apart_first
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["open"]
 
 
-def open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:  # the name that a person looks for
+def open(  # the name that a person looks for
+    path: str | Path | Sequence[str | Path], *, untrusted: bool = False
+) -> xr.Dataset:
     """Open an archive, or several of one scene as one; variables are read when used.
 
     Parameters
@@ -32,6 +35,9 @@ def open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:  # the name tha
         of one axis. These become one dataset, as `engine-dyn merge` would write it, without reading
         any results. What several of them hold is read from the first that has it; whether they
         agree is what `merge` checks.
+    untrusted : bool
+        Read every file in a process of limited time and memory before it is opened here, as is done
+        anyway with those whose structure is not what netCDF-4 writes.
 
     Returns
     -------
@@ -41,8 +47,14 @@ def open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:  # the name tha
     Raises
     ------
     SceneError
-        Where a file is missing, is no archive that `run` wrote, or does not belong to the others.
+        Where a file is missing, is no archive that `run` wrote, or does not belong to the others;
+        later, where values that are used are damaged.
     """
+    with apart_first(untrusted):
+        return _open(path)
+
+
+def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
     if isinstance(path, str | Path):
         return _opened(Path(path))
     paths = [Path(p) for p in path]
@@ -62,6 +74,8 @@ def _opened(path: Path) -> xr.Dataset:
         pass
     try:
         return open_archive(path)
+    except MemoryError:
+        raise
     except Exception as error:  # attributes that direct xarray may have any type
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import secrets
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import xarray as xr
@@ -33,7 +35,8 @@ def draw(
         An archive: axes of the study (or ``design``) and ``crank_angle`` as dimensions; variables
         with ``long_name``, ``units`` and, where there is one, ``symbol`` (text for matplotlib).
     folder : str or Path
-        Where the files go; made if it is not there. Files of the same names are replaced.
+        Where the files go; made if it is not there. Files of the same names are replaced when all
+        figures are written; where that fails, nothing is left.
     format : {"png", "svg", "pdf"}
         PNG has 300 dots per inch.
     select : mapping of str to float or str, optional
@@ -50,7 +53,8 @@ def draw(
     Raises
     ------
     SceneError
-        For an unknown format, and for an axis or a word in `select` that the archive lacks.
+        For an unknown format, and for an axis or a word in `select` that the archive lacks, or a
+        number outside its axis.
     """
     import matplotlib
 
@@ -58,17 +62,35 @@ def draw(
         raise SceneError(f"format is {shown(format)}, allowed: {', '.join(FORMATS)}")
     study = study_of(dataset, select or {})
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    written: list[Path] = []
-    with matplotlib.rc_context():
+    with _together(folder) as unfinished, matplotlib.rc_context():
         matplotlib.rcdefaults()  # a person's own settings would break the layout
         matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
         for stem, figure in figures_of(study):
             path = folder / f"{slug(stem)}.{format}"
-            if path not in written:
-                if path.is_symlink():  # it would lead the writing elsewhere
-                    path.unlink()
-                figure.savefig(path, metadata=metadata[format])
-                written.append(path)
-    return written
+            if path not in unfinished:
+                unfinished[path] = folder / f".{path.name}.{secrets.token_hex(4)}.part"
+                figure.savefig(unfinished[path], format=format, metadata=metadata[format])
+    return list(unfinished)
+
+
+@contextmanager
+def _together(folder: Path) -> Iterator[dict[Path, Path]]:
+    """Files that get their names when all of them are written; else none is left.
+
+    A link of such a name is replaced: followed, it would lead the writing elsewhere.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    unfinished: dict[Path, Path] = {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield unfinished
+        for path, part in unfinished.items():
+            part.replace(path)
+    except BaseException:
+        for part in unfinished.values():
+            part.unlink(missing_ok=True)
+        with suppress(OSError):  # another program's files keep it
+            for path in missing:
+                path.rmdir()
+        raise

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
-from sweeps.errors import SceneError, did_you_mean, shown
+from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
 from sweeps.figures.views import MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
 
@@ -252,4 +252,7 @@ def _selected(view: View, dim: str, value: float | str) -> int:
     if not np.isfinite(value):
         raise SceneError(f"select: {dim} must be a finite number, not {value}")
     numbers = np.asarray(axis.variable.values if not axis.words else axis.values, dtype=float)
+    outside = outside_axis(value, numbers)
+    if outside:
+        raise SceneError(f"select: {dim} = {shown(value)}: {outside}")
     return int(np.nanargmin(np.abs(numbers - float(value))))

@@ -17,9 +17,9 @@ from sweeps.archive.contents import Contents
 from sweeps.archive.labels import Labels
 from sweeps.archive.netcdf import slabs
 from sweeps.archive.partial import Partial
-from sweeps.errors import SceneError, counted, one_line
+from sweeps.errors import SceneError, counted
 from sweeps.joining.places import Joined
-from sweeps.reading.netcdf_files import opened_archive
+from sweeps.reading.netcdf_files import damaged_values, opened_archive
 from sweeps.running.into_archive import stopped
 from sweeps.running.options import Options, Stopped
 
@@ -99,12 +99,8 @@ class _Source:
         )
 
     def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
-        try:
+        with damaged_values(self.archive.path, name):  # else it would be a failure of writing
             return np.asarray(self.file.variables[name][place])
-        except RuntimeError as error:  # else it would be taken for a failure of writing
-            raise SceneError(
-                f"{self.archive.path}: {name}: cannot be read ({one_line(error, 200)})"
-            ) from None
 
 
 def _copy(

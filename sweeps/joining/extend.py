@@ -112,7 +112,11 @@ def _extended(
     both = [old, read_contents(partial.added)]
     places = [places_in(union, archive.values[axis]) for archive in both]
     joined = Joined(plan, axis, both, places)
-    write_joined(joined, path, partial, options, tolerance=plan.scene.tolerance)
+    try:
+        write_joined(joined, path, partial, options, tolerance=plan.scene.tolerance)
+    except SceneError as error:
+        partial.remove()  # another attempt would end in the same way
+        raise SceneError(f"{path}: the new points do not belong to it: {error}") from None
     return plan
 
 

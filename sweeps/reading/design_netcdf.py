@@ -19,7 +19,7 @@ from sweeps.reading.design_columns import (
     known_columns,
     take_numbers,
 )
-from sweeps.reading.netcdf_files import TEXT_REFERENCE, check_chunks, open_netcdf
+from sweeps.reading.netcdf_files import DAMAGE, TEXT_REFERENCE, check_chunks, open_netcdf
 from sweeps.reading.netcdf_lock import netcdf_library
 from sweeps.reading.regular_files import check_rows, opened_file, reading
 
@@ -34,13 +34,13 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
 
 def _read(path: Path, name: str) -> DesignColumns:
     what = "a table of designs (netCDF)"
-    with reading(name, what, "a netCDF file", RuntimeError, AttributeError):
+    with reading(name, what, "a netCDF file", *DAMAGE):
         opened_file(path).close()  # its error says more than that of the library
         file = open_netcdf(path)
     with (
         file,
         warnings.catch_warnings(),
-        reading(name, what, "a sound netCDF file", RuntimeError, Warning),
+        reading(name, what, "a sound netCDF file", *DAMAGE, Warning),
     ):
         warnings.simplefilter("error")  # the library only warns when it drops attributes
         variables = _variables_of_table(file, name)

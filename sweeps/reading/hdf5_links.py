@@ -15,10 +15,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from sweeps.reading.hdf5_structure import signature_place
+
 __all__ = ["external_member"]
 
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_LARGEST_START = 1 << 30
 MOST_MEMBERS = 1000
 """Variables, dimensions and groups that a file may have."""
 
@@ -52,46 +52,39 @@ def external_member(path: Path) -> str:
 
 
 def _is_hdf5(path: Path) -> bool:
-    """Whether the signature of HDF5 is at one of the places where it may be."""
     with path.open("rb") as stream:
-        place = 0
-        while place <= _LARGEST_START:
-            stream.seek(place)
-            here = stream.read(len(_SIGNATURE))
-            if here == _SIGNATURE:
-                return True
-            if len(here) < len(_SIGNATURE):
-                return False
-            place = 2 * place or 512
-    return False
+        return signature_place(stream) >= 0
 
 
-def _look(library: Any, group: int, found: list[str], left: list[int]) -> None:
-    """Add names of members that are stored elsewhere, also in groups, which may be recursive."""
+def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
+    """Add the first member that is stored elsewhere, of any group; groups may be nested."""
+    groups = [b"/"]
 
     def each(parent: int, name: bytes, about: Any, _: Any) -> int:
         kind = about[0]
-        text = name.decode("utf-8", "replace")
         left[0] -= 1
         if kind not in (_HARD_LINK, _SOFT_LINK) or left[0] < 0:
-            found.append(text)
+            found.append(name.decode("utf-8", "replace"))
             return 1
-        member = library.H5Oopen(parent, name, 0)
-        if member < 0:
-            return 0
-        try:
-            inner = library.H5Gopen2(parent, name, 0)
-            if inner >= 0:
-                library.H5Gclose(inner)
-                _look(library, member, found, left)
-            elif _dataset_is_external(library, parent, name):
-                found.append(text)
-        finally:
-            library.H5Oclose(member)
+        member = library.H5Gopen2(parent, name, 0)
+        if member >= 0:
+            library.H5Gclose(member)
+            # One that holds itself is met again under a longer name, until none is left.
+            groups.append(here + name + b"/")
+        elif _dataset_is_external(library, parent, name):
+            found.append(name.decode("utf-8", "replace"))
         return 1 if found else 0
 
-    place = ctypes.c_uint64(0)
-    library.H5Literate(group, 0, 2, ctypes.byref(place), _EACH(each), None)
+    call = _EACH(each)
+    while groups and not found:
+        here = groups.pop()
+        group = library.H5Gopen2(file, here, 0)
+        if group < 0:
+            continue
+        try:
+            library.H5Literate(group, 0, 2, ctypes.byref(ctypes.c_uint64(0)), call, None)
+        finally:
+            library.H5Gclose(group)
 
 
 def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
@@ -136,13 +129,12 @@ def _typed(library: Any) -> Any:
     iterate: list[Any] = [number, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, _EACH]
     functions: dict[str, tuple[Any, list[Any]]] = {
         "H5Fopen": (number, [text, ctypes.c_uint, number]),
-        "H5Oopen": (number, [number, text, number]),
         "H5Gopen2": (number, [number, text, number]),
         "H5Dopen2": (number, [number, text, number]),
         "H5Dget_create_plist": (number, [number]),
         "H5Pget_layout": (ctypes.c_int, [number]),
         "H5Pget_external_count": (ctypes.c_int, [number]),
-        **{name: (ctypes.c_int, [number]) for name in ("H5Fclose", "H5Oclose", "H5Gclose")},
+        **{name: (ctypes.c_int, [number]) for name in ("H5Fclose", "H5Gclose")},
         **{name: (ctypes.c_int, [number]) for name in ("H5Dclose", "H5Pclose")},
     }
     for name, (result, arguments) in functions.items():

@@ -1,16 +1,21 @@
 """netCDF files that others made, checked before their values are read.
 
 A file of some kilobytes may claim to hold terabytes (holes, run lengths and compressed zeros take
-no room), or lead to other files; both are refused.
+no room), or lead to other files; both are refused. A damaged one may let the library run for ever,
+so its metadata is walked first (`sweeps.reading.hdf5_structure`), and a file that the walk does not
+clear is first read in a child process (`sweeps.reading.netcdf_child`).
 """
 
 from __future__ import annotations
 
 import errno
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +23,26 @@ import psutil
 
 from sweeps.errors import SceneError, one_line, shown, size_text
 from sweeps.reading.hdf5_links import external_member
+from sweeps.reading.hdf5_structure import not_walked
+from sweeps.reading.netcdf_child import read_apart
 from sweeps.reading.netcdf_lock import netcdf_library
 
 __all__ = [
     "ARCHIVE_FORMAT",
+    "DAMAGE",
     "TEXT_REFERENCE",
     "check_archive",
     "check_chunks",
     "check_file",
     "check_format",
+    "check_structure",
     "close",
+    "damaged_values",
     "open_netcdf",
     "opened_archive",
+    "opened_unchecked",
+    "slabs",
+    "untrusted",
 ]
 
 ARCHIVE_FORMAT = 2
@@ -46,6 +59,17 @@ chunks of one megabyte."""
 LARGEST_RATIO = 1040
 """Largest ratio of values to file size. Archives are uncompressed or compressed by zlib, whose best
 ratio is 1032 to 1 (zlib, "Technical Details", zlib.net/zlib_tech.html)."""
+
+DAMAGE = (
+    OSError, ValueError, RuntimeError, AttributeError, LookupError, TypeError, ArithmeticError,
+    AssertionError,
+)  # fmt: skip
+"""What the libraries raise for damaged files, `RecursionError` being one of them."""
+
+SLAB = 16e6
+"""Bytes of a variable that are read or copied at a time."""
+
+_UNTRUSTED: ContextVar[bool] = ContextVar("untrusted", default=False)
 
 TEXT_REFERENCE = 16
 """Least bytes that a text of a netCDF-4 variable takes where the variable is stored."""
@@ -68,15 +92,60 @@ def check_file(path: Path) -> None:
         raise SceneError(f"{path}: {problem}; expected a netCDF archive that `run` wrote")
 
 
-def open_netcdf(path: Path) -> Any:
-    """Open a netCDF file of this disk that does not lead to other files.
+@contextmanager
+def untrusted(yes: bool = True) -> Iterator[None]:
+    """Read every netCDF file in a child process before this one opens it, whatever it looks like.
 
-    The library takes some names for servers, but never absolute paths.
+    Parameters
+    ----------
+    yes : bool
+        Whether to do so; else only those are that the walk through their metadata does not clear.
+    """
+    before = _UNTRUSTED.set(yes or _UNTRUSTED.get())
+    try:
+        yield
+    finally:
+        _UNTRUSTED.reset(before)
+
+
+def check_structure(path: Path) -> None:
+    """Refuse a netCDF file that the library might not survive.
+
+    Raises
+    ------
+    OSError
+        With the reason in one line, or where it cannot be read.
+    """
+    about = os.stat(path)
+    state = (about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns)
+    _check_state(os.path.abspath(path), state, _UNTRUSTED.get())
+
+
+@lru_cache(maxsize=1000)
+def _check_state(path: str, state: tuple[int, ...], apart: bool) -> None:
+    """Check a file in one state; a command opens the same one several times."""
+    del state
+    # The walk comes first: what it refuses needs no child to run for ever.
+    if not_walked(Path(path)) or apart:
+        read_apart(Path(path))
+
+
+def open_netcdf(path: Path) -> Any:
+    """Open a netCDF file of this disk that is sound and does not lead to other files.
 
     Raises
     ------
     OSError, ValueError, RuntimeError
-        As the library does.
+        As the library does, and for what is refused.
+    """
+    check_structure(path)
+    return opened_unchecked(path)
+
+
+def opened_unchecked(path: Path) -> Any:
+    """Open a netCDF file that does not lead to other files, sound or not.
+
+    The library takes some names for servers, but never absolute paths.
     """
     import netCDF4
 
@@ -104,11 +173,12 @@ def opened_archive(path: Path) -> Iterator[Any]:
     with netcdf_library:
         try:
             file = open_netcdf(path)
-        except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        except DAMAGE as error:
             reason = one_line(getattr(error, "strerror", None) or error, 200)
             raise SceneError(f"{path}: not a netCDF archive ({reason})") from None
         try:
-            check_archive(file, path)
+            with damaged_values(path):
+                check_archive(file, path)
             file.set_auto_maskandscale(False)
             yield file
         finally:
@@ -129,6 +199,35 @@ def close(file: Any) -> None:
     except BaseException:
         file._isopen = 0  # the library would try again when the object is freed
         raise
+
+
+@contextmanager
+def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
+    """Turn what the libraries raise for a damaged part of a file into one line.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    name : str
+        The variable that is read.
+
+    Raises
+    ------
+    SceneError
+        For a damaged part, not for a disk that cannot be read.
+    """
+    try:
+        yield
+    except SceneError:
+        raise
+    except DAMAGE as error:
+        # Numbers below 0 are the library's own; EINVAL is what the walk refuses with.
+        if isinstance(error, OSError) and (error.errno or 0) > 0 and error.errno != errno.EINVAL:
+            raise
+        part = f"{name}: " if name else ""
+        reason = one_line(getattr(error, "strerror", None) or error, 200)
+        raise SceneError(f"{path}: damaged: {part}cannot be read ({reason})") from error
 
 
 def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
@@ -228,3 +327,23 @@ def check_chunks(variable: Any, item: int, name: str) -> int:
             f"be at most {size_text(LARGEST_CHUNK)}"
         )
     return room
+
+
+def slabs(
+    shape: tuple[int, ...], chunks: tuple[int, ...], itemsize: int, limit: float | None = None
+) -> Iterator[tuple[slice, ...]]:
+    """Ranges that make up an array: whole numbers of chunks, about `limit` bytes at most."""
+    limit = SLAB if limit is None else limit
+    if not shape:
+        yield ()
+        return
+    row = math.prod(shape[1:]) * itemsize
+    if row * chunks[0] <= limit or len(shape) == 1:
+        step = max(1, int(limit // max(row * chunks[0], 1))) * chunks[0]
+        for begin in range(0, shape[0], step):
+            yield (slice(begin, min(begin + step, shape[0])), *(slice(0, n) for n in shape[1:]))
+        return
+    for begin in range(0, shape[0], chunks[0]):
+        first = slice(begin, min(begin + chunks[0], shape[0]))
+        for rest in slabs(shape[1:], chunks[1:], itemsize * chunks[0], limit):
+            yield (first, *rest)

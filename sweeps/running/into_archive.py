@@ -39,7 +39,7 @@ from sweeps.archive.provenance import (
 from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan
-from sweeps.reading.netcdf_files import opened_archive
+from sweeps.reading.netcdf_files import DAMAGE, opened_archive
 from sweeps.running.in_memory import computed
 from sweeps.running.limits import block_bytes, check_disk
 from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
@@ -450,7 +450,7 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
                 for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
                     done.count(np.asarray(status[place if place else ...]))
             found = differences(before, now)
-    except (OSError, RuntimeError, ValueError, AttributeError, TypeError, RecursionError) as error:
+    except DAMAGE as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(
             f"{output}: exists and is no archive that a run of this scene wrote ({reason}); "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -24,7 +25,8 @@ from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.commands import invoke, ok
+from tests.support.archives import sound_archive
+from tests.support.commands import invoke, ok, refused
 
 SCENE = """\
 title = "A small map"
@@ -469,3 +471,84 @@ def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) ->
         cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")
+@pytest.mark.parametrize(
+    "words",
+    ["list", "info out.nc", "plan first", "run first -o out.nc", "new my.toml", "plot out.nc"],
+)
+def test_a_removed_working_folder_is_told(words: str, tmp_path: Path) -> None:
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    before = os.getcwd()
+    os.chdir(folder)
+    folder.rmdir()
+    try:
+        result = invoke(*words.split())
+    finally:
+        os.chdir(before)
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "engine-dyn: the working folder does not exist any more; change to one that does\n"
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="has no /proc")
+def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
+    good = tmp_path / "good.nc"
+    good.write_bytes(sound_archive())
+    for words in (
+        ("plot", good, "-o", "/proc/figures"),
+        ("plot", good, "-o", "/proc/self/figures"),
+        ("export", good, "-o", "/proc/table.csv"),
+        ("rerun", good, "-o", "/proc/self/out.nc"),
+        ("merge", good, good, "-o", "/proc/out.nc"),
+        ("run", "first", "-o", "/proc/out.nc"),
+        ("new", "/proc/my.toml"),
+    ):
+        assert "/proc/" in (told := refused(*words)) and "cannot be written" in told
+
+
+def test_figures_on_a_full_disk_leave_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from matplotlib.figure import Figure
+
+    good = tmp_path / "good.nc"
+    good.write_bytes(sound_archive())
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "summary.png").write_bytes(b"old")
+    save, saved = Figure.savefig, []
+
+    def full(self: Figure, path: Path, **options: Any) -> None:
+        save(self, path, **options)
+        saved.append(path)
+        if len(saved) == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full)
+    for folder in (tmp_path / "new" / "figures", tmp_path / "mine"):
+        saved.clear()
+        result = invoke("plot", good, "-o", folder)
+        assert result.exit_code == 1
+        assert result.stderr == (
+            f"engine-dyn: {folder}: cannot be written (No space left on device)\n"
+        )
+        assert len(saved) == 2
+    assert not (tmp_path / "new").exists()
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["summary.png"]
+    assert (tmp_path / "mine" / "summary.png").read_bytes() == b"old"
+
+
+def test_a_slice_outside_its_axis_is_refused(tmp_path: Path) -> None:
+    good = tmp_path / "good.nc"
+    good.write_bytes(sound_archive())
+    for value, said in (("1751", "1500 to 1700"), ("-5", "1500 to 1700")):
+        told = refused("plot", good, "-o", tmp_path / "figures", "--select", f"speed={value}")
+        assert f"speed = {value}: outside the axis, {said}" in told
+        assert not (tmp_path / "figures").exists()
+    # The end is the nearest point as far as half the distance to the next one.
+    assert invoke(
+        "plot", good, "-o", tmp_path / "figures", "--select", "speed=1749", "--select", "inertia=1"
+    ).exit_code == 0  # fmt: skip

@@ -20,7 +20,14 @@ from sweeps.planning.plan import make_plan
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
-from tests.support.archives import assert_same, interrupted, of_run, run, stop_after
+from tests.support.archives import (
+    assert_same,
+    interrupted,
+    of_run,
+    run,
+    sound_archive,
+    stop_after,
+)
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
 from tests.support.scenes import DESIGN_TABLE, LARGE_MAP, TO_JOIN
@@ -99,7 +106,7 @@ def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
 def test_archives_that_differ_in_one_axis(
     axis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.archive.netcdf.SLAB", 500.0)
+    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", 500.0)
     every = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
     scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
     ranges = ([0, 2], [1, 2, 3])  # 2 is in both
@@ -242,6 +249,16 @@ def test_extend_computes_only_what_is_new(
     with open_archive(path) as first, open_archive(tmp_path / "again.nc") as second:
         xr.testing.assert_equal(first.load(), second.load())
     assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "out.nc"]
+
+
+def test_an_extension_that_is_refused_leaves_nothing(tmp_path: Path) -> None:
+    """Also where its points are computed before it turns out that they do not fit."""
+    path = tmp_path / "a.nc"
+    path.write_bytes(sound_archive())  # whose numbers nobody computed
+    told = refused("extend", path, "--axis", "inertia=3")
+    assert f"{path}: the new points do not belong to it" in told
+    assert [p.name for p in tmp_path.iterdir()] == ["a.nc"]
+    assert path.read_bytes() == sound_archive()
 
 
 def test_extend_refuses(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""Hostile files by the thousand: see `benchmarks.fuzz.campaign`."""

@@ -1,0 +1,165 @@
+"""Hostile files by the thousand: whatever reads files takes them, or refuses them in one line.
+
+`python -m benchmarks.fuzz --seconds 600` runs every target for its share of the time, each in a
+process of its own with limited memory, and prints how many inputs it made, how many of them were
+taken and refused, and what went wrong. Where atheris is installed (`pip install atheris`) its
+coverage leads the inputs, else hypothesis draws them. What went wrong is made small by
+hypothesis and printed; the process ends with 1. benchmarks/tests/test_fuzz.py runs these targets
+too, each with some inputs that are the same every time. `benchmarks.fuzz.damage` damages the bytes
+of archives by the hundred thousand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import json
+import os
+import pkgutil
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+
+from benchmarks.fuzz.archives import archives, check_archive, check_figures
+from benchmarks.fuzz.binary_tables import binary_tables, check_binary_table
+from benchmarks.fuzz.checking import COUNTS
+from benchmarks.fuzz.command_lines import check_command_line, command_lines
+from benchmarks.fuzz.partials import check_partial, partials
+from benchmarks.fuzz.sandbox import engines, scenes
+from benchmarks.fuzz.texts import check_engine, check_scene, check_table, tables, texts
+from sweeps.catalogue import PACKAGE
+
+__all__ = ["MEMORY", "TARGETS", "main"]
+
+ROOT = Path(__file__).resolve().parents[2]
+
+MEMORY = 8 << 30
+"""Bytes of addresses that a process of the campaign may use: libraries map two or three alone."""
+
+LONGEST = 60
+"""Seconds of the processor that one input may take; where it waits, ten times that of the clock."""
+
+TARGETS: dict[str, tuple[Callable[[], st.SearchStrategy[Any]], Callable[[Any], None]]] = {
+    "scene": (lambda: texts(scenes()), check_scene),
+    "engine": (lambda: texts(engines()), check_engine),
+    "table": (tables, check_table),
+    "binary table": (binary_tables, check_binary_table),
+    "archive": (archives, check_archive),
+    "figures": (archives, check_figures),
+    "partial": (partials, check_partial),
+    "command line": (command_lines, check_command_line),
+}
+
+
+def campaign(name: str, seconds: float, number: int) -> None:
+    """Run one target in this process; ends it."""
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    make, check = TARGETS[name]
+    strategy = make()
+    end = time.monotonic() + seconds
+
+    def timed(example: Any) -> None:
+        COUNTS["inputs"] += 1
+        signal.alarm(10 * LONGEST)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST)
+        try:
+            check(example)
+        finally:
+            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0)
+
+    @settings(
+        max_examples=25, deadline=None, database=None, derandomize=False,
+        suppress_health_check=list(HealthCheck), print_blob=True,
+    )  # fmt: skip
+    @given(strategy)
+    def test(example: Any) -> None:
+        timed(example)
+
+    def too_slow(*_: Any) -> NoReturn:
+        raise TimeoutError(f"more than {LONGEST} s")
+
+    signal.signal(signal.SIGALRM, too_slow)
+    signal.signal(signal.SIGPROF, too_slow)
+    try:
+        atheris = _atheris()
+        if atheris is not None:
+            _led(atheris, test.hypothesis.fuzz_one_input, seconds, number)  # type: ignore[attr-defined]
+        while time.monotonic() < end:
+            seed(number)(test)()
+            number += 1
+    finally:
+        print(json.dumps(COUNTS), flush=True)
+
+
+def _atheris() -> Any:
+    try:
+        return importlib.import_module("atheris")
+    except ImportError:
+        return None
+
+
+def _led(atheris: Any, one: Callable[[bytes], Any], seconds: float, number: int) -> None:
+    """Inputs that coverage leads; returns when the time is over."""
+    for found in pkgutil.walk_packages([str(PACKAGE)], "sweeps."):
+        if found.name == "sweeps.__main__":
+            continue
+        module = importlib.import_module(found.name)
+        for item in vars(module).values():
+            if inspect.isfunction(item) and item.__module__ == module.__name__:
+                atheris.instrument_func(item)
+
+    class Over(BaseException):
+        pass
+
+    end = time.monotonic() + seconds
+
+    def until(data: bytes) -> None:
+        if time.monotonic() > end:
+            print(json.dumps(COUNTS), flush=True)
+            os._exit(0)
+        one(data)
+
+    arguments = ["fuzz", f"-seed={number}", "-max_len=8192", "-len_control=0", "-rss_limit_mb=0"]
+    atheris.Setup(arguments, until, internal_libfuzzer=True)
+    atheris.Fuzz()
+
+
+def main() -> None:
+    """Run every target in a process of its own."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=600.0, help="for all targets together")
+    parser.add_argument("--target", choices=list(TARGETS), action="append")
+    parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--here", action="store_true", help="in this process")
+    given_ = parser.parse_args()
+    chosen = given_.target or list(TARGETS)
+    number = random.SystemRandom().randrange(2**31) if given_.seed is None else given_.seed
+    share = given_.seconds / len(chosen)
+    if given_.here:
+        campaign(chosen[0], share, number)
+        return
+    failed = []
+    print(f"seed {number}, {'atheris' if _atheris() else 'hypothesis'}", flush=True)
+    for name in chosen:
+        words = [sys.executable, "-m", "benchmarks.fuzz", "--here", "--target", name]
+        words += ["--seconds", str(share), "--seed", str(number)]
+        done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+        counts = (done.stdout.splitlines() or ["{}"])[-1]
+        print(f"{name}: {counts}", flush=True)
+        if done.returncode:
+            failed.append(name)
+            print(f"{name}: ended with {done.returncode}\n{done.stderr[-6000:]}", flush=True)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")

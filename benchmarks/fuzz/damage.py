@@ -1,0 +1,337 @@
+"""Damaged archives by the hundred thousand: none hangs, none ends with status 1 or a signal.
+
+`python -m benchmarks.fuzz.damage --number 100000` makes damaged archives and tables of designs
+(`benchmarks.fuzz.damaged_bytes`) and reads each as the commands do, in processes that stay; each
+says which file it reads, and is killed where that takes more than `LONGEST` seconds of the
+processor. Freed memory is overwritten there (glibc), so that a library that uses it fails. What
+went wrong is kept in the folder, with the file. The same command goes on where it was stopped.
+
+Every archive that can be opened is read as by `plot`, as by `info`, and as by one of `compare`,
+`export`, `merge` and `rerun`, in turn; of `plot` nothing is drawn, of `rerun` nothing computed.
+A file that the walk through its structures does not clear is read by a fork of the process, in
+place of the child that a command starts, which would take most of the time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import queue
+import select
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from benchmarks.fuzz.damaged_bytes import ROOT, damaged, sound_files
+
+__all__ = ["LONGEST", "campaign", "main", "read_damaged"]
+
+LONGEST = 20.0
+"""Seconds of the processor that the reading of one file may take; of the clock, ten times that."""
+
+CHUNK = 200
+"""Files of one task of a process."""
+
+FORK_SECONDS = 2
+"""Seconds of the processor that a fork may read a file that was not cleared."""
+
+
+# --- one file -------------------------------------------------------------------------------------
+
+
+class Reader:
+    """Reads damaged files as the commands do, in one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.other = folder / "other.nc"
+        self.other.write_bytes(sound_files()["archive"])
+        self.counts: Counter[str] = Counter()
+
+    def read(self, number: int, seed: int) -> None:
+        """Read one damaged file; what is neither taken nor refused in one line goes up."""
+        from benchmarks.fuzz.checking import COUNTS, refused_or_taken
+        from sweeps.reading.design_files import read_designs
+
+        made = damaged(number, seed)
+        path = self.folder / f"{number}.nc"
+        path.write_bytes(made.data)
+        self.counts["files"] += 1
+        before = COUNTS["taken"]
+        try:
+            if made.name.endswith("table"):
+                refused_or_taken(lambda: read_designs(path, "damaged"))
+            else:
+                self.as_archive(number, path)
+        finally:
+            path.unlink()
+        self.counts["taken" if COUNTS["taken"] > before else "refused"] += 1
+
+    def as_archive(self, number: int, path: Path) -> None:
+        """Read an archive as the commands do: all values, as `info`, and as one of the others.
+
+        All of them open it by the same door; what that refuses is seldom given to the others too.
+        """
+        from benchmarks.fuzz.checking import in_one_line, refused_or_taken
+        from sweeps.archive.contents import part_of, plan_of, read_contents
+        from sweeps.cli.files import opened
+        from sweeps.figures.study import study_of
+        from sweeps.reading.netcdf_files import opened_archive
+
+        def at_the_door() -> None:
+            with opened_archive(path):
+                pass
+
+        def as_plot() -> None:
+            with opened(path) as dataset:
+                dataset.load()
+                study_of(dataset, {})
+
+        table, merged = self.folder / "table.csv", self.folder / "merged.nc"
+        others: list[Callable[[], Any]] = [
+            lambda: in_one_line("compare", path, self.other),
+            lambda: in_one_line("export", path, "-o", table, "--overwrite"),
+            lambda: in_one_line("merge", path, self.other, "-o", merged, "--overwrite"),
+            lambda: refused_or_taken(lambda: part_of(old := read_contents(path), plan_of(old))),
+        ]
+        opens = refused_or_taken(at_the_door)
+        self.counts["opened"] += opens
+        if opens:
+            refused_or_taken(as_plot)
+            in_one_line("info", path)
+            others[number % len(others)]()
+        elif number % 20 == 0:
+            for other in others:
+                other()
+        for made in (table, merged):
+            made.unlink(missing_ok=True)
+
+
+def read_damaged(numbers: range, seed: int, folder: Path) -> Counter[str]:
+    """Read damaged files in this process."""
+    with _in_forks():
+        reader = Reader(folder)
+        for number in numbers:
+            reader.read(number, seed)
+    return reader.counts
+
+
+def _in_forks() -> Any:
+    """Read what is not cleared in forks of this process."""
+    from unittest import mock
+
+    return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_fork)
+
+
+def _read_in_fork(path: Path) -> None:
+    from sweeps.reading.netcdf_child import limit
+    from sweeps.reading.netcdf_whole import read_all
+
+    child = os.fork()
+    if not child:
+        status = 1
+        try:
+            limit(FORK_SECONDS, 0)
+            read_all(path)
+            status = 0
+        finally:
+            os._exit(status)
+    if os.waitpid(child, 0)[1]:
+        raise OSError(22, "damaged: a fork could not read it")
+
+
+# --- processes that stay --------------------------------------------------------------------------
+
+
+def _work(seed: int) -> None:
+    """Read the files of the ranges that come as lines; say which, and what went wrong."""
+    import traceback
+
+    out = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    with tempfile.TemporaryDirectory(dir=_fast()) as folder, _in_forks():
+        reader = Reader(Path(folder))
+        for line in sys.stdin:
+            begin, end = map(int, line.split())
+            for number in range(begin, end):
+                print(number, file=out)
+                try:
+                    reader.read(number, seed)
+                except Exception:
+                    print("!", number, json.dumps(traceback.format_exc()[-3000:]), file=out)
+            print("=", json.dumps(reader.counts), file=out)
+            reader.counts.clear()
+
+
+def _fast() -> str | None:
+    """A folder in memory, where there is one."""
+    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
+class Campaign:
+    """Many damaged files, and what is known of them; kept in a folder."""
+
+    def __init__(self, folder: Path, number: int, seed: int) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder, self.number, self.seed = folder, number, seed
+        self.lock = threading.Lock()
+        self.done: set[int] = set()
+        self.counts: Counter[str] = Counter()
+        self.seconds = 0.0
+        state = folder / "state.json"
+        if state.exists():
+            known = json.loads(state.read_text())
+            if known["seed"] != seed:
+                raise SystemExit(f"{state}: of seed {known['seed']}; name another folder")
+            self.done, self.seconds = set(known["done"]), known["seconds"]
+            self.counts.update(known["counts"])
+
+    def run(self, workers: int, seconds: float) -> None:
+        """Read what is left."""
+        begin, before = time.monotonic(), self.seconds
+        tasks: queue.Queue[int] = queue.Queue()
+        for chunk in range(-(-self.number // CHUNK)):
+            if chunk not in self.done:
+                tasks.put(chunk)
+
+        def clock() -> float:
+            return time.monotonic() - begin
+
+        def one() -> None:
+            worker: subprocess.Popen[bytes] | None = None
+            while clock() < seconds:
+                try:
+                    chunk = tasks.get_nowait()
+                except queue.Empty:
+                    break
+                worker = self.chunk(chunk, worker)
+                with self.lock:
+                    self.done.add(chunk)
+                    self.seconds = before + clock()
+                    self.save()
+            if worker is not None:
+                worker.kill()
+                worker.wait()
+
+        threads = [threading.Thread(target=one) for _ in range(workers)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    def save(self) -> None:
+        state = {
+            "seed": self.seed, "done": sorted(self.done), "counts": self.counts,
+            "seconds": self.seconds,
+        }  # fmt: skip
+        new = self.folder / "state.json.new"
+        new.write_text(json.dumps(state))
+        new.replace(self.folder / "state.json")
+
+    def chunk(
+        self, chunk: int, worker: subprocess.Popen[bytes] | None
+    ) -> subprocess.Popen[bytes] | None:
+        """Let a process read the files of one task; another one where it dies."""
+        begin, end = chunk * CHUNK, min((chunk + 1) * CHUNK, self.number)
+        while begin < end:
+            if worker is None:
+                worker = self.started()
+            assert worker.stdin and worker.stdout
+            worker.stdin.write(f"{begin} {end}\n".encode())
+            worker.stdin.flush()
+            failed = self.watched(worker, begin)
+            if failed is None:
+                return worker
+            worker.kill()
+            worker.wait()
+            worker, begin = None, failed + 1
+        return worker
+
+    def started(self) -> subprocess.Popen[bytes]:
+        words = [sys.executable, "-m", "benchmarks.fuzz.damage", "--work", "--seed", str(self.seed)]
+        return subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            cwd=ROOT, bufsize=0, env={**os.environ, "MALLOC_PERTURB_": "165"},
+        )  # fmt: skip
+
+    def watched(self, worker: subprocess.Popen[bytes], number: int) -> int | None:
+        """Follow a process to the end of its task; the number of the file that stopped it."""
+        assert worker.stdout
+        process, text = psutil.Process(worker.pid), b""
+        since, used, first = time.monotonic(), 0.0, True
+        while True:
+            ready, _, _ = select.select([worker.stdout], [], [], 1.0)
+            if not ready:
+                now = sum(process.cpu_times()[:2])
+                # The first file waits for imports and for the sound files.
+                longest = LONGEST * (5 if first else 1)
+                if now - used > longest or time.monotonic() - since > 10 * longest:
+                    self.found(number, f"more than {longest} s")
+                    return number
+                continue
+            read = os.read(worker.stdout.fileno(), 65536)
+            if not read:
+                self.found(number, f"ended with {worker.wait()}")
+                return number
+            *lines, text = (text + read).split(b"\n")
+            for line in map(bytes.decode, lines):
+                if line.startswith("!"):
+                    _, which, why = line.split(maxsplit=2)
+                    self.found(int(which), json.loads(why))
+                elif line.startswith("="):
+                    with self.lock:
+                        self.counts.update(json.loads(line[2:]))
+                    return None
+                else:
+                    first = first and int(line) == number
+                    number, since = int(line), time.monotonic()
+                    used = sum(process.cpu_times()[:2])
+
+    def found(self, number: int, why: str) -> None:
+        """Keep what went wrong, and the file."""
+        made = damaged(number, self.seed)
+        with self.lock:
+            self.counts["wrong"] += 1
+            (self.folder / f"{number}.nc").write_bytes(made.data)
+            (self.folder / f"{number}.txt").write_text(f"{made.name}, {made.kind}\n{why}\n")
+            print(f"{number}: {made.name}, {made.kind}: {why.strip().splitlines()[-1]}", flush=True)
+
+
+def campaign(folder: Path, number: int, seed: int, workers: int, seconds: float) -> Counter[str]:
+    """Read damaged files in processes that stay; how many were taken, refused and wrong."""
+    work = Campaign(folder, number, seed)
+    work.run(workers, seconds)
+    counts, spent = work.counts, work.seconds
+    print(f"seed {seed}: {json.dumps(counts)} in {spent:.0f} s, {workers} processes at last")
+    return counts
+
+
+def main() -> None:
+    """Read the command line and run the campaign, or one of its processes."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--number", type=int, default=100_000, help="of files")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after so many")
+    parser.add_argument("--folder", type=Path, default=ROOT / "out" / "damage")
+    parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.work:
+        _work(given.seed)
+        return
+    counts = campaign(given.folder, given.number, given.seed, given.workers, given.seconds)
+    if counts["wrong"]:
+        sys.exit(f"wrong: {counts['wrong']}; see {given.folder}")
+
+
+if __name__ == "__main__":
+    main()

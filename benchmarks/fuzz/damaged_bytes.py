@@ -1,0 +1,246 @@
+"""Sound netCDF files with bytes damaged: at random, or where structures have sizes and addresses.
+
+Most structures of HDF5 carry a checksum, so that random damage in them is noticed by the library
+and leads no further. In half of the cases the checksums of what was changed are therefore made
+right again, as somebody who means harm would do.
+"""
+
+from __future__ import annotations
+
+import random
+import struct
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from benchmarks.fuzz.archives import good_archive
+from sweeps.reading.hdf5_structure import _checksum, _Walk
+
+__all__ = ["KINDS", "Damaged", "damaged", "sound_files", "spans_of"]
+
+ROOT = Path(__file__).resolve().parents[2]
+
+STRETCH = 500
+"""Bytes of a damaged stretch."""
+
+KINDS = {
+    "bit": 16, "bits": 6, "zero byte": 10, "byte": 6, "zeros": 8, "noise": 8, "cut": 4,
+    "spliced": 8, "shifted": 4, "field": 22, "heap": 8,
+}  # fmt: skip
+"""Kinds of damage, and how often each is made, in percent."""
+
+_WEIGHTS = {"classic table": 1}
+"""How often a file is damaged, 5 unless said otherwise: this one has no structures."""
+
+_SCENES = {
+    "compressed": {
+        "engine": "diesel_105x137",
+        "axes": {
+            "speed": {"start": 1000, "stop": 2000, "num": 40},
+            "stroke": {"start": 0.1, "stop": 0.2, "num": 40},
+        },
+        "output": {"quantities": ["mean_piston_speed"]},
+    },
+    "labelled": {
+        "engine": "diesel_105x137",
+        "designs": {
+            "case": [f"design {n}" for n in range(12)],
+            "stroke": [0.1 + 0.005 * n for n in range(12)],
+        },
+        "output": {"quantities": ["mean_piston_speed"]},
+    },
+}
+"""Scenes that need no compiled kernel; archives of them have chunks in trees, and texts."""
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A damaged file: which it was, what was done, and its bytes."""
+
+    name: str
+    kind: str
+    data: bytes
+
+
+@cache
+def sound_files() -> dict[str, bytes]:
+    """Sound files by name: archives of several makes, and tables of designs."""
+    import netCDF4
+
+    from sweeps.planning.plan import make_plan
+    from sweeps.running import into_archive
+    from sweeps.running.options import Options
+    from sweeps.scene.reading import read_scene
+
+    found = {
+        "archive": good_archive(),
+        "shard": good_archive(True),
+        "version 0.1": (ROOT / "tests" / "data" / "version_0_1.nc").read_bytes(),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "made.nc"
+        for name, scene in _SCENES.items():
+            into_archive.run(
+                make_plan(read_scene(scene)), path, Options(level=4, overwrite=path.exists())
+            )
+            found[name] = path.read_bytes()
+        for name, kind in (("table", "NETCDF4"), ("classic table", "NETCDF3_CLASSIC")):
+            with netCDF4.Dataset(path, "w", format=kind) as file:
+                file.createDimension("n", 9)
+                bore = file.createVariable("bore", "f8", ("n",))
+                bore.units = "m"
+                bore[:] = [0.1 + 0.001 * n for n in range(9)]
+                if kind == "NETCDF4":
+                    case = file.createVariable("case", str, ("n",))
+                    for n in range(9):
+                        case[n] = f"design {n}"
+            found[name] = path.read_bytes()
+    return found
+
+
+# --- structures of a sound file -------------------------------------------------------------------
+
+
+class _Recorder(_Walk):
+    """A walk that remembers where the structures are that it met."""
+
+    def __init__(self, data: bytes) -> None:
+        import io
+
+        super().__init__(io.BytesIO(data))
+        self.spans: list[tuple[int, int, bool]] = [(0, 44, True)]
+
+    def once(self, address: int, length: int, signature: bytes, what: str) -> bytes:
+        head = super().once(address, length, signature, what)
+        if signature in (b"FRHP", b"BTHD", b"FHIB"):
+            self.spans.append((address, address + length - 4, True))
+        elif signature == b"GCOL":
+            self.spans.append((address, address + struct.unpack_from("<Q", head, 8)[0], False))
+        elif signature == b"TREE":
+            used = struct.unpack_from("<H", head, 6)[0]
+            self.spans.append((address, address + 24 + 40 * used, False))
+        if signature == b"BTHD":
+            size, depth, root, count = (
+                *struct.unpack_from("<HH", head, 10), *struct.unpack_from("<QH", head, 16)
+            )  # fmt: skip
+            if not depth and root != (1 << 64) - 1:
+                self.spans.append((root, root + 6 + size * count, True))
+        return head
+
+    def at(self, address: int, length: int, what: str) -> bytes:
+        if what == "object header" and length > 16:
+            self.spans.append((address, address + length - 4, True))
+        return super().at(address, length, what)
+
+
+@cache
+def spans_of(name: str) -> list[tuple[int, int, bool]]:
+    """Structures of a sound file: where each begins and ends, and whether a checksum follows."""
+    data = sound_files()[name]
+    if not data.startswith(b"\x89HDF"):
+        return [(0, min(400, len(data)), False)]
+    walk = _Recorder(data)
+    walk.file()
+    return walk.spans
+
+
+# --- damage ---------------------------------------------------------------------------------------
+
+
+def damaged(number: int, seed: int) -> Damaged:
+    """Make the damaged file of a number, the same in every run."""
+    draw = random.Random(f"{seed}/{number}")
+    name = draw.choices(list(sound_files()), [_WEIGHTS.get(n, 5) for n in sound_files()])[0]
+    sound = sound_files()[name]
+    kind = draw.choices(list(KINDS), list(KINDS.values()))[0]
+    data = bytearray(sound)
+    for _ in range(draw.choice((1, 1, 1, 2))):
+        _damage(draw, kind, data, name)
+    if len(data) == len(sound) and draw.random() < 0.5:
+        for begin, end, checked in spans_of(name):
+            if checked and data[begin:end] != sound[begin:end]:
+                data[end : end + 4] = _checksum(bytes(data[begin:end])).to_bytes(4, "little")
+    return Damaged(name, kind, bytes(data))
+
+
+def _place(draw: random.Random, data: bytearray, name: str) -> int:
+    """A place to damage: two times of three in a structure, which are a small part of a file."""
+    if draw.random() < 0.67:
+        begin, end, _ = draw.choice(spans_of(name))
+        return min(draw.randrange(begin, max(end, begin + 1)), max(len(data) - 1, 0))
+    return draw.randrange(max(len(data), 1))
+
+
+def _damage(draw: random.Random, kind: str, data: bytearray, name: str) -> None:
+    if not data:
+        return
+    place = _place(draw, data, name)
+    stretch = min(draw.choice((STRETCH, STRETCH, 50, 8)), len(data) - place)
+    if kind in ("bit", "bits"):
+        for _ in range(1 if kind == "bit" else draw.randrange(2, 20)):
+            data[place] ^= 1 << draw.randrange(8)
+            place = _place(draw, data, name)
+    elif kind == "zero byte":
+        data[place] = 0
+    elif kind == "byte":
+        data[place] = draw.choice((0xFF, 1, draw.randrange(256)))
+    elif kind == "zeros":
+        data[place : place + stretch] = bytes(stretch)
+    elif kind == "noise":
+        data[place : place + stretch] = draw.randbytes(stretch)
+    elif kind == "cut":
+        del data[draw.choice((place, len(data) - 1, len(data) // 2)) :]
+    elif kind == "spliced":
+        source = _place(draw, data, name)
+        part = data[source : source + stretch]
+        data[place : place + len(part)] = part
+    elif kind == "shifted":
+        length = draw.choice((1, 4, 8, STRETCH))
+        if draw.random() < 0.5:
+            del data[place : place + length]
+        else:
+            data[place:place] = draw.randbytes(length)
+    elif kind == "heap":
+        _damage_heap(draw, data, name)
+    else:
+        _damage_field(draw, data, name)
+
+
+def _damage_field(draw: random.Random, data: bytearray, name: str) -> None:
+    """A number in a structure becomes 0, the largest, or the address of another structure."""
+    spans = spans_of(name)
+    begin, end, _ = draw.choice(spans)
+    width = draw.choice((1, 2, 4, 8, 8))
+    place = draw.randrange(begin + 4, max(end - width, begin + 5))
+    old = int.from_bytes(data[place : place + width], "little")
+    value = draw.choice(
+        (0, 1, old + 1, max(old - 1, 0), 2 * old, (1 << 8 * width) - 1, 1 << (8 * width - 1),
+         draw.choice(spans)[0], begin, len(data), draw.randrange(1 << 8 * width))
+    )  # fmt: skip
+    data[place : place + width] = (value % (1 << 8 * width)).to_bytes(width, "little")
+
+
+def _damage_heap(draw: random.Random, data: bytearray, name: str) -> None:
+    """An object of a global heap gets another number, count or size."""
+    heaps = [begin for begin, _, _ in spans_of(name) if data[begin : begin + 4] == b"GCOL"]
+    if not heaps:
+        _damage_field(draw, data, name)
+        return
+    place, size = heaps[0] + 16, struct.unpack_from("<Q", data, heaps[0] + 8)[0]
+    objects = []
+    while place + 16 <= heaps[0] + size and place + 16 <= len(data):
+        number, length = struct.unpack_from("<H6xQ", data, place)
+        objects.append(place)
+        place += max(length if not number else 16 + -(-length // 8) * 8, 16)
+    if not objects:
+        return
+    place = draw.choice((objects[-1], draw.choice(objects)))
+    kind = draw.choice(("number", "size", "size", "byte of size"))
+    if kind == "number":
+        struct.pack_into("<H", data, place, draw.choice((0, 1, 0xFFFF, draw.randrange(1 << 16))))
+    elif kind == "size":
+        value = draw.choice((0, 1, 8, 15, 16, size, (1 << 64) - 1, (1 << 64) - 16, 1 << 63))
+        struct.pack_into("<Q", data, place + 8, value)
+    else:
+        data[place + 8 + draw.randrange(8)] = draw.choice((0, 0xFF, draw.randrange(256)))

@@ -1,0 +1,753 @@
+"""Headers, indexes and heaps of an HDF5 file, walked before the library opens it.
+
+The library follows sizes and addresses as it finds them: one zero byte in the size of a heap's free
+space makes it run for ever, and a group that holds itself fills the stack. So the metadata is
+walked here first, from the superblock along the addresses: each structure lies inside the file and
+is reached once, no object of a heap has no size. Values are not read, except references to heaps.
+
+Only what netCDF-4 writes is known here (superblock 2 and 3, object headers of version 2, fractal
+heaps, B-trees of version 2, global heaps, chunks in B-trees of version 1); whatever else is met,
+the file is not cleared. Checksums are verified although the library does so too: it may use memory
+that it has freed when it finds a wrong one.
+
+Source: The HDF Group, "HDF5 File Format Specification", version 3.0.
+"""
+
+from __future__ import annotations
+
+import errno
+import math
+import struct
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, NamedTuple
+
+import numpy as np
+
+from sweeps.reading.regular_files import opened_file
+
+__all__ = ["SIGNATURE", "not_walked", "signature_place"]
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+_LARGEST_START = 1 << 30
+_UNDEFINED = (1 << 64) - 1
+
+MOST_STEPS = 5_000_000
+"""Structures and objects of heaps of one file that are walked: some seconds."""
+
+LARGEST_METADATA = 1 << 28
+"""Bytes of one structure that are read at once."""
+
+DEEPEST_TYPE = 16
+"""Types within types; netCDF allows compounds of arrays of compounds."""
+
+
+def signature_place(stream: IO[bytes]) -> int:
+    """Where the signature of HDF5 is, at one of the places where it may be; -1 where it is not."""
+    place = 0
+    while place <= _LARGEST_START:
+        stream.seek(place)
+        here = stream.read(len(SIGNATURE))
+        if here == SIGNATURE:
+            return place
+        if len(here) < len(SIGNATURE):
+            break
+        place = 2 * place or 512
+    return -1
+
+
+def not_walked(path: Path) -> str:
+    """Walk the metadata of an HDF5 file; why the walk could not clear it, empty where it did.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be read, or is damaged in a way that the library might not survive.
+    """
+    with opened_file(path) as stream:
+        place = signature_place(stream)
+        if place:
+            return "begins with a block of the user's" if place > 0 else "not HDF5"
+        walk = _Walk(stream)
+        try:
+            walk.file()
+        except _Unknown as error:
+            return str(error)
+        except (struct.error, IndexError):
+            return "a structure that ends too early"
+        except RecursionError:
+            return "types nested deeply"
+        except _Damaged as error:
+            raise OSError(errno.EINVAL, f"damaged: {error}") from None
+    return ""
+
+
+class _Unknown(Exception):
+    """Something that this walk does not know, which may be sound."""
+
+
+class _Damaged(Exception):
+    """Something that no sound file has."""
+
+
+class _Leaf(NamedTuple):
+    """A reference within a value: where it is, and what it refers to.
+
+    `base` is the type of the values of a sequence in a global heap; None for the address of an
+    object.
+    """
+
+    offset: int
+    base: _Type | None
+
+
+class _Type(NamedTuple):
+    """A datatype: bytes of a value, and the references that it has."""
+
+    size: int
+    leaves: tuple[_Leaf, ...]
+
+
+class _Heap(NamedTuple):
+    """A fractal heap: its blocks by their offset, and how its object IDs are made."""
+
+    offsets: list[int]
+    blocks: list[tuple[int, int]]
+    offset_size: int
+    length_size: int
+    id_size: int
+    huge: dict[int, tuple[int, int]]
+
+
+class _Object:
+    """What the messages of an object header say."""
+
+    def __init__(self) -> None:
+        self.type: _Type | None = None
+        self.count = 0
+        self.layout: bytes | None = None
+        self.filtered = False
+        self.group = False
+        self.fill = b""
+
+
+def _uint(data: bytes, place: int, size: int) -> int:
+    if place + size > len(data):
+        raise struct.error
+    return int.from_bytes(data[place : place + size], "little")
+
+
+def _bytes_for(limit: int) -> int:
+    """Bytes in which HDF5 stores numbers up to a limit."""
+    return max(limit.bit_length() - 1, 0) // 8 + 1
+
+
+def _padded(size: int) -> int:
+    return -(-size // 8) * 8
+
+
+class _Walk:
+    """One walk through a file; see the module."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self.stream = stream
+        self.size = stream.seek(0, 2)
+        self.steps = 0
+        self.seen: set[int] = set()
+        self.links: list[int] = []
+        self.objects: list[int] = []
+        self.collections: dict[int, dict[int, tuple[int, int]]] = {}
+        self.types: dict[int, _Type] = {}
+        self.named: set[int] = set()
+
+    # --- reading ----------------------------------------------------------------------------------
+
+    def at(self, address: int, length: int, what: str) -> bytes:
+        """Bytes of a structure, which lies inside the file."""
+        self.step()
+        if address + length > self.size:
+            raise _Damaged(f"{what} at byte {address} ends outside the file")
+        if length > LARGEST_METADATA:
+            raise _Unknown(f"{what} of {length} bytes")
+        self.stream.seek(address)
+        data = self.stream.read(length)
+        if len(data) < length:
+            raise _Damaged(f"{what} at byte {address} ends outside the file")
+        return data
+
+    def once(self, address: int, length: int, signature: bytes, what: str) -> bytes:
+        """Bytes of a structure with a signature, which nothing else leads to."""
+        if address in self.seen:
+            raise _Damaged(f"{what} at byte {address} is reached twice")
+        self.seen.add(address)
+        data = self.at(address, length, what)
+        if data[:4] != signature:
+            raise _Damaged(f"no {what} at byte {address}, where one should be")
+        return data
+
+    def step(self, count: int = 1) -> None:
+        self.steps += count
+        if self.steps > MOST_STEPS:
+            raise _Unknown(f"more than {MOST_STEPS} structures")
+
+    # --- superblock and object headers ------------------------------------------------------------
+
+    def file(self) -> None:
+        """Walk all that the superblock leads to."""
+        data = self.at(0, 48, "superblock")
+        version, offsets, lengths, _, base, extension, end, root = struct.unpack_from(
+            "<4B4Q", data, 8
+        )
+        if version not in (2, 3):
+            raise _Unknown(f"superblock of version {version}")
+        if (offsets, lengths, base, extension) != (8, 8, 0, _UNDEFINED):
+            raise _Unknown("superblock with an extension or other sizes")
+        _verify(data, 0, "superblock")
+        if end > self.size:
+            raise _Damaged(f"{self.size} bytes of {end}")
+        self.links.append(root)
+        self.objects.append(root)
+        walked: dict[int, bool] = {}
+        while self.objects:
+            address = self.objects.pop()
+            if address not in walked:
+                walked[address] = self.object(address)
+        for address, count in Counter(self.links).items():
+            if walked[address] and count > 1:
+                raise _Damaged(f"group at byte {address} is held twice, perhaps by itself")
+
+    def object(self, address: int) -> bool:
+        """Walk an object header and what it leads to; whether it is a group."""
+        found = _Object()
+        for kind, flags, body in self.messages(address):
+            self.message(kind, flags, body, found)
+        if found.layout is not None:
+            self.values(found)
+        elif found.type is not None:  # a committed type
+            self.types[address] = found.type
+        return found.group
+
+    def messages(self, address: int) -> Iterator[tuple[int, int, bytes]]:
+        """Messages of an object header and its continuations: type, flags, body."""
+        head = self.once(address, 6, b"OHDR", "object header")
+        if head[4] != 2:
+            raise _Damaged(f"object header at byte {address} of version {head[4]}")
+        flags = head[5]
+        start = 6 + (16 if flags & 0x20 else 0) + (4 if flags & 0x10 else 0)
+        width = 1 << (flags & 3)
+        size = int.from_bytes(self.at(address + start, width, "object header"), "little")
+        blocks = [(address, start + width, size)]
+        ordered = 2 if flags & 4 else 0
+        while blocks:
+            begin, place, size = blocks.pop()
+            size += place
+            data = self.at(begin, size + 4, "object header")
+            _verify(data, begin, "object header")
+            while place + 4 + ordered <= size:
+                self.step()
+                kind, length, marks = struct.unpack_from("<BHB", data, place)
+                place += 4 + ordered
+                if place + length > size:
+                    raise _Damaged(f"a message at byte {begin + place} ends outside its header")
+                body = data[place : place + length]
+                place += length
+                if kind != 0x10:
+                    yield kind, marks, body
+                    continue
+                where, more = struct.unpack_from("<2Q", body)
+                if more < 8:
+                    raise _Damaged(f"continuation at byte {where} of {more} bytes")
+                self.once(where, 4, b"OCHK", "continuation of an object header")
+                blocks.append((where, 4, more - 8))
+
+    def message(self, kind: int, flags: int, body: bytes, found: _Object) -> None:
+        """Take from a message what it leads to."""
+        shared = bool(flags & 2)
+        if shared and kind not in (0x03, 0x0C):
+            raise _Unknown(f"shared message of type {kind}")
+        if kind == 0x01:
+            found.count = _count(body)
+        elif kind == 0x02:
+            found.group = True
+            self.dense(body, 8, self.link, 5)
+        elif kind == 0x03:
+            found.type = self.shared_type(body) if shared else self.datatype(body, 0, 0)[0]
+        elif kind == 0x05:
+            found.fill = _fill_value(body)
+        elif kind == 0x06:
+            found.group = True
+            self.link(body)
+        elif kind == 0x08:
+            found.layout = body
+        elif kind == 0x0B:
+            found.filtered = True
+        elif kind == 0x0C:
+            if shared:
+                raise _Unknown("shared attribute")
+            self.attribute(body)
+        elif kind == 0x15:
+            self.dense(body, 2, self.attribute, 8)
+        elif kind not in (0x00, 0x04, 0x0A, 0x0E, 0x12, 0x16):
+            raise _Unknown(f"message of type {kind}")
+
+    def link(self, body: bytes) -> None:
+        """Remember where a hard link leads."""
+        version, flags = body[0], body[1]
+        place = 2
+        kind = 0
+        if flags & 8:
+            kind = body[place]
+            place += 1
+        place += (8 if flags & 4 else 0) + (1 if flags & 0x10 else 0)
+        width = 1 << (flags & 3)
+        length = _uint(body, place, width)
+        place += width
+        _check_name(body[place : place + length])
+        place += length
+        if version != 1 or kind:
+            raise _Unknown("a link that is no hard link")
+        address = _uint(body, place, 8)
+        self.links.append(address)
+        self.objects.append(address)
+
+    # --- dense storage: fractal heaps with their indexes ------------------------------------------
+
+    def dense(self, body: bytes, order_size: int, take: Callable[[bytes], None], kind: int) -> None:
+        """Walk a heap of links or attributes and the two B-trees that index it."""
+        flags = body[1]
+        place = 2 + (order_size if flags & 1 else 0)
+        address = _uint(body, place, 8)
+        indexes = [_uint(body, place + 8, 8)]
+        if flags & 2:
+            indexes.append(_uint(body, place + 16, 8))
+        if address == _UNDEFINED:
+            return
+        heap = self.fractal_heap(address)
+        taken: set[bytes] = set()
+        for number, index in enumerate(indexes):
+            if index == _UNDEFINED:
+                continue
+            for record in self.records(index, kind + number):
+                if kind == 5:
+                    identity = record[4:] if not number else record[8:]
+                else:
+                    identity = record[:8]
+                    if record[8] & 2:
+                        raise _Unknown("shared attribute")
+                if identity not in taken:
+                    taken.add(identity)
+                    take(self.of_heap(heap, identity))
+
+    def fractal_heap(self, address: int) -> _Heap:
+        """Walk the blocks of a fractal heap."""
+        form = struct.Struct("<4sBHHBI12QHQQHHQH")
+        head = self.once(address, form.size + 4, b"FRHP", "fractal heap")
+        _verify(head, address, "fractal heap")
+        (
+            _, version, id_size, filters, flags, largest, _, huge_tree, *_,
+            width, start, most_direct, bits, _, root, rows,
+        ) = form.unpack_from(head)  # fmt: skip
+        if version or filters:
+            raise _Unknown("fractal heap that is filtered, or of another version")
+        powers = (start, most_direct, width)
+        if not all(n and n & (n - 1) == 0 for n in powers) or start > most_direct or bits > 64:
+            raise _Damaged(f"fractal heap at byte {address} with blocks of no power of two")
+        found: dict[int, tuple[int, int]] = {}
+        if root != _UNDEFINED:
+            offset_size = -(-bits // 8)
+            direct_rows = most_direct.bit_length() - start.bit_length() + 2
+            extra = 13 + offset_size
+            todo = [(root, 0, rows)] if rows else []
+            if not rows:
+                self.heap_block(root, start, extra, flags)
+                found[0] = (root, start)
+            while todo:
+                block, offset, count = todo.pop()
+                if count > bits:
+                    raise _Damaged(f"block of a heap at byte {block} with {count} rows")
+                data = self.once(block, extra + 8 * count * width + 4, b"FHIB", "block of a heap")
+                _verify(data, block, "block of a heap")
+                for row in range(count):
+                    size = start << max(row - 1, 0)
+                    for child in struct.unpack_from(f"<{width}Q", data, extra + 8 * row * width):
+                        if child != _UNDEFINED and row < direct_rows:
+                            self.heap_block(child, size, extra, flags)
+                            found[offset] = (child, size)
+                        elif child != _UNDEFINED:
+                            inner = size.bit_length() - (start * width).bit_length() + 1
+                            todo.append((child, offset, inner))
+                        offset += size
+        huge: dict[int, tuple[int, int]] = {}
+        if huge_tree != _UNDEFINED:
+            for record in self.records(huge_tree, 1):
+                where, length, identity = struct.unpack_from("<3Q", record)
+                huge[identity] = (where, length)
+        offsets = sorted(found)
+        return _Heap(
+            offsets, [found[o] for o in offsets], -(-bits // 8),
+            min((most_direct.bit_length() + 6) // 8, _bytes_for(largest)), id_size, huge,
+        )  # fmt: skip
+
+    def heap_block(self, address: int, size: int, extra: int, flags: int) -> None:
+        """Verify a block of a fractal heap that has objects."""
+        data = self.once(address, size, b"FHDB", "block of a heap")
+        if flags & 2:  # the checksum stands before the objects, and counts as 0 in itself
+            plain = data[:extra] + bytes(4) + data[extra + 4 :] + data[extra : extra + 4]
+            _verify(plain, address, "block of a heap")
+
+    def of_heap(self, heap: _Heap, identity: bytes) -> bytes:
+        """An object of a fractal heap."""
+        kind = identity[0] >> 4
+        if kind == 0:
+            offset = _uint(identity, 1, heap.offset_size)
+            length = _uint(identity, 1 + heap.offset_size, heap.length_size)
+            number = bisect_right(heap.offsets, offset) - 1
+            if number < 0 or offset + length > heap.offsets[number] + heap.blocks[number][1]:
+                raise _Damaged(f"object at {offset} of a heap lies in none of its blocks")
+            return self.at(
+                heap.blocks[number][0] + offset - heap.offsets[number], length, "object of a heap"
+            )
+        if kind == 1 and heap.id_size < 17:
+            number = _uint(identity, 1, min(8, heap.id_size - 1))
+            if number not in heap.huge:
+                raise _Damaged(f"huge object {number} of a heap is not in its index")
+            return self.at(*heap.huge[number], "object of a heap")
+        raise _Unknown("object of a heap that is neither managed nor huge")
+
+    def records(self, address: int, kind: int) -> Iterator[bytes]:
+        """Records of a B-tree of version 2, of the kind that is expected."""
+        form = struct.Struct("<4sBBIHHBBQHQ")
+        head = self.once(address, form.size + 4, b"BTHD", "B-tree")
+        _verify(head, address, "B-tree")
+        _, version, found, node, size, depth, _, _, root, count, total = form.unpack_from(head)
+        smallest = {1: 24, 5: 11, 6: 15, 8: 17, 9: 13}[kind]
+        if version or found != kind or size != smallest:
+            raise _Unknown(f"B-tree of type {found}")
+        if node < 64 or depth > 32:
+            raise _Damaged(f"B-tree at byte {address} with nodes of {node} bytes, {depth} deep")
+        # How many records a node of each level may have, which says how its pointers are stored.
+        most = [(node - 10) // size]
+        together = [most[0]]
+        pointer = [0]
+        narrow = _bytes_for(most[0])
+        for level in range(1, depth + 1):
+            pointer.append(8 + narrow + (_bytes_for(together[-1]) if level > 1 else 0))
+            most.append((node - 10 - pointer[-1]) // (size + pointer[-1]))
+            if most[-1] < 1:
+                raise _Damaged(f"B-tree at byte {address} whose nodes have no room")
+            together.append((most[-1] + 1) * together[-1] + most[-1])
+        if root == _UNDEFINED:
+            return
+        todo = [(root, count, depth)]
+        number = 0
+        while todo:
+            place, count, level = todo.pop()
+            if count > most[level]:
+                raise _Damaged(f"node of a B-tree at byte {place} with {count} records")
+            data = self.once(place, node, b"BTIN" if level else b"BTLF", "node of a B-tree")
+            end = 6 + count * size + (count + 1) * pointer[level] * bool(level)
+            _verify(data[: end + 4], place, "node of a B-tree")
+            self.step(count)
+            number += count
+            for i in range(count):
+                yield data[6 + i * size : 6 + (i + 1) * size]
+            if level:
+                begin = 6 + count * size
+                for i in range(count + 1):
+                    here = begin + i * pointer[level]
+                    todo.append((_uint(data, here, 8), _uint(data, here + 8, narrow), level - 1))
+        if number != total:
+            raise _Damaged(f"B-tree at byte {address}: {number} of {total} records")
+
+    # --- types ------------------------------------------------------------------------------------
+
+    def shared_type(self, body: bytes) -> _Type:
+        """Type that an object of its own holds."""
+        version, kind = body[0], body[1]
+        if version not in (1, 2, 3) or (version == 3 and kind != 2):
+            raise _Unknown("shared type that is not committed")
+        address = _uint(body, 8 if version == 1 else 2, 8)
+        if address not in self.types:
+            self.object(address)
+        if address not in self.types:
+            raise _Damaged(f"no type at byte {address}, where one should be")
+        return self.types[address]
+
+    def datatype(self, data: bytes, place: int, depth: int) -> tuple[_Type, int]:
+        """A datatype, and where it ends."""
+        if depth > DEEPEST_TYPE:
+            raise _Unknown("types nested deeply")
+        self.step()
+        first, bits, size = data[place], _uint(data, place + 1, 3), _uint(data, place + 4, 4)
+        kind, version = first & 15, first >> 4
+        place += 8
+        if not 1 <= version <= 3 or not size:
+            raise _Unknown(f"type of version {version} and {size} bytes")
+        if kind in (0, 1, 2, 3, 4, 5):
+            return _Type(size, ()), place + ((4, 12, 2, 0, 4, bits & 255)[kind])
+        if kind == 6:
+            return self.compound(data, place, depth, version, bits & 0xFFFF, size)
+        if kind == 7:
+            if bits & 15:
+                raise _Unknown("references to regions")
+            return _Type(size, (_Leaf(0, None),)), place
+        if kind == 8:
+            base, place = self.datatype(data, place, depth + 1)
+            for _ in range(bits & 0xFFFF):
+                place = _after_name(data, place, version)
+            return _Type(size, ()), place + (bits & 0xFFFF) * base.size
+        if kind == 9:
+            base, place = self.datatype(data, place, depth + 1)
+            return _Type(size, (_Leaf(0, base),)), place
+        if kind == 10:
+            count = data[place]
+            place += 1 if version == 3 else 4
+            dims = struct.unpack_from(f"<{count}I", data, place)
+            base, place = self.datatype(
+                data, place + 4 * count * (1 if version == 3 else 2), depth + 1
+            )
+            if base.leaves:
+                raise _Unknown(f"array of references over {dims}")
+            return _Type(size, ()), place
+        raise _Unknown(f"type of class {kind}")
+
+    def compound(
+        self, data: bytes, place: int, depth: int, version: int, count: int, size: int
+    ) -> tuple[_Type, int]:
+        """A compound type, and where it ends."""
+        leaves: list[_Leaf] = []
+        for _ in range(count):
+            place = _after_name(data, place, version)
+            width = 4 if version < 3 else _bytes_for(size)
+            offset = _uint(data, place, width)
+            place += width
+            if version == 1:
+                if data[place]:
+                    raise _Unknown("arrays in a compound of version 1")
+                place += 28
+            member, place = self.datatype(data, place, depth + 1)
+            if offset + member.size > size:
+                raise _Damaged("a member of a compound ends outside it")
+            leaves += [_Leaf(offset + leaf.offset, leaf.base) for leaf in member.leaves]
+        return _Type(size, tuple(leaves)), place
+
+    # --- values -----------------------------------------------------------------------------------
+
+    def attribute(self, body: bytes) -> None:
+        """Walk what the value of an attribute leads to."""
+        version, flags, name, kind, space = struct.unpack_from("<BBHHH", body)
+        if version not in (1, 2, 3) or flags & 2:
+            raise _Unknown(f"attribute of version {version}")
+        place = 9 if version == 3 else 8
+        pad = _padded if version == 1 else int
+        if body[place + name - 1]:
+            raise _Unknown("a name that does not end")
+        _check_name(body[place : place + name - 1])
+        place += pad(name)
+        if version > 1 and flags & 1:
+            found = self.shared_type(body[place : place + kind])
+        else:
+            found, end = self.datatype(body, place, 0)
+            if end > place + kind:
+                raise _Damaged("the type of an attribute ends outside it")
+        place += pad(kind)
+        count = _count(body[place : place + space])
+        place += pad(space)
+        if found.leaves:
+            if place + count * found.size > len(body):
+                raise _Damaged("the value of an attribute ends outside it")
+            self.references(body[place : place + count * found.size], found)
+
+    def values(self, found: _Object) -> None:
+        """Walk where the values of a variable lie, and what they refer to."""
+        body = found.layout or b""
+        kind = found.type
+        if kind is None or len(body) < 2 or body[0] != 3:
+            raise _Unknown(f"values stored by version {body[0] if body else 0}")
+        if kind.leaves and found.fill:
+            self.references(found.fill, kind)
+        if body[1] == 0:
+            if kind.leaves:
+                self.references(body[4 : 4 + _uint(body, 2, 2)], kind)
+        elif body[1] == 1:
+            address, size = struct.unpack_from("<2Q", body, 2)
+            if address == _UNDEFINED:
+                return
+            if address + size > self.size:
+                raise _Damaged(f"values at byte {address} end outside the file")
+            if kind.leaves:
+                self.references(self.at(address, size, "values"), kind)
+        elif body[1] == 2:
+            dims = body[2]
+            chunks = self.chunks(_uint(body, 3, 8), dims)
+            for size, address in chunks if kind.leaves else []:
+                if found.filtered:
+                    raise _Unknown("compressed references")
+                self.references(self.at(address, size, "values"), kind)
+        else:
+            raise _Unknown("values stored elsewhere")
+
+    def chunks(self, root: int, dims: int) -> list[tuple[int, int]]:
+        """Sizes and addresses of all chunks of a variable, from a B-tree of version 1."""
+        if root == _UNDEFINED:
+            return []
+        entry = np.dtype(
+            [("size", "<u4"), ("mask", "<u4"), ("at", "<u8", (dims,)), ("child", "<u8")]
+        )
+        chunks: list[tuple[int, int]] = []
+        todo = [(root, -1)]
+        while todo:
+            place, expected = todo.pop()
+            head = self.once(place, 24, b"TREE", "B-tree of chunks")
+            kind, level, used = head[4], head[5], _uint(head, 6, 2)
+            if kind != 1 or used > 64 or level > 32:
+                raise _Unknown(f"B-tree of chunks with nodes of {used} entries")
+            if expected not in (-1, level):
+                raise _Damaged(f"B-tree of chunks at byte {place} whose level does not fall")
+            data = self.at(place + 24, used * entry.itemsize, "B-tree of chunks")
+            entries = np.frombuffer(data, entry)
+            if level:
+                todo += [(int(child), level - 1) for child in entries["child"]]
+                continue
+            ends = entries["child"] + entries["size"]
+            if (ends > self.size).any() or (ends < entries["child"]).any():
+                raise _Damaged(f"a chunk in the B-tree at byte {place} ends outside the file")
+            chunks += zip(entries["size"].tolist(), entries["child"].tolist(), strict=True)
+        return chunks
+
+    def references(self, data: bytes, kind: _Type) -> None:
+        """Walk the heaps that values refer to."""
+        todo = [(data, kind)]
+        while todo:
+            data, kind = todo.pop()
+            for leaf in kind.leaves:
+                base = leaf.base
+                for place in range(leaf.offset, len(data) - kind.size + leaf.offset + 1, kind.size):
+                    self.step()
+                    if base is None:
+                        self.reference(_uint(data, place, 8))
+                        continue
+                    count, address, number = struct.unpack_from("<IQI", data, place)
+                    if not count or not address:
+                        continue
+                    inside = self.collection(address)
+                    if number not in inside or count * base.size > inside[number][1]:
+                        raise _Damaged(f"global heap at byte {address} has no such object {number}")
+                    if base.leaves:
+                        begin, _ = inside[number]
+                        todo.append((self.at(begin, count * base.size, "object of a heap"), base))
+
+    def reference(self, address: int) -> None:
+        """Remember the object that a reference leads to."""
+        if address not in (0, _UNDEFINED) and address not in self.named:
+            self.named.add(address)
+            self.objects.append(address)
+
+    def collection(self, address: int) -> dict[int, tuple[int, int]]:
+        """Objects of a global heap: where each begins, and how long it is."""
+        if address in self.collections:
+            return self.collections[address]
+        head = self.once(address, 16, b"GCOL", "global heap")
+        size = _uint(head, 8, 8)
+        if head[4] != 1 or size < 32:
+            raise _Damaged(f"global heap at byte {address} of {size} bytes")
+        data = self.at(address, size, "global heap")
+        form = struct.Struct("<H6xQ")
+        found: dict[int, tuple[int, int]] = {}
+        place = 16
+        while place + 16 <= size:
+            self.step()
+            number, length = form.unpack_from(data, place)
+            # The free space, which has no number, counts with its own header.
+            room = _padded(length) + 16 if number else length
+            if room < 16 or place + room > size:
+                raise _Damaged(f"global heap at byte {address}: object {number} of {length} bytes")
+            if number:
+                found[number] = (address + place + 16, length)
+            place += room
+        self.collections[address] = found
+        return found
+
+
+def _verify(data: bytes, address: int, what: str) -> None:
+    """Verify the checksum of a structure, its last four bytes (Bob Jenkins, lookup3)."""
+    if _checksum(data[:-4]) != int.from_bytes(data[-4:], "little"):
+        raise _Damaged(f"{what} at byte {address} has a wrong checksum")
+
+
+def _checksum(data: bytes) -> int:
+    """Hash of bytes, hashlittle with 0 of Jenkins's lookup3.c."""
+    mask = 0xFFFFFFFF
+    a = b = c = 0xDEADBEEF + len(data) & mask
+    words = struct.unpack(f"<{len(data) // 4}I", data[: len(data) // 4 * 4])
+    mixed = max(len(data) - 1, 0) // 12
+    for i in range(0, 3 * mixed, 3):
+        b = b + words[i + 1] & mask
+        c = c + words[i + 2] & mask
+        a = (a + words[i] - c & mask) ^ (c << 4 & mask | c >> 28)
+        c = c + b & mask
+        b = (b - a & mask) ^ (a << 6 & mask | a >> 26)
+        a = a + c & mask
+        c = (c - b & mask) ^ (b << 8 & mask | b >> 24)
+        b = b + a & mask
+        a = (a - c & mask) ^ (c << 16 & mask | c >> 16)
+        c = c + b & mask
+        b = (b - a & mask) ^ (a << 19 & mask | a >> 13)
+        a = a + c & mask
+        c = (c - b & mask) ^ (b << 4 & mask | b >> 28)
+        b = b + a & mask
+    rest = data[12 * mixed :]
+    if not rest:
+        return c
+    x, y, z = struct.unpack("<3I", rest.ljust(12, b"\0"))
+    a, b, c = a + x & mask, b + y & mask, c + z & mask
+    c = (c ^ b) - (b << 14 & mask | b >> 18) & mask
+    a = (a ^ c) - (c << 11 & mask | c >> 21) & mask
+    b = (b ^ a) - (a << 25 & mask | a >> 7) & mask
+    c = (c ^ b) - (b << 16 & mask | b >> 16) & mask
+    a = (a ^ c) - (c << 4 & mask | c >> 28) & mask
+    b = (b ^ a) - (a << 14 & mask | a >> 18) & mask
+    return (c ^ b) - (b << 24 & mask | b >> 8) & mask
+
+
+def _check_name(name: bytes) -> None:
+    """The name of a link or an attribute; of others the library cannot be trusted to say no."""
+    try:
+        if not name or 0 in name:
+            raise _Unknown("a name that is empty or ends early")
+        name.decode()
+    except UnicodeDecodeError:
+        raise _Unknown("a name that is not UTF-8") from None
+
+
+def _count(body: bytes) -> int:
+    """Number of values of a dataspace."""
+    version, dims = body[0], body[1]
+    if version not in (1, 2):
+        raise _Unknown(f"dataspace of version {version}")
+    if version == 2 and body[3] == 2:
+        return 0
+    return math.prod(struct.unpack_from(f"<{dims}Q", body, 8 if version == 1 else 4))
+
+
+def _fill_value(body: bytes) -> bytes:
+    """Bytes of a fill value; none where it is not given."""
+    version = body[0]
+    if version == 3:
+        return body[6 : 6 + _uint(body, 2, 4)] if body[1] & 0x20 else b""
+    if version == 2 and not body[3]:
+        return b""
+    if version in (1, 2):
+        return body[8 : 8 + _uint(body, 4, 4)]
+    raise _Unknown(f"fill value of version {version}")
+
+
+def _after_name(data: bytes, place: int, version: int) -> int:
+    """Where a name in a type ends; before version 3 names fill whole words of eight bytes."""
+    end = data.find(b"\0", place)
+    if end < 0:
+        raise struct.error
+    return end + 1 if version == 3 else place + _padded(end + 1 - place)
