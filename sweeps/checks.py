@@ -255,7 +255,7 @@ def allowed(node: Node) -> str:
         parts.append(f"{node.low:g} or more" if node.low_included else f"above {node.low:g}")
     if node.high is not None and math.isfinite(node.high):
         parts.append(f"at most {node.high:g}" if node.high_included else f"below {node.high:g}")
-    kind = "a whole number" if node.whole else "a finite number"
+    kind = "an even number" if node.even else "a whole number" if node.whole else "a finite number"
     unit = f" [{node.unit}]" if node.unit != "1" else ""
     return f"{kind} {' and '.join(parts)}".rstrip() + unit
 
@@ -269,6 +269,8 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
         bad |= (values > node.high) if node.high_included else (values >= node.high)
     if node.whole:
         bad |= values != np.rint(values)
+    if node.even:
+        bad |= np.remainder(values, 2.0) != 0.0
     return bad
 
 

@@ -49,6 +49,10 @@ __all__ = [
 
 REVOLUTION = 2.0 * math.pi
 FEWEST_POINTS = 8
+LARGEST = 1e12
+"""Of torques and speeds of a table, far above those of any machine: what is computed with them must
+not overflow."""
+
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
 
@@ -379,6 +383,11 @@ def _check_points(
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
             raise ValueError(f"point {bad[0] + 1}: {what} must be a finite number")
+        bad = np.flatnonzero(np.abs(values) > LARGEST)
+        if bad.size:
+            raise ValueError(
+                f"point {bad[0] + 1}: {what} = {values[bad[0]]:.6g}: must be at most {LARGEST:g}"
+            )
     if len(place) < fewest:
         raise ValueError(f"{len(place)} points: must be at least {fewest}")
     back = np.flatnonzero(np.diff(place) <= 0.0)

@@ -28,6 +28,9 @@ NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
 ENDS_TOLERANCE = 0.02
 SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
+# Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
+MEGAPASCAL = 0.05 * BAR, 0.15 * BAR
+COMPRESSED = 15.0
 
 SLACK = 1e-7
 """Fraction of the cycle within which angles are the same: single precision errs by 2e-8."""
@@ -102,6 +105,12 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
         raise ValueError(
             f"point {top + 1}: the largest pressure is {bars(p[top])} bar: must be at least "
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
+        )
+    low = float(p.min())
+    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and p[top] >= COMPRESSED * low:
+        raise ValueError(
+            f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder that "
+            "compresses so far goes down so low (it looks like megapascal)"
         )
 
 

@@ -65,7 +65,7 @@ class Node:
         The stage writes `status`.
     low, high : float
         Range of a parameter in file units; `low_included`, `high_included` say whether its ends
-        belong to it; `whole` that only whole numbers do.
+        belong to it; `whole` that only whole numbers do, `even` that only even ones do.
     unless_given : float, optional
         Value of a parameter in file units where neither scene nor engine gives it. It may lie
         outside the range and then says that there is none (`passes` = 0: until the cycle closes).
@@ -104,6 +104,7 @@ class Node:
     low_included: bool = False
     high_included: bool = False
     whole: bool = False
+    even: bool = False
     unless_given: float | None = None
     public: bool = True
     named: tuple[tuple[str, float], ...] = ()

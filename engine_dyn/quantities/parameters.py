@@ -275,8 +275,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "truncation", r"\nu_{max}", "1",
-        "highest order kept, an even number, of the shortened series of the piston's motion",
-        whole=True, low=2.0, low_included=True, high=40.0, high_included=True,
+        "highest order kept of the shortened series of the piston's motion",
+        whole=True, even=True, low=2.0, low_included=True, high=40.0, high_included=True,
         source="Mosakowski eqs. 13, 18", unless_given=2.0,
     ),
     parameter(

@@ -342,6 +342,7 @@ def _skipped(plan: Plan) -> list[str]:
     if names:
         lines += _wrapped("skipped, because nothing asked for it: ", names)
     lines += [f"axis {name}: nothing that is asked for depends on it" for name in plan.unused]
+    lines += [f"[set] {n}: nothing that is asked for depends on it" for n in plan.unused_settings]
     return lines
 
 

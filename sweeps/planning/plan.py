@@ -63,6 +63,8 @@ class Plan:
         Variables that the archive holds, `status` among them where a stage can fail.
     unused : tuple of str
         Axes that nothing depends on.
+    unused_settings : tuple of str
+        Keys of [set] that nothing depends on.
     of_tables : frozenset of str
         Axes that the tables of the kernels depend on.
     whole : Plan, optional
@@ -78,6 +80,7 @@ class Plan:
     sizes: Mapping[str, int]
     outputs: tuple[str, ...]
     unused: tuple[str, ...]
+    unused_settings: tuple[str, ...]
     of_tables: frozenset[str]
     whole: Plan | None = None
     piece: str = ""
@@ -145,9 +148,11 @@ def make_plan(scene: Scene) -> Plan:
     of_angles = frozenset(d for n in ANGLE_NAMES if n in named for d in named[n].dims)
     angles = math.prod(sizes[d] for d in of_angles)
     leaves["sharing"] = Value((tables, designs // tables, angles))
-    unused = _unused(scene, leaves, found.used)
+    used = _used(scene, leaves, found.used)
+    unused = _unused(scene, leaves, used)
+    settings = tuple(key for key in scene.settings if key not in used)
     stages = tuple(found.stages.values())
-    return Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, of_tables)
+    return Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
 
 
 class _Ancestors:
@@ -190,8 +195,8 @@ class _Ancestors:
         return ordered
 
 
-def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[str, ...]:
-    """Axes and columns of designs on which nothing depends, where the stages use these leaves."""
+def _used(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> set[str]:
+    """Leaves that the stages use, and the parameters that stand behind some of them."""
     used = set(used)
     if "cycle" in used:
         used.update(scene.cycle_keys)
@@ -199,6 +204,11 @@ def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[
         varying = set(leaves["cylinder_set"].dims)
         keys = ("cylinders", "misfire", *scene.cylinder_keys)
         used.update(key for key in keys if set(leaves[key].dims) <= varying)
+    return used
+
+
+def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[str, ...]:
+    """Axes and columns of designs on which nothing depends, where the stages use these leaves."""
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:

@@ -34,7 +34,8 @@ def check_output(output: Output, engine: Engine, name: str) -> None:
     Raises
     ------
     SceneError
-        For unknown and duplicate names, and for a step that does not divide the cycle.
+        For unknown and duplicate names, for a highest order that the cycle does not have, and for a
+        step that does not divide the cycle.
     """
     _check_quantities(output, name)
     for outcome in output.fail_on:
@@ -44,6 +45,12 @@ def check_output(output: Output, engine: Engine, name: str) -> None:
                 f"{not_known(outcome, FAILURES)}"
             )
     step, cycle = output.angle_step, round(math.degrees(engine.period))
+    lowest = 360.0 / cycle
+    if abs(output.highest_order / lowest - round(output.highest_order / lowest)) > 1e-9:
+        raise SceneError(
+            f"{name}: [output] highest_order = {output.highest_order:g}: must be a multiple of "
+            f"{lowest:g}, the lowest order of a cycle of {cycle} degrees"
+        )
     largest = cycle / 8
     count = cycle / step if step >= SMALLEST_STEP else 0.0
     # Decimal steps such as 0.1 divide the cycle only up to rounding.
