@@ -46,6 +46,8 @@ class Engine:
         Reason for every value that the sources do not give.
     sources : tuple of str
         Citations.
+    silenced_warnings : tuple of str
+        Names of plausibility checks whose ranges this engine is meant to leave.
     """
 
     name: str
@@ -61,3 +63,4 @@ class Engine:
     driver_table: TorqueOverSpeed | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    silenced_warnings: tuple[str, ...] = ()

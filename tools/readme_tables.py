@@ -1,8 +1,8 @@
-"""Write the tables of README.md that come from the tables in the code.
+"""Write the tables of README.md and docs/plausibility.md that come from the tables in the code.
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
 between is replaced. Run it from the project's root: `python tools/readme_tables.py`; with `--check`
-it writes nothing and ends with status 1 if README.md is not current.
+it writes nothing and ends with status 1 if one of them is not current.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, RESULT_CHECKS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS, has_numbers
@@ -21,7 +22,8 @@ from sweeps.checks import allowed
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+ROOT = Path(__file__).resolve().parents[1]
+README, PLAUSIBILITY = ROOT / "README.md", ROOT / "docs" / "plausibility.md"
 
 OUTCOMES = {
     "converged": "periodic solution found, the tolerance is met",
@@ -110,15 +112,32 @@ TABLES: Mapping[str, Callable[[], str]] = {
 }
 
 
-def updated(text: str) -> str:
-    """Return the text of README.md with every table made anew.
+def ranges() -> str:
+    """Usual ranges of plausibility checks."""
+    rows = []
+    for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS):
+        unit = f" {check.unit}" if check.unit else ""
+        zero = ", or 0" if check.zero else ""
+        usual = f"{check.low:g} to {check.high:g}{unit}{zero}"
+        rows.append([f"`{check.name}`", check.what, usual, check.source])
+    return table(["name", "measure", "usual", "source"], rows)
+
+
+DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
+    README: TABLES,
+    PLAUSIBILITY: {"ranges": ranges},
+}
+
+
+def updated(text: str, tables: Mapping[str, Callable[[], str]] = TABLES) -> str:
+    """Return the text of a document with every table made anew; of README.md unless given.
 
     Raises
     ------
     ValueError
         If a table does not have its two comments, once each.
     """
-    for name, make in TABLES.items():
+    for name, make in tables.items():
         place = re.compile(
             rf"(?<=<!-- begin {name}: made by tools/readme_tables.py -->\n)(.*?)"
             rf"(?=<!-- end {name} -->)",
@@ -126,7 +145,7 @@ def updated(text: str) -> str:
         )
         parts = place.split(text)
         if len(parts) != 3:
-            raise ValueError(f"README.md has {len(parts) // 2} places for the table {name!r}")
+            raise ValueError(f"{len(parts) // 2} places for the table {name!r}")
         text = parts[0] + make() + "\n" + parts[2]
     return text
 
@@ -135,12 +154,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing, compare only")
     check = parser.parse_args().check
-    text = README.read_text(encoding="utf-8")
-    new = updated(text)
+    old = {path: path.read_text(encoding="utf-8") for path in DOCUMENTS}
+    new = {path: updated(old[path], tables) for path, tables in DOCUMENTS.items()}
     if check:
-        sys.exit(new != text)
-    README.write_text(new, encoding="utf-8")
-    print(f"written: {README.name}")
+        sys.exit(new != old)
+    for path, text in new.items():
+        path.write_text(text, encoding="utf-8")
+        print(f"written: {path.name}")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ The keywords are checked and grouped in `engine_dyn.speed.groups`.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,8 @@ from engine_dyn import status
 from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine
 from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.plausibility.judgement import ImplausibleWarning, implausible
+from engine_dyn.plausibility.usual_ranges import MOST_DELTA
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.groups import CylinderGroup, Engine, Load, Solver, check_positive, family_of
@@ -141,7 +144,7 @@ def periodic_speed(
         b [N m s] and c [N m s2] of the load torque a + k (b omega + c omega^2), in place of
         `load_exponent`: 0 or more; where one of them is more than 0, this law holds.
     friction_torque : float
-        Mean, positive, whole engine [N m].
+        Mean, whole engine [N m], 0 or more: what drives is a driver or a negative `load_offset`.
     driven : DrivenMachine
         Load over angle, load over speed in place of omega^alpha, or a driver.
     gear_ratio, load_phase, load_scale : float
@@ -176,6 +179,13 @@ def periodic_speed(
     ValueError
         For a choice that does not exist or a value outside its physical range. A design without a
         solution is no error; its status says why.
+
+    Warns
+    -----
+    ImplausibleWarning
+        For values that engines do not have, which often are in another unit; see
+        `engine_dyn.implausible`, which looks at arrays. Once where they are all meant so:
+        ``warnings.simplefilter("ignore", engine_dyn.ImplausibleWarning)``.
     """
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()
@@ -205,7 +215,37 @@ def periodic_speed(
     angles = np.zeros(0)
     if crank_angle is not None:
         angles = given_array("crank_angle", crank_angle, finite=True).ravel()
-    return _solve(engine, load, solver, inertia, angles)
+    _warn_of_implausible(engine, load, solver, inertia)
+    found = _solve(engine, load, solver, inertia, angles)
+    if found.delta > MOST_DELTA:
+        warnings.warn(
+            f"delta: coefficient of speed fluctuation {found.delta:.3g}: usual is 0 to "
+            f"{MOST_DELTA:g}", ImplausibleWarning, stacklevel=2,
+        )  # fmt: skip
+    return found
+
+
+def _warn_of_implausible(engine: Engine, load: Load, solver: Solver, inertia: float) -> None:
+    """Warn of values that engines do not have."""
+    found = implausible(
+        engine.diagram,
+        driven=load.driven.has_driver,
+        bore=engine.bore,
+        stroke=engine.stroke,
+        crank_ratio=engine.crank_ratio,
+        reciprocating_mass=engine.reciprocating_mass,
+        inertia=inertia,
+        speed=engine.speed,
+        cylinders=engine.group.cylinders,
+        offset=engine.offset,
+        crankcase_pressure=engine.crankcase_pressure,
+        friction_torque=engine.friction_torque,
+        load_exponent=load.load_exponent,
+        load_offset=load.load_offset,
+        start_speed=solver.start_speed or 0.0,
+    )
+    for one in found:
+        warnings.warn(str(one), ImplausibleWarning, stacklevel=3)
 
 
 def _solve(

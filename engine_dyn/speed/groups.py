@@ -157,6 +157,11 @@ class Engine:
         if not 0.0 < ratio < 1.0:
             raise ValueError(f"crank_ratio = {ratio:g}: must lie between 0 and 1, both excluded")
         self.group.check()
+        if self.friction_torque < 0.0:
+            raise ValueError(
+                f"friction_torque = {self.friction_torque:g}: must be zero or a positive number, "
+                "it is subtracted; what drives is a driver (driven) or a negative load_offset"
+            )
 
     @cached_property
     def double_radius(self) -> float:

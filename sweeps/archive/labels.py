@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,14 +17,17 @@ import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.plausibility.usual_ranges import Check
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, select
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
+from sweeps.archive.warnings import ATTRIBUTE, Watch
 from sweeps.dimensions import DESIGN, PUBLISHED
 from sweeps.errors import printable
 from sweeps.planning.plan import Plan
+from sweeps.planning.plausibility import implausible_results, plausibility_warnings
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
@@ -78,16 +81,34 @@ class Variable:
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """All that an archive says beside its results: see `describe`."""
+    """All that an archive says beside its results: see `describe`.
+
+    `warnings` are lines about implausible values of what is given, and `watched` the ranges of
+    results; what is outside is known when these are there (`sweeps.archive.warnings`).
+    """
 
     sizes: Mapping[str, int]
     variables: Mapping[str, Variable]
     coordinates: Mapping[str, Variable]
     attributes: Mapping[str, Any]
+    warnings: tuple[str, ...] = ()
+    watched: Mapping[str, Check] = field(default_factory=dict)
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Lengths of a variable's dimensions."""
         return tuple(self.sizes[d] for d in self.variables[name].dims)
+
+    def watch(self) -> Watch:
+        """Return what looks at results while they are put."""
+        sizes = {
+            name: {d: self.sizes[d] for d in self.variables[name].dims} for name in self.watched
+        }
+        axes = {
+            name: (str(axis.attributes.get("units", "")).removeprefix("1"), axis.data)
+            for name, axis in self.coordinates.items()
+            if axis.data is not None and axis.data.dtype.kind in "if"
+        }
+        return Watch(self.warnings, self.watched, sizes, axes)
 
 
 def describe(
@@ -149,6 +170,8 @@ def describe(
                 full_paths=full_paths,
             ),
         },
+        plausibility_warnings(plan),
+        implausible_results(plan),
     )
 
 
@@ -183,14 +206,17 @@ def label(
     Values are converted from SI to the units of files in place.
     """
     labels = describe(plan, seconds=seconds)
-    return dataset_of(
-        labels,
-        {
-            name: to_file_units(v, results[name])
-            for name, v in labels.variables.items()
-            if v.data is None
-        },
-    )
+    data = {
+        name: to_file_units(v, results[name])
+        for name, v in labels.variables.items()
+        if v.data is None
+    }
+    watch = labels.watch()
+    for name, values in data.items():
+        watch.look(name, (), values)
+    dataset = dataset_of(labels, data)
+    dataset.attrs[ATTRIBUTE] = watch.text()
+    return dataset
 
 
 def dataset_of(labels: Labels, data: Mapping[str, Any]) -> xr.Dataset:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.archive.durable import made_folder, sync_folder
+from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import STEP
 from sweeps.reading.netcdf_files import check_format, check_structure, close, slabs
@@ -112,14 +113,20 @@ def publish(partial: Path, path: Path) -> None:
 class Writer:
     """An archive while its variables are filled, a range at a time: see `new`."""
 
-    def __init__(self, file: Any, variables: Mapping[str, Any]) -> None:
-        self._file = file
+    def __init__(self, variables: Mapping[str, Any], labels: Labels) -> None:
         self._variables = variables
+        self._watch = labels.watch()
 
     def put(self, name: str, place: tuple[Any, ...], values: npt.NDArray[Any]) -> None:
         """Write a range of a variable, in the units of files."""
         with netcdf_library:
             self._variables[name][place if place else ...] = values
+        self._watch.look(name, place, values)
+
+    @property
+    def warnings(self) -> str:
+        """Text of plausibility warnings, of all that has been put."""
+        return self._watch.text()
 
 
 @contextmanager
@@ -155,8 +162,10 @@ def new(
     try:
         with netcdf_library:
             variables = _defined(file, labels, lengths, level)
-        yield Writer(file, variables)
+        writer = Writer(variables, labels)
+        yield writer
         with netcdf_library:
+            file.setncattr(ATTRIBUTE, writer.warnings)
             close(file)
     except BaseException:
         # A file that cannot be written cannot be closed either.

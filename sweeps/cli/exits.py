@@ -6,14 +6,23 @@ import functools
 import os
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
 import click
 
 from sweeps.errors import SceneError, one_line, printable
 
-__all__ = ["BAD_INPUT", "DESIGNS_FAILED", "FAILURE", "end", "guarded", "open_closed_streams", "say"]
+__all__ = [
+    "BAD_INPUT",
+    "DESIGNS_FAILED",
+    "FAILURE",
+    "end",
+    "guarded",
+    "open_closed_streams",
+    "say",
+    "warn",
+]
 
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
@@ -39,6 +48,12 @@ def open_closed_streams() -> None:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
+
+
+def warn(lines: Iterable[str]) -> None:
+    """Print plausibility warnings on stderr, one line each."""
+    for line in lines:
+        say(f"warning: {line}", err=True)
 
 
 def end(message: str, exit_status: int) -> NoReturn:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from sweeps.cli.arguments import PATH, untrusted_option
-from sweeps.cli.exits import guarded, say
+from sweeps.cli.exits import guarded, say, warn
 from sweeps.cli.files import not_written
 from sweeps.errors import SceneError
 
@@ -25,9 +25,12 @@ def plan(scene: str) -> None:
     """
     from sweeps.planning.forecast import text
     from sweeps.planning.plan import make_plan
+    from sweeps.planning.plausibility import plausibility_warnings
     from sweeps.scene.reading import read_scene
 
-    say(text(make_plan(read_scene(scene))))
+    planned = make_plan(read_scene(scene))
+    say(text(planned))
+    warn(plausibility_warnings(planned))
 
 
 @click.command(name="list")

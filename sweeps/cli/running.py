@@ -25,7 +25,7 @@ from sweeps.cli.arguments import (
     threads_option,
     untrusted_option,
 )
-from sweeps.cli.exits import DESIGNS_FAILED, end, guarded, say
+from sweeps.cli.exits import DESIGNS_FAILED, end, guarded, say, warn
 from sweeps.cli.files import check_output, files_of, writing
 from sweeps.errors import SceneError, counted, size_text
 
@@ -105,6 +105,7 @@ def run(
     check_output(output, overwrite or resume, *files_of(read))
 
     from sweeps.planning.plan import make_plan
+    from sweeps.planning.plausibility import plausibility_warnings
     from sweeps.planning.shards import shard as shard_of
     from sweeps.running import streaming
     from sweeps.running.options import Options
@@ -132,9 +133,13 @@ def run(
         if not quiet:
             click.echo(line, err=True)
 
+    # Before the run, which may take hours; results can only be told of afterwards.
+    before = () if quiet else plausibility_warnings(plan)
+    warn(before)
     with writing(output):
         done = streaming.run(plan, output, options, scheduler or "", tell)
     if not quiet:
+        warn(line for line in done.warnings if line not in before)
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
         say(_size_line(output))
@@ -175,6 +180,7 @@ def extend(
     with writing(archive):
         plan = add_points(archive, name, values, options)
     if not quiet:
+        _warn_of(archive)
         say(
             f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
             f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
@@ -206,6 +212,7 @@ def merge(
     with writing(output):
         plan = join(archives, output, options)
     if not quiet:
+        _warn_of(output)
         say(_designs_line(plan, output))
 
 
@@ -240,6 +247,7 @@ def rerun(
     if differences:
         say(f"made differently than {archive}: {'; '.join(differences)}", err=True)
     if not quiet:
+        _warn_of(output)
         say(_designs_line(plan, output))
 
 
@@ -250,6 +258,13 @@ def _check_archive(path: Path) -> None:
     from sweeps.reading.netcdf_files import check_file
 
     check_file(path)
+
+
+def _warn_of(output: Path) -> None:
+    """Print the plausibility warnings that a finished archive holds."""
+    from sweeps.archive.warnings import lines_of
+
+    warn(lines_of(output))
 
 
 def _announce_compiling(quiet: bool) -> None:
@@ -301,8 +316,9 @@ def _print_published(plan: Plan, output: Path) -> None:
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     """Print how many designs there were, what became of them, and how long it took."""
     say(f"{scene.title}: {counted(plan.designs, 'design')}")
-    if plan.unused:
-        say(f"nothing that is asked for depends on: {', '.join(plan.unused)}")
+    unused = (*plan.unused, *plan.unused_settings)
+    if unused:
+        say(f"nothing that is asked for depends on: {', '.join(unused)}")
     if done.outcomes:
         click.echo("outcomes: " + _listed(done.outcomes))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:

@@ -86,6 +86,7 @@ def _opened_as_one(joined: Joined) -> xr.Dataset:
     from xarray.core import indexing
 
     from sweeps.archive.labels import dataset_of
+    from sweeps.archive.warnings import ATTRIBUTE, of_results
 
     labels = joined.labels()
     sources: list[xr.Dataset] = []
@@ -113,6 +114,9 @@ def _opened_as_one(joined: Joined) -> xr.Dataset:
             else:
                 data[name] = variables[0].values
         dataset = dataset_of(labels, data)
+        lines = [str(source.attrs.get(ATTRIBUTE, "")).splitlines() for source in sources]
+        about_results = dict.fromkeys(line for each in lines for line in of_results(each))
+        dataset.attrs[ATTRIBUTE] = "\n".join([*labels.warnings, *about_results])
     except BaseException:
         close()
         raise

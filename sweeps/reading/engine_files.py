@@ -47,6 +47,7 @@ from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
 from sweeps.reading.referred_files import keep, kept, kept_files, referred
+from sweeps.reading.silenced_warnings import SILENCED, read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
@@ -81,6 +82,7 @@ class _EngineFile(Strict):
     radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
     load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
     driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
+    silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")
     diagram: list[dict[str, Any]] = Field(
         description="tables [[diagram]], one for each load", min_length=1
@@ -186,6 +188,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         driver_table=torque_tables.driver,
         assumed=dict(given.assumed),
         sources=tuple(source.text for source in given.source),
+        silenced_warnings=read_silenced(given.silenced_warnings, name),
     )
 
 

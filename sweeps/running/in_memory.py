@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.errors import SceneError
@@ -55,6 +57,13 @@ def run(
     ------
     SceneError
         One line, for a scene that cannot be run: see `read_scene`; also one larger than memory.
+
+    Warns
+    -----
+    engine_dyn.ImplausibleWarning
+        One line for each measure that engines do not have, which often is in another unit. The
+        lines are the attribute `warnings` of the dataset. The key `silenced_warnings` of the scene
+        names those that are meant so (docs/plausibility.md).
     """
     from sweeps.archive.labels import label
 
@@ -62,7 +71,10 @@ def run(
     check_memory(plan)
     began = time.perf_counter()
     results = compute(plan, progress=progress, threads=threads)
-    return label(plan, results, seconds=time.perf_counter() - began)
+    dataset = label(plan, results, seconds=time.perf_counter() - began)
+    for line in dataset.attrs["warnings"].splitlines():
+        warnings.warn(line, ImplausibleWarning, stacklevel=2)
+    return dataset
 
 
 def compute(

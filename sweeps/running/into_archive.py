@@ -36,6 +36,7 @@ from sweeps.archive.provenance import (
     kind_differences,
     machine_kind,
 )
+from sweeps.archive.warnings import ATTRIBUTE
 from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan
@@ -278,6 +279,7 @@ class _Run:
                 file.put(name, (), values)
                 if name == "status":
                     done.count(values)
+            done.warnings = tuple(file.warnings.splitlines())
         self._publish()
         done.writing = time.perf_counter() - began - done.computing
 
@@ -379,6 +381,7 @@ class _Run:
                     done.count(arrays["status"])
                 if discard:
                     self.partial.discard(number)
+            done.warnings = tuple(file.warnings.splitlines())
         return damaged
 
     def _read_ahead(
@@ -444,7 +447,8 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
     try:
         with opened_archive(output) as file:
             before = json.loads(file.getncattr("identity"))
-            done = Finished(already=True)
+            told = getattr(file, ATTRIBUTE) if ATTRIBUTE in file.ncattrs() else ""
+            done = Finished(already=True, warnings=tuple(str(told).splitlines()))
             if "status" in file.variables:
                 status = file.variables["status"]
                 for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):

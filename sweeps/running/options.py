@@ -87,6 +87,8 @@ class Finished:
         Seconds.
     already : bool
         The archive was complete before; nothing was done.
+    warnings : tuple of str
+        Plausibility warnings, a line each, as the archive has them.
     """
 
     codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
@@ -95,6 +97,7 @@ class Finished:
     computing: float = 0.0
     writing: float = 0.0
     already: bool = False
+    warnings: tuple[str, ...] = ()
 
     @property
     def outcomes(self) -> dict[str, int]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from engine_dyn.plausibility.judgement import ImplausibleWarning
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive
 from sweeps.running.cluster import connected
@@ -69,13 +71,21 @@ def stream(
     ------
     SceneError, Stopped, OSError
         See `sweeps.running.into_archive.run`.
+
+    Warns
+    -----
+    engine_dyn.ImplausibleWarning
+        For values that engines do not have, as `sweeps.run`.
     """
     options = Options(
         resume=resume, overwrite=overwrite, memory=memory, threads=threads, level=compression,
         single=single, progress=progress, full_paths=full_paths,
         resume_command="the same with resume=True",
     )  # fmt: skip
-    return run(make_plan(read_scene(scene)), Path(output), options, scheduler)
+    done = run(make_plan(read_scene(scene)), Path(output), options, scheduler)
+    for line in done.warnings:
+        warnings.warn(line, ImplausibleWarning, stacklevel=2)
+    return done
 
 
 def run(

@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS
+from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
@@ -18,6 +19,7 @@ from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import allowed
 from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.silenced_warnings import ALL
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.toml_tables import (
     FAILURES,
@@ -97,6 +99,7 @@ def scene_schema() -> Schema:
         },
     }
     output["fail_on"]["items"] = {"enum": list(FAILURES)}
+    properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
     tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -132,7 +135,7 @@ def _value(node: Node) -> Schema:
     """One value of a parameter."""
     number: Schema = {"type": "number"}
     if node.whole:
-        number["multipleOf"] = 1
+        number["multipleOf"] = 2 if node.even else 1
     if node.low > -math.inf:
         number["minimum" if node.low_included else "exclusiveMinimum"] = node.low
     if node.high < math.inf:

@@ -77,6 +77,8 @@ class Scene(GivenValues):
         What is asked for.
     fail_on : tuple of str
         Outcomes that make the command end with status 3.
+    silenced_warnings : tuple of str
+        Names of plausibility checks that do not warn.
     angle_step : float
         Step of `crank_angle` [degree]; divides the cycle.
     highest_order : float
@@ -111,6 +113,7 @@ class Scene(GivenValues):
     start_angle: float | None
     quantities: tuple[str, ...]
     fail_on: tuple[str, ...]
+    silenced_warnings: tuple[str, ...]
     angle_step: float
     highest_order: float
     reference: Reference | None

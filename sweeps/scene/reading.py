@@ -22,6 +22,7 @@ from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.referred_files import kept_files, referred
+from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import read_torque_tables
 from sweeps.scene.axes import read_axes, read_settings
@@ -167,6 +168,7 @@ def _assembled(
         start_angle=solver.start.get("start_angle"),
         quantities=tuple(given.output.quantities),
         fail_on=tuple(given.output.fail_on),
+        silenced_warnings=read_silenced(given.silenced_warnings, name),
         angle_step=given.output.angle_step,
         highest_order=given.output.highest_order,
         reference=None,

@@ -14,6 +14,7 @@ from engine_dyn import status
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import Strict
+from sweeps.reading.silenced_warnings import SILENCED
 
 __all__ = [
     "FAILURES",
@@ -81,7 +82,10 @@ class Output(Strict):
     )
     angle_step: float = Field(default=1.0, description="a number of degrees that divides the cycle")
     highest_order: float = Field(
-        default=12.0, description=f"a number from 1 to {LARGEST_ORDER:g}", ge=1.0, le=LARGEST_ORDER
+        default=12.0,
+        description=f"an order that the cycle has, from 1 to {LARGEST_ORDER:g}",
+        ge=1.0,
+        le=LARGEST_ORDER,
     )
 
 
@@ -102,6 +106,7 @@ class SceneFile(Strict):
     engine: str = Field(
         description="a text: an engine of the catalogue or the path of an engine file"
     )
+    silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")
     axes: dict[str, Any] = Field(default={}, description="a table of lists and ranges")
     designs: dict[str, Any] | None = Field(

@@ -1,0 +1,433 @@
+"""Values are compared with the usual ranges: what is outside, by how much, and what may be meant.
+
+Arrays may be long: where no corner of the box that all values span is outside, none of them is,
+because every measure rises or falls all the way with each of its parameters.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.given_numbers import given_array
+from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, SUSPICIONS, Check
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.types import Floats
+
+__all__ = [
+    "Implausible",
+    "ImplausibleWarning",
+    "implausible",
+    "judged",
+    "judged_diagrams",
+]
+
+AT_ONCE = 1 << 18
+"""Values of one measure that are computed at a time."""
+
+MOST_CORNERS = 12
+"""Parameters that vary, up to which the corners of their box are looked at."""
+
+SI_UNITS: Mapping[str, tuple[str, float]] = {
+    **dict.fromkeys(("bore", "stroke", "rod", "rod_length", "rod_centre_of_gravity", "pin_offset",
+                     "cylinder_spacing"), ("m", 1.0)),
+    **dict.fromkeys(("reciprocating_mass", "rod_mass", "piston_mass", "crank_mass"), ("kg", 1.0)),
+    **dict.fromkeys(("inertia", "rod_inertia"), ("kg m2", 1.0)),
+    **dict.fromkeys(("speed", "start_speed", "motor_synchronous_speed"), ("rad/s", 1.0)),
+    **dict.fromkeys(("crankcase_pressure", "pressure"), ("Pa", 1.0)),
+    **dict.fromkeys(("friction_torque", "load_offset"), ("N m", 1.0)),
+}  # fmt: skip
+"""Units of Python's values, which are SI; none for what has none."""
+
+
+class ImplausibleWarning(UserWarning):
+    """A value that engines do not have: often another unit. The computation goes on."""
+
+
+@dataclass(frozen=True)
+class Implausible:
+    """One measure outside its usual range. Its text is one line.
+
+    Attributes
+    ----------
+    check : Check
+        The measure.
+    value : float
+        The worst value, in the unit of the check.
+    given : tuple of str
+        What it follows from, such as "speed = 126 rpm".
+    question : str
+        What may be meant; empty where nothing usual fits.
+    key : str
+        The parameter that is asked about, or the first that may be wrong.
+    count, of : int
+        How many values are outside, out of how many.
+    place : tuple of int
+        Where the worst is, in the shape of the values together.
+    """
+
+    check: Check
+    value: float
+    given: tuple[str, ...]
+    question: str
+    key: str
+    count: int = 1
+    of: int = 1
+    place: tuple[int, ...] = ()
+
+    def text(self, places: str = "") -> str:
+        """One line; `places` says how many designs, and which."""
+        check = self.check
+        unit = f" {check.unit}" if check.unit else ""
+        usual = f"usual is {_number(check.low)} to {_number(check.high)}{unit}"
+        if check.plain and self.given and self.given[0].startswith(f"{check.needs[0]} = "):
+            parts = [f"{check.name}: {self.given[0]}: {usual}"]
+        else:
+            of = f" of {', '.join(self.given)}" if self.given else ""
+            parts = [f"{check.name}: {check.what} {_number(self.value)}{unit}{of}: {usual}"]
+        parts += [self._times()] if self._times() else []
+        parts += [places] if places else []
+        parts += [f"is {self.key} {self.question}?"] if self.question else []
+        return "; ".join(parts)
+
+    def __str__(self) -> str:
+        return self.text(f"{self.count} of {self.of} values" if self.of > 1 else "")
+
+    def _times(self) -> str:
+        """How many times too large or too small, where it is by far."""
+        check, value = self.check, self.value
+        if check.low < 0.0 or value <= 0.0:
+            return ""
+        if value > 2.0 * check.high:
+            return f"{_number(value / check.high)} times the largest"
+        if value < 0.5 * check.low:
+            return f"{_number(check.low / value)} times less than the smallest"
+        return ""
+
+
+def implausible(
+    diagram: Diagram | None = None, *, driven: bool = False, silenced: Collection[str] = (),
+    **values: Any,
+) -> tuple[Implausible, ...]:  # fmt: skip
+    """Compare an engine, or arrays of them, with what engines usually have.
+
+    `periodic_speed` does so with one design and warns (`ImplausibleWarning`); for arrays of designs
+    call this once.
+
+    Parameters
+    ----------
+    diagram : Diagram, optional
+        Indicator diagram.
+    driven : bool
+        Whether it is that of a driven machine, such as a compressor.
+    silenced : collection of str
+        Names of measures that are not looked at.
+    **values : float or array_like
+        Any of the parameters of `periodic_speed` and of `needs` in
+        `engine_dyn.plausibility.usual_ranges`, SI, which broadcast; a measure is looked at where
+        all that it needs is given. Names that no measure needs are ignored.
+
+    Returns
+    -------
+    tuple of Implausible
+        One for each measure that is outside its range; `str` makes a line of it. A parameter whose
+        value is questioned is not looked at in further measures.
+    """
+    found: list[Implausible] = []
+    values = {n: v if isinstance(v, float | int) else _array(n, v) for n, v in values.items()}
+    if diagram is not None:
+        values.setdefault("period", diagram.period)
+        found += _of_diagram(diagram, driven, frozenset(silenced))
+    if "offset" in values:
+        values["pin_offset"], values["crank_offset"] = values.pop("offset"), 0.0
+    wrong: set[str] = set()
+    for check in _checks_of(frozenset(values)):
+        base = {need: values[need] for need in check.needs}
+        if check.name in silenced or not wrong.isdisjoint(base) or check.inside(*base.values()):
+            continue
+
+        def measured(given: Mapping[str, Any], check: Check = check) -> Any:
+            return check.measure(*(given[need] for need in check.needs))
+
+        one = judged(check, base, measured, SI_UNITS)
+        if one is not None:
+            wrong.add(one.key)
+            found.append(one)
+    return tuple(found)
+
+
+def _array(name: str, values: Any) -> Any:
+    """Array of numbers, or the number where there is one."""
+    array = given_array(name, values)
+    return array if array.ndim else float(array)
+
+
+@lru_cache(maxsize=64)
+def _checks_of(names: frozenset[str]) -> tuple[Check, ...]:
+    """Ranges of what is given, of which all needs are known; cached for searches."""
+    return tuple(check for check in CHECKS if names.issuperset(check.needs))
+
+
+@lru_cache(maxsize=64)
+def _of_diagram(
+    diagram: Diagram, driven: bool, silenced: frozenset[str]
+) -> tuple[Implausible, ...]:
+    return tuple(judged_diagrams([diagram], driven=driven, silenced=silenced))
+
+
+def judged(
+    check: Check,
+    base: Mapping[str, Any],
+    measured: Callable[[Mapping[str, Any]], Any],
+    units: Mapping[str, tuple[str, float]],
+    ends: dict[str, tuple[float, float]] | None = None,
+) -> Implausible | None:
+    """Compare one measure with its range; None where it is inside.
+
+    Parameters
+    ----------
+    check : Check
+        The measure.
+    base : mapping
+        Numbers and arrays that broadcast, from which it follows, in the units of `units`; what is
+        no number goes through.
+    measured : callable
+        The measure [SI] of such a mapping.
+    units : mapping
+        Unit of each parameter as the person writes it, and its SI value.
+    ends : dict, optional
+        Smallest and largest value of each array, kept from one measure to the next.
+    """
+    ends = {} if ends is None else ends
+    arrays = {n: v for n, v in base.items() if isinstance(v, np.ndarray) and v.size > 1}
+    if arrays and len(arrays) <= MOST_CORNERS:
+        for name, values in arrays.items():
+            if name not in ends:
+                ends[name] = float(values.min()), float(values.max())
+        corners = np.array(list(itertools.product(*(ends[n] for n in arrays))), dtype=float).T
+        span = measured({**base, **dict(zip(arrays, corners, strict=True))})
+        if not _outside(check, span).any():
+            return None
+    count, of, point = 0, 1, dict(base)
+    place: tuple[int, ...] = ()
+    if arrays:
+        count, of, place = _worst(check, base, measured)
+        if not count:
+            return None
+        point = {
+            name: np.broadcast_to(values, _shape(base))[place] if name in arrays else values
+            for name, values in base.items()
+        }
+    else:
+        if not _outside(check, measured(base)):
+            return None
+        count = 1
+    point = {n: float(np.asarray(v).reshape(-1)[0]) if _is_number(v) else v
+             for n, v in point.items()}  # fmt: skip
+    value = float(np.asarray(measured(point)).reshape(-1)[0]) / check.si
+    given = tuple(
+        f"{key} = {point[key]:.6g} {units.get(key, ('',))[0]}".strip()
+        for key in dict.fromkeys((*check.blames, *check.needs))
+        if _is_number(point.get(key)) and key != "period" and (point[key] or check.plain)
+    )
+    key, question = _question(check, point, measured, units)
+    return Implausible(check, value, given, question, key, count, of, place)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number | np.ndarray)
+
+
+def _outside(check: Check, measure: Any) -> Any:
+    """Whether a measure [SI] is outside the range; NaN is not."""
+    low, high = check.edges
+    bad = (measure < low) | (measure > high)
+    if check.zero:
+        bad = bad & (measure != 0.0)
+    return bad
+
+
+def _shape(base: Mapping[str, Any]) -> tuple[int, ...]:
+    return np.broadcast_shapes(*(np.shape(v) for v in base.values() if _is_number(v)))
+
+
+def _worst(
+    check: Check, base: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any]
+) -> tuple[int, int, tuple[int, ...]]:
+    """How many values are outside, out of how many, and where the worst of them is."""
+    shape = _shape(base)
+    count, worst, place = 0, -math.inf, (0,) * len(shape)
+    for piece in _pieces(shape):
+        some = {
+            name: values[_part(np.shape(values), piece, len(shape))]
+            if isinstance(values, np.ndarray) and values.ndim
+            else values
+            for name, values in base.items()
+        }
+        with np.errstate(all="ignore"):
+            measure = np.asarray(measured(some), dtype=float)
+        bad = _outside(check, measure)
+        if not bad.any():
+            continue
+        extent = tuple(s.stop - s.start for s in piece)
+        count += int(bad.sum()) * (math.prod(extent) // max(measure.size, 1))
+        far = np.where(bad, _distance(check, measure), -math.inf)
+        here = np.unravel_index(int(np.argmax(far)), far.shape)
+        if far[here] > worst:
+            worst = float(far[here])
+            lead = len(shape) - far.ndim
+            place = tuple(
+                s.start + (int(here[i - lead]) if i >= lead else 0) for i, s in enumerate(piece)
+            )
+    return count, math.prod(shape), place
+
+
+def _distance(check: Check, measure: Floats) -> Floats:
+    """How far a measure is outside; by its factor where the range has a sign."""
+    low, high = check.low * check.si, check.high * check.si
+    with np.errstate(all="ignore"):
+        if low > 0.0:
+            away: Floats = np.abs(np.log(np.maximum(measure, 1e-300) / math.sqrt(low * high)))
+        else:
+            away = np.abs(measure - 0.5 * (low + high))
+    return away
+
+
+def _pieces(shape: Sequence[int]) -> Iterator[tuple[slice, ...]]:
+    """Ranges of an array of at most about `AT_ONCE` values."""
+    rest = 1
+    steps = [1] * len(shape)
+    for i in reversed(range(len(shape))):
+        steps[i] = max(1, min(shape[i], AT_ONCE // rest))
+        rest *= steps[i]
+    ranges = [
+        [slice(b, min(b + step, n)) for b in range(0, n, step)]
+        for n, step in zip(shape, steps, strict=True)
+    ]
+    yield from itertools.product(*ranges)
+
+
+def _part(shape: Sequence[int], piece: Sequence[slice], dims: int) -> tuple[slice, ...]:
+    """Range of one of the arrays that broadcast."""
+    own = piece[dims - len(shape) :]
+    return tuple(slice(0, 1) if n == 1 else s for n, s in zip(shape, own, strict=True))
+
+
+def _question(
+    check: Check, point: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any],
+    units: Mapping[str, tuple[str, float]],
+) -> tuple[str, str]:  # fmt: skip
+    """The parameter that may be wrong, and what it may have been meant as."""
+    keys = [key for key in check.blames if key in point]
+    for key in keys:
+        size = units.get(key, ("", 1.0))[1]
+        fitting: list[tuple[int, str]] = []
+        for suspicion in SUSPICIONS.get(key, ()):
+            meant = suspicion.meant(point[key]) / size
+            if math.isclose(meant, point[key], rel_tol=1e-9):
+                continue
+            if math.isnan(meant):  # of another dimension: nothing to compute
+                fitting.append((0, suspicion.question))
+                continue
+            with np.errstate(all="ignore"):
+                measure = np.asarray(measured({**point, key: meant}), dtype=float).reshape(-1)
+            if np.isfinite(measure).all() and not _outside(check, measure).any():
+                far = float(_distance(check, measure)[0])
+                fitting.append((int(2.0 * far) if check.low > 0.0 else 0, suspicion.question))
+        if fitting:
+            # Nearest to the middle of the range; of those that are as near, the most usual.
+            return key, min(fitting, key=lambda found: found[0])[1]
+    return (keys or list(check.blames))[0], ""
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}"
+
+
+# --- indicator diagrams ---------------------------------------------------------------------------
+
+SAMPLES = 720
+"""Angles of a cycle at which the work of a diagram is summed up."""
+
+CRANK_RATIO = 0.3
+"""Of the work of diagrams: it changes their mean effective pressure by a few percent at most."""
+
+
+_FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
+
+
+@lru_cache(maxsize=1024)
+def _facts(diagram: Diagram) -> tuple[float, ...]:
+    """What checks of diagrams take, in the order of `_FACTS`, SI."""
+    phi = (np.arange(SAMPLES) / SAMPLES - 0.5) * diagram.period
+    lean = CRANK_RATIO * np.sin(phi)
+    velocity = np.sin(phi) + lean * np.cos(phi) / np.sqrt(1.0 - lean * lean)
+    imep = float(np.mean(diagram(phi) * velocity)) * 0.5 * diagram.period
+    angle = float(diagram.angle[int(np.argmax(diagram.pressure))])
+    late, early = diagram(np.radians([-60.0, -90.0]))
+    # The ports of a two-stroke engine may still be open that early.
+    rise = float(late / early) if math.isclose(diagram.period, FOUR_STROKE) else math.nan
+    return diagram.peak, float(diagram.pressure.min()), angle, imep, rise
+
+
+def judged_diagrams(
+    diagrams: Sequence[Diagram], *, driven: bool, silenced: Collection[str] = (),
+    written: float = 1.0,
+) -> list[Implausible]:  # fmt: skip
+    """Compare indicator diagrams with what engines have: the worst of them, measure by measure.
+
+    Parameters
+    ----------
+    diagrams : sequence of Diagram
+        All that may be used.
+    driven : bool
+        Whether they are of a driven machine, such as a compressor.
+    silenced : collection of str
+        Names of measures that are not looked at.
+    written : float
+        SI value of the unit in which their pressures are written.
+    """
+    columns = np.array([_facts(diagram) for diagram in diagrams]).T
+    facts = dict(zip(_FACTS, columns, strict=True))
+    facts["burns"] = np.full(len(diagrams), not driven)
+    found: list[Implausible] = []
+    for check in DIAGRAM_CHECKS:
+        if check.name in silenced:
+            continue
+        measure = np.asarray(check.measure(*(facts[need] for need in check.needs)), dtype=float)
+        bad = _outside(check, measure)
+        if not bad.any():
+            continue
+        place = int(np.argmax(np.where(bad, _distance(check, measure), -math.inf)))
+        value = float(measure[place]) / check.si
+        question = _question_of_diagram(check, value, written)
+        found.append(
+            Implausible(
+                check, value, (), question, "the diagram's " + check.blames[0], int(bad.sum()),
+                len(diagrams), (place,),
+            )
+        )  # fmt: skip
+        if question:
+            break  # the other measures are wrong for the same reason
+    return found
+
+
+def _question_of_diagram(check: Check, value: float, written: float) -> str:
+    """What a diagram may have been meant as; empty where nothing usual fits."""
+    if check.blames == ("angle",):
+        late = value < check.low if check.name == "compression_rise" else value > check.high
+        return "late" if late else "early"
+    if check.name not in ("peak_pressure", "lowest_pressure"):
+        return ""
+    for suspicion in SUSPICIONS["pressure"]:
+        meant = suspicion.meant(value * check.si / written) / check.si
+        if not math.isclose(meant, value, rel_tol=1e-9) and check.low <= meant <= check.high:
+            return suspicion.question
+    return ""

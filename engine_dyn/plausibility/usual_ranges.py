@@ -1,0 +1,430 @@
+"""What engines usually have: the one table of ranges, with their sources and usual mistakes.
+
+A range is wide: it holds the smallest model engine and the largest marine engine, idling and
+racing, because a warning that comes without need is soon read no more. Where measures grow with
+the engine, they are divided by what they grow with, so that one range holds for all sizes: masses
+of geometrically similar engines go with the cube of the bore, moments of inertia with its fifth
+power. A range without a source in print says "judgement", and what it rests on.
+
+Formulas take SI values, numbers or arrays that broadcast; NaN is a value that is not judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.units import BAR, DEGREE, RPM
+
+__all__ = [
+    "CHECKS",
+    "DIAGRAM_CHECKS",
+    "MOST_DELTA",
+    "NAMES",
+    "RESULT_CHECKS",
+    "SUSPICIONS",
+    "Check",
+    "Suspicion",
+]
+
+CROSSHEAD = 2.5
+"""Stroke over bore from which on an engine has a crosshead; trunk pistons end at about 1.6."""
+
+MOST_DELTA = 0.5
+"""Largest coefficient of speed fluctuation that is not called implausible."""
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """What a value may have been meant as.
+
+    Attributes
+    ----------
+    question : str
+        Completes the sentence "is the value ...?".
+    meant : callable
+        SI value that is then meant, of the number as it was written.
+    """
+
+    question: str
+    meant: Callable[[float], float]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One measure of an engine, and the range in which it usually lies.
+
+    Attributes
+    ----------
+    name : str
+        Under which it is silenced.
+    what : str
+        The measure in words.
+    unit : str
+        Unit of `low` and `high`, and how the measure is shown.
+    low, high : float
+        Ends of the usual range.
+    source : str
+        Where the range comes from.
+    needs : tuple of str
+        Parameters and quantities that the formula takes, in its order.
+    measure : callable
+        The measure in SI units.
+    blames : tuple of str
+        Parameters that may be wrong, the most usual first.
+    si : float
+        SI value of one `unit`.
+    zero : bool
+        Whether exactly 0 is meant so: what is left out.
+    """
+
+    name: str
+    what: str
+    unit: str
+    low: float
+    high: float
+    source: str
+    needs: tuple[str, ...]
+    measure: Callable[..., Any]
+    blames: tuple[str, ...]
+    si: float = 1.0
+    zero: bool = False
+
+    @property
+    def plain(self) -> bool:
+        """Whether the measure is the parameter itself."""
+        return self.needs == self.blames[:1] and self.measure is _itself
+
+    @cached_property
+    def edges(self) -> tuple[float, float]:
+        """Ends of the range, SI; decimal numbers on them are inside."""
+        low, high = self.low * self.si, self.high * self.si
+        slack = 1e-9 * max(abs(low), abs(high))
+        return low - slack, high + slack
+
+    def inside(self, *needs: Any) -> bool:
+        """Whether the measure of single numbers is inside; False of arrays, which takes longer."""
+        measure = self.measure(*needs)
+        if not isinstance(measure, float | int):
+            return False
+        low, high = self.edges
+        return not (measure < low or measure > high) or (self.zero and measure == 0.0)
+
+
+def _itself(value: Any) -> Any:
+    return value
+
+
+def _own(name: str, what: str, unit: str, low: float, high: float, source: str,
+         **more: Any) -> Check:  # fmt: skip
+    """Range of a parameter itself."""
+    return Check(name, what, unit, low, high, source, (name,), _itself, (name,), **more)
+
+
+def _where(condition: Any, value: Any) -> Any:
+    """Return the value where a condition holds, NaN elsewhere."""
+    if isinstance(condition, bool | np.bool_) and not isinstance(value, np.ndarray):
+        return value if condition else math.nan
+    return np.where(condition, value, math.nan)
+
+
+def _displacement(bore: Any, stroke: Any, cylinders: Any) -> Any:
+    return 0.25 * math.pi * bore * bore * stroke * cylinders
+
+
+def _mean_pressure(torque: Any, period: Any, bore: Any, stroke: Any, cylinders: Any) -> Any:
+    return abs(torque) * period / _displacement(bore, stroke, cylinders)
+
+
+def _mass_for_size(mass: Any, bore: Any) -> Any:
+    return mass / (0.25 * math.pi * bore**3)
+
+
+# --- what a value may have been meant as ----------------------------------------------------------
+
+
+def _in(unit: str, si: float) -> Suspicion:
+    return Suspicion(f"in {unit}", lambda number: number * si)
+
+
+_LENGTH = (_in("mm", 1e-3), _in("cm", 1e-2), _in("inches", 0.0254), _in("m", 1.0))
+_MASS = (_in("g", 1e-3), _in("lb", 0.45359237), _in("t", 1e3), _in("kg", 1.0))
+_INERTIA = (
+    _in("kg cm2", 1e-4), _in("g m2", 1e-3), _in("kg mm2", 1e-6),
+    _in("lb ft2", 0.04214011), _in("t m2", 1e3),
+)  # fmt: skip
+_PRESSURE = (
+    _in("kPa", 1e3), _in("Pa", 1.0), _in("bar", BAR), _in("MPa", 1e6), _in("psi", 6894.757),
+)  # fmt: skip
+_SPEED = (_in("rpm", RPM), _in("rad/s", 1.0), _in("1/s", math.tau))
+
+SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
+    **dict.fromkeys(
+        ("bore", "stroke", "rod_length", "rod_centre_of_gravity", "cylinder_spacing",
+         "counterweight_radius", "balance_shaft_radius", "second_shaft_radius", "pin_offset",
+         "crank_offset", "offset", "flywheel_outer_diameter"),
+        _LENGTH,
+    ),
+    **dict.fromkeys(("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"), _MASS),
+    **dict.fromkeys(("inertia", "flywheel_inertia", "load_inertia", "rod_inertia"), _INERTIA),
+    "speed": _SPEED,
+    "rated_speed": _SPEED,
+    "start_speed": _SPEED,
+    "motor_synchronous_speed": _SPEED,
+    **dict.fromkeys(("intake_pressure", "heat", "ring_pressure", "friction_constant"), _PRESSURE),
+    "crankcase_pressure": (
+        *_PRESSURE, Suspicion("a gauge pressure", lambda number: number * BAR + 101325.0)
+    ),
+    "pressure": (*_PRESSURE, _in("kgf/cm2", 98066.5)),
+    "friction_mean_piston_speed": _PRESSURE,
+    "friction_torque": (Suspicion("a mean pressure in bar", lambda number: math.nan),),
+    "crank_ratio": (
+        Suspicion("the stroke over the rod", lambda number: 0.5 * number),
+        Suspicion("half of what is meant", lambda number: 2.0 * number),
+        Suspicion("from a rod length in mm", lambda number: 1e3 * number),
+        Suspicion("from a rod length in cm", lambda number: 1e2 * number),
+        Suspicion("from a rod length in inches", lambda number: number / 0.0254),
+    ),
+    "load": (Suspicion("a share of 1, not percent", lambda number: 1e2 * number),),
+    "wanted_delta": (
+        Suspicion("in percent", lambda number: 1e-2 * number),
+        Suspicion("one over delta", lambda number: 1.0 / number),
+    ),
+    "motor_breakdown_slip": (Suspicion("in percent", lambda number: 1e-2 * number),),
+    "combustion_start": (Suspicion("in radians", lambda number: number),),
+    "combustion_duration": (Suspicion("in radians", lambda number: number),),
+    "rated_power": (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6)),
+    "flywheel_density": (_in("g/cm3", 1e3),),
+}  # fmt: skip
+"""What the parameters may have been meant as, the most usual first."""
+
+# --- the ranges -----------------------------------------------------------------------------------
+
+_HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
+_KOLCHIN = "Kolchin and Demidov, Design of Automotive Engines (1984), masses of the crank mechanism"
+
+CHECKS: tuple[Check, ...] = (
+    _own(
+        "bore", "bore", "m", 0.008, 1.1,
+        "judgement: model aeroplane engines to the largest marine engines, 0.98 m",
+    ),
+    Check(
+        "stroke_bore_ratio", "stroke over bore", "", 0.35, 5.2,
+        "judgement: racing engines 0.41, marine two-stroke engines with a very long stroke 5.0",
+        ("stroke", "bore"), lambda stroke, bore: stroke / bore, ("stroke", "bore"),
+    ),
+    Check(
+        "crank_ratio", "crank ratio", "", 0.1, 0.6,
+        f"{_HEYWOOD}, section 2.2: rod over crank radius 3 to 4, 5 to 9 in large slow engines; "
+        "crosshead engines of today come down to 2",
+        ("crank_ratio",), _itself, ("crank_ratio", "rod_length", "stroke"),
+    ),
+    Check(
+        "crank_ratio_trunk_piston", f"crank ratio at a stroke under {CROSSHEAD:g} bores", "",
+        0.16, 0.42, f"{_HEYWOOD}, section 2.2: 1/4 to 1/3 in small and medium engines; widened to "
+        "racing engines' 0.19 and old engines with short rods",
+        ("crank_ratio", "stroke", "bore"),
+        lambda crank_ratio, stroke, bore: _where(stroke < CROSSHEAD * bore, crank_ratio),
+        ("crank_ratio", "rod_length", "stroke"),
+    ),
+    Check(
+        "rod_centre_of_gravity", "rod's centre of gravity from the big end over the rod's length",
+        "", 0.15, 0.5, "Kolchin and Demidov (1984): 0.2 to 0.3 of the rod's mass goes with the "
+        "piston; widened to rods that are alike at both ends",
+        ("rod_centre_of_gravity", "rod"), lambda gravity, rod: gravity / rod,
+        ("rod_centre_of_gravity",),
+    ),
+    Check(
+        "reciprocating_mass", "reciprocating mass over piston area and bore", "kg m-3", 300.0, 6e4,
+        "judgement: crosshead engines with piston rod, 3e4 in the catalogue; below, as for trunk "
+        "pistons", ("reciprocating_mass", "bore"), _mass_for_size,
+        ("reciprocating_mass", "piston_mass", "rod_mass"), zero=True,
+    ),
+    Check(
+        "reciprocating_mass_trunk_piston",
+        f"reciprocating mass over piston area and bore, at a stroke under {CROSSHEAD:g} bores",
+        "kg m-3", 300.0, 6e3, f"{_KOLCHIN}: pistons 80 to 400, rods 100 to 400 kg over the piston "
+        "area at bores of 60 to 120 mm; widened",
+        ("reciprocating_mass", "bore", "stroke"),
+        lambda mass, bore, stroke: _where(stroke < CROSSHEAD * bore, _mass_for_size(mass, bore)),
+        ("reciprocating_mass", "piston_mass", "rod_mass"), zero=True,
+    ),
+    Check(
+        "crank_mass", "crank throw mass over piston area and bore", "kg m-3", 100.0, 6e4,
+        f"{_KOLCHIN}: 100 to 400 kg over the piston area at bores of 60 to 120 mm; widened to "
+        "crankshafts with their counterweights and to marine engines",
+        ("crank_mass", "bore"), _mass_for_size, ("crank_mass",), zero=True,
+    ),
+    Check(
+        "rod_inertia", "rod's moment of inertia over its mass and length squared", "", 0.05, 0.4,
+        "judgement: a straight bar has 1/12, two masses at its ends 1/4",
+        ("rod_inertia", "rod_mass", "rod"),
+        lambda inertia, mass, rod: inertia / (mass * rod * rod), ("rod_inertia", "rod_mass"),
+    ),
+    Check(
+        "inertia", "moment of inertia over displacement to the power 5/3", "kg m-3", 300.0, 1e6,
+        "judgement: 1300 (V8 of a sports car) to 41000 (one cylinder with its flywheel) in the "
+        "catalogue, and a margin for heavy loads",
+        ("inertia", "bore", "stroke", "cylinders"),
+        lambda inertia, *sizes: inertia / _displacement(*sizes) ** (5.0 / 3.0),
+        ("inertia", "flywheel_inertia", "load_inertia"),
+    ),
+    Check(
+        "mean_piston_speed", "mean piston speed", "m/s", 1.0, 28.0,
+        f"{_HEYWOOD}, section 2.2: at most 8 to 15; widened to racing engines' 26 and to idling",
+        ("stroke", "speed"), lambda stroke, speed: stroke * speed / math.pi, ("speed", "stroke"),
+    ),
+    _own(
+        "crankcase_pressure", "pressure under the piston", "bar", 0.5, 5.0,
+        "judgement: atmosphere at a height of 5000 m to compressors that breathe through their "
+        "crankcase", si=BAR,
+    ),
+    Check(
+        "fmep", "friction mean effective pressure", "bar", 0.1, 6.0,
+        f"{_HEYWOOD}, chapter 13: 0.7 to 3; widened to roller bearings and racing speeds",
+        ("friction_torque", "period", "bore", "stroke", "cylinders"), _mean_pressure,
+        ("friction_torque", "friction_constant", "friction_mean_piston_speed",
+         "friction_peak_pressure", "friction_mean_piston_speed_square", "auxiliary_torque"),
+        si=BAR, zero=True,
+    ),
+    Check(
+        "load_offset", "constant part of the load torque as a mean pressure", "bar", 0.0, 40.0,
+        "as the largest brake mean effective pressure",
+        ("load_offset", "period", "bore", "stroke", "cylinders"), _mean_pressure, ("load_offset",),
+        si=BAR,
+    ),
+    _own("load", "load", "percent", 1.5, 150.0,
+         "judgement: 1 percent is mostly 100 percent written as a share", zero=True),
+    _own("load_exponent", "exponent of the load torque", "", 0.0, 3.5,
+         "judgement: constant torque 0, propeller and fan 2"),
+    Check(
+        "offset", "offset of the pin's line over the stroke", "", 0.0, 0.3,
+        "judgement: a few hundredths in engines, more in some compressors",
+        ("pin_offset", "crank_offset", "stroke"),
+        lambda pin, crank, stroke: abs(pin + crank) / stroke, ("pin_offset", "crank_offset"),
+    ),
+    Check(
+        "cylinder_spacing", "distance of neighbouring throws over the bore", "", 0.8, 3.0,
+        "Kolchin and Demidov (1984): 1.1 to 1.5 in engines in line; widened to throws of boxers "
+        "and to large engines",
+        ("cylinder_spacing", "bore"), lambda spacing, bore: spacing / bore, ("cylinder_spacing",),
+    ),
+    *(
+        Check(
+            key, f"{of}'s centre of gravity from its axis over the crank radius", "", 0.05, 6.0,
+            "judgement", (key, "stroke"), lambda radius, stroke: 2.0 * radius / stroke, (key,),
+        )
+        for key, of in (("counterweight_radius", "counterweight"),
+                        ("balance_shaft_radius", "balance shaft"),
+                        ("second_shaft_radius", "second shaft"))
+    ),
+    Check(
+        "flywheel_outer_diameter", "flywheel's diameter over the stroke", "", 0.8, 20.0,
+        "judgement; Asgari (2019) 3.8", ("flywheel_outer_diameter", "stroke"),
+        lambda diameter, stroke: diameter / stroke, ("flywheel_outer_diameter",),
+    ),
+    _own("flywheel_density", "density of the flywheel", "kg m-3", 1000.0, 20000.0,
+         "composites to tungsten"),
+    _own("rim_speed_limit", "largest speed of the flywheel's rim", "m/s", 10.0, 1200.0,
+         "cast iron 30, steel 60 to 200, composites 1000"),
+    _own("wanted_delta", "coefficient of speed fluctuation wanted", "", 2e-4, 0.4,
+         "1/6 (idling) to 1/300 (generators), the applications of this key; widened"),
+    Check(
+        "rated_power", "mean effective pressure of the rated power", "bar", 0.5, 40.0,
+        f"{_HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines",
+        ("rated_power", "rated_speed", "period", "bore", "stroke", "cylinders"),
+        lambda power, speed, *rest: _mean_pressure(power / speed, *rest),
+        ("rated_power", "rated_speed"), si=BAR,
+    ),
+    Check(
+        "motor_synchronous_speed", "motor's synchronous speed over its nominal speed", "", 0.9,
+        1.6, "judgement: a slip of 1 to 10 percent; the rest is the solver's to refuse",
+        ("motor_synchronous_speed", "speed", "motor_gear_ratio"),
+        lambda synchronous, speed, gear: synchronous / (speed * gear),
+        ("motor_synchronous_speed",),
+    ),
+    _own("motor_breakdown_slip", "slip at the motor's largest torque", "", 0.02, 2.0,
+         "judgement: 0.1 to 0.3, motors with much resistance up to 1"),
+    Check(
+        "start_speed", "speed at the start over the nominal speed", "", 0.1, 3.0, "judgement",
+        ("start_speed", "speed"), lambda start, speed: start / speed, ("start_speed",), zero=True,
+    ),
+    _own("ring_pressure", "pressure of the piston rings by their tension", "bar", 0.1, 20.0,
+         "judgement", si=BAR, zero=True),
+    _own("compression_ratio", "compression ratio", "", 4.0, 25.0,
+         f"{_HEYWOOD}, table 2.1: 6 to 24; widened to old engines"),
+    _own("intake_pressure", "pressure of the charge", "bar", 0.15, 7.0,
+         "judgement: idling with closed throttle to two-stage charging", si=BAR),
+    _own("heat", "heat over the swept volume", "bar", 0.5, 100.0,
+         "judgement: twice to three times the indicated mean effective pressure", si=BAR,
+         zero=True),
+    _own("combustion_start", "start of the combustion", "degree", -60.0, 25.0,
+         f"{_HEYWOOD}, chapters 9 and 10; widened", si=DEGREE),
+    _own("combustion_duration", "duration of the combustion", "degree", 10.0, 160.0,
+         f"{_HEYWOOD}, section 9.2 (30 to 90); widened to slow and late combustion", si=DEGREE),
+)  # fmt: skip
+"""Ranges of what is given. The first that names a wrong parameter counts: the others that this
+parameter enters are not judged."""
+
+DIAGRAM_CHECKS: tuple[Check, ...] = (
+    Check(
+        "peak_pressure", "largest pressure", "bar", 2.0, 350.0,
+        "judgement: compressors 2 to 30, engines 20 to 250, racing diesels more",
+        ("largest",), _itself, ("pressure",), si=BAR,
+    ),
+    Check(
+        "lowest_pressure", "lowest pressure", "bar", 0.15, 10.0,
+        "judgement: idling with closed throttle to two-stage charging",
+        ("lowest",), _itself, ("pressure",), si=BAR,
+    ),
+    Check(
+        "pressure_ratio", "largest over lowest pressure of an engine's cycle", "", 4.0, 250.0,
+        f"{_HEYWOOD}, chapter 5: 40 to 100; widened to motored cycles and closed throttles",
+        ("largest", "lowest", "burns"),
+        lambda largest, lowest, burns: _where(burns, largest / lowest), ("pressure",),
+    ),
+    Check(
+        "peak_angle", "angle of the largest pressure of an engine's cycle", "degree", -5.0, 25.0,
+        f"{_HEYWOOD}, section 9.1: 16 after dead centre at best timing; widened",
+        ("peak_angle", "burns"), lambda angle, burns: _where(burns, angle), ("angle",),
+        si=DEGREE,
+    ),
+    Check(
+        "compression_rise", "pressure 60 over that 90 degrees before dead centre, of a four-stroke "
+        "engine", "", 1.72, 2.4, "polytropes of exponents 1.25 to 1.4 at compression ratios from 6 "
+        "to 25: 1.95 to 2.19 in the catalogue, at most 1.7 and at least 2.4 when its diagrams are 20 "
+        "degrees late and early",
+        ("rise", "burns"), lambda rise, burns: _where(burns, rise), ("angle",),
+    ),
+    Check(
+        "work_of_peak", "indicated mean effective over largest pressure of an engine's cycle", "",
+        -0.04, 0.22, "judgement: at most 0.21 in the catalogue, and 0.19 to 0.35 when its "
+        "diagrams are 20 degrees late",
+        ("imep", "largest", "burns"),
+        lambda imep, largest, burns: _where(burns, imep / largest), ("angle",),
+    ),
+    Check(
+        "imep", "indicated mean effective pressure of an engine's cycle", "bar", -3.0, 45.0,
+        f"{_HEYWOOD}, section 2.7: brake mean effective pressure 7 to 20; widened to highly "
+        "charged engines and their friction",
+        ("imep", "burns"), lambda imep, burns: _where(burns, imep), ("pressure",), si=BAR,
+    ),
+)  # fmt: skip
+"""Ranges of indicator diagrams."""
+
+RESULT_CHECKS: tuple[Check, ...] = (
+    _own("delta", "coefficient of speed fluctuation", "", 0.0, MOST_DELTA,
+         "judgement: engines that idle reach 1/6; beyond 1/2 an engine hardly runs"),
+    _own("bmep", "brake mean effective pressure", "bar", -12.0, 40.0,
+         f"{_HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines, to motored ones "
+         "and to compressors", si=BAR),
+)  # fmt: skip
+"""Ranges of results, where they are asked for."""
+
+NAMES = tuple(check.name for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS))
+"""Under which checks are silenced."""

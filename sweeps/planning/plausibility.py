@@ -1,0 +1,181 @@
+"""Values of a plan that engines do not have: one line for each measure, before it is computed.
+
+The ranges are those of `engine_dyn.plausibility`; only what the asked quantities depend on is
+looked at. A long table costs the smallest and largest value of its columns, unless one of them may
+be outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from engine_dyn.plausibility.judgement import Implausible, judged, judged_diagrams
+from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.family import Family
+from engine_dyn.quantities.graph import PARAMETERS, select
+from engine_dyn.units import BAR
+from sweeps.dimensions import DESIGN
+from sweeps.errors import counted, printable
+from sweeps.planning.plan import Plan
+from sweeps.scene.model import Scene
+from sweeps.scene.variants import variant_words
+
+__all__ = ["implausible_results", "plausibility_warnings", "silenced"]
+
+_SOLVED = ("inertia_required", "load")
+"""What takes a solution where it is not given: measures that need it are left out."""
+
+_known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
+
+
+def silenced(scene: Scene) -> frozenset[str]:
+    """Names of measures that scene or engine silence; `all` is every one."""
+    return frozenset((*scene.silenced_warnings, *scene.engine.silenced_warnings))
+
+
+def implausible_results(plan: Plan) -> dict[str, Check]:
+    """Ranges of the results of a plan, by their names."""
+    off = silenced(plan.scene)
+    return {
+        check.name: check
+        for check in RESULT_CHECKS
+        if check.name in plan.outputs and off.isdisjoint((check.name, "all"))
+    }
+
+
+def plausibility_warnings(plan: Plan) -> tuple[str, ...]:
+    """One line for each measure of what is given that is outside its usual range."""
+    if plan not in _known:  # archive, terminal and Python ask for the same
+        _known[plan] = tuple(_lines(plan))
+    return _known[plan]
+
+
+def _lines(plan: Plan) -> list[str]:
+    off = silenced(plan.scene)
+    if "all" in off:
+        return []
+    used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
+    if "family" in used:
+        used.update(plan.scene.cycle_keys)
+    lines = _of_diagrams(plan, off) if "family" in used else []
+    given = _Given(plan)
+    ends: dict[str, tuple[float, float]] = {}
+    wrong: set[str] = set()
+    for check in CHECKS:
+        if check.name in off or used.isdisjoint(check.blames):
+            continue
+        base = given.base(check)
+        if base is None or not wrong.isdisjoint(base):
+            continue
+
+        def measured(values: Mapping[str, Any], check: Check = check) -> Any:
+            return given.measure(check, values)
+
+        found = judged(check, base, measured, _UNITS, ends)
+        if found is not None:
+            wrong.add(found.key)
+            lines.append(found.text(_places(plan, found, base)))
+    return lines
+
+
+_UNITS = {
+    name: ("" if node.unit == "1" else node.unit, node.si) for name, node in PARAMETERS.items()
+}
+
+
+class _Given:
+    """What a plan is given, and what follows from it by formulas of the graph alone."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.words = variant_words(plan.scene)
+
+    def base(self, check: Check) -> dict[str, Any] | None:
+        """Numbers and columns, in the units of files, that a measure follows from.
+
+        They are shaped to broadcast over the axes of the scene. None where it needs what the plan
+        does not have, or what takes more than formulas.
+        """
+        names: dict[str, None] = {}
+        for need in check.needs:
+            if not self._find(need, names):
+                return None
+        return {name: self._shaped(name) for name in names}
+
+    def measure(self, check: Check, values: Mapping[str, Any]) -> Any:
+        """The measure [SI] for some of these numbers."""
+        si = {name: values[name] * self.plan.leaves[name].unit for name in values}
+        return check.measure(*(self._value(need, si) for need in check.needs))
+
+    def _find(self, name: str, names: dict[str, None]) -> bool:
+        """Collect the given numbers behind a name; False where it takes more than formulas."""
+        leaf = self.plan.leaves.get(name)
+        if leaf is not None:
+            if name in PARAMETERS:
+                names[name] = None
+            return name in PARAMETERS or not (leaf.dims or isinstance(leaf.data, CycleTable))
+        if name in _SOLVED:
+            return False
+        node = select(name, *self.words)
+        if node.make is None or node.kind == "stage" or node.threaded or node.adds:
+            return False
+        return all(self._find(need, names) for need in node.needs)
+
+    def _value(self, name: str, si: dict[str, Any]) -> Any:
+        if name in si:
+            return si[name]
+        leaf = self.plan.leaves.get(name)
+        if leaf is not None:
+            return leaf.si
+        node = select(name, *self.words)
+        assert node.make is not None
+        si[name] = node.make(**{need: self._value(need, si) for need in node.needs})
+        return si[name]
+
+    def _shaped(self, name: str) -> Any:
+        leaf = self.plan.leaves[name]
+        if not leaf.dims:
+            return float(leaf.data)
+        shape = [self.plan.sizes[d] if d in leaf.dims else 1 for d in self.plan.scene.dimensions]
+        return np.reshape(leaf.data, shape)
+
+
+def _places(plan: Plan, found: Implausible, base: Mapping[str, Any]) -> str:
+    """How many designs are outside, and which is the worst; whose values they are."""
+    scene = plan.scene
+    parts = []
+    if found.of > 1:
+        count = found.count * (plan.designs // found.of)
+        parts.append(f"{count} of {counted(plan.designs, 'design')}")
+        place = dict(zip(scene.dimensions, found.place, strict=True))
+        if DESIGN in place and any(np.ndim(v) and plan.leaves[n].dims == (DESIGN,)
+                                   for n, v in base.items()):  # fmt: skip
+            number = place[DESIGN]
+            names = [labels[number] for labels in scene.labels.values()]
+            label = f" ('{printable(names[0])}')" if names else ""
+            parts[-1] += f", the worst is design {number + 1}{label}"
+    if not any(scene.gives(name) for name in base):
+        parts.append(f"given by engine {scene.engine.name}")
+    return "; ".join(parts)
+
+
+def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
+    """Lines about the indicator diagrams, where they are given ones."""
+    scene, family = plan.scene, plan.leaves["family"].data
+    if isinstance(family, CycleTable):
+        return []
+    measured = scene.indicator is not None
+    diagrams = [scene.indicator] if scene.indicator is not None else scene.engine.family.diagrams
+    driven = plan.leaves["driven"].data.has_driver
+    lines = []
+    for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
+        where = "[indicator]" if measured else f"engine {scene.engine.name}"
+        if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
+            where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
+        lines.append(found.text(where))
+    return lines

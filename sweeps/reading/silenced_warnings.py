@@ -1,0 +1,35 @@
+"""The key `silenced_warnings` of scenes and engine files: plausibility checks that are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from engine_dyn.plausibility.usual_ranges import NAMES
+from sweeps.errors import SceneError, not_known, shown
+
+__all__ = ["ALL", "SILENCED", "read_silenced"]
+
+ALL = "all"
+"""Word that silences every check."""
+
+SILENCED = (
+    f"a list of names of plausibility checks that do not warn, or ['{ALL}']; docs/plausibility.md"
+)
+"""What is allowed."""
+
+
+def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:
+    """Names of checks that are left out; `name` is the file as messages call it.
+
+    Raises
+    ------
+    SceneError
+        For a name that is no check.
+    """
+    for word in names:
+        if word not in (*NAMES, ALL):
+            raise SceneError(
+                f"{name}: silenced_warnings: {shown(word)}: no such check"
+                f"{not_known(word, (*NAMES, ALL))}"
+            )
+    return tuple(names)

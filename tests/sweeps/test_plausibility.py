@@ -1,0 +1,239 @@
+"""Plausibility warnings of scenes: which mistakes are noticed, and where the lines are kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import engine_dyn
+import sweeps
+from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, NAMES, RESULT_CHECKS
+from sweeps.errors import SceneError
+from sweeps.planning.plan import make_plan
+from sweeps.planning.plausibility import plausibility_warnings
+from sweeps.reading.engine_files import catalogue
+from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.commands import invoke
+from tests.support.mistakes import MISTAKES, Mistake
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "plausibility.md"
+
+NOT_NOTICED = {
+    "inertia in lb ft2", "GD2 for inertia", "speed in rad/s, of a fast engine", "heat in MPa",
+    "start of combustion in radians", "diagram in MPa, charged engine",
+}  # fmt: skip
+"""Values that another engine may have."""
+
+
+def told_of(scene: Any) -> tuple[str, ...]:
+    return plausibility_warnings(make_plan(read_scene(scene)))
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.text)
+def test_typical_mistakes_are_noticed(mistake: Mistake, tmp_path: Path) -> None:
+    try:
+        lines = told_of(mistake.scene(tmp_path))
+    except SceneError as refusal:
+        lines = (str(refusal),)
+    assert bool(lines) == (mistake.text not in NOT_NOTICED), lines
+    assert all("\n" not in line for line in lines)
+    # One mistake is one line: what follows from it is not told again.
+    assert len(lines) <= 1, lines
+
+
+def test_most_mistakes_are_noticed_and_the_others_documented() -> None:
+    texts = [mistake.text for mistake in MISTAKES]
+    assert len(set(texts)) == len(texts) >= 34
+    assert set(texts) >= NOT_NOTICED
+    assert len(texts) - len(NOT_NOTICED) >= 30 / 34 * len(texts)
+    document = DOCUMENT.read_text(encoding="utf-8")
+    for text in NOT_NOTICED:
+        assert f"- {text}" in document, text
+
+
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        ("bore in inches", "is bore in inches?"), ("bore in cm", "is bore in cm?"),
+        ("inertia in kg cm2", "is inertia in kg cm2?"), ("inertia in g m2", "is inertia in g m2?"),
+        ("speed in 1/s", "is speed in 1/s?"), ("speed in rad/s", "is speed in rad/s?"),
+        ("crankcase pressure in kPa", "is crankcase_pressure in kPa?"),
+        ("crankcase pressure over the atmosphere", "is crankcase_pressure a gauge pressure?"),
+        ("load as a share of 1", "is load a share of 1, not percent?"),
+        ("rod length in mm", "is rod_length in mm?"),
+        ("rated power in kW", "is rated_power in kW?"),
+        ("diagram 20 degrees late", "is the diagram's angle late?"),
+    ],
+)  # fmt: skip
+def test_the_unit_that_fits_is_asked_about(text: str, asked: str, tmp_path: Path) -> None:
+    (mistake,) = (m for m in MISTAKES if m.text == text)
+    (line,) = told_of(mistake.scene(tmp_path))
+    assert line.endswith(asked)
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_engines_of_the_catalogue_are_usual(name: str) -> None:
+    quantities = ["delta", "bmep", "rotating_mass", "rod_torque_error", "peak_pressure"]
+    assert told_of({"engine": name, "output": {"quantities": quantities}}) == ()
+
+
+@pytest.mark.parametrize("name", built_in_scenes())
+def test_built_in_scenes_tell_of_nothing(name: str) -> None:
+    scene = read_scene(name)
+    assert told_of(scene) == ()
+    # What a scene silences it would tell of, and its file says why.
+    raw = {**scene.source, "silenced_warnings": []}
+    raw.pop("reference", None)
+    told = {line.partition(":")[0] for line in told_of(raw)}
+    assert told == set(scene.silenced_warnings)
+    for line in built_in_scenes()[name].read_text().splitlines():
+        if line.startswith("silenced_warnings"):
+            assert "#" in line
+
+
+@pytest.mark.parametrize("name", ["thesis", "inertia_speed"])
+def test_results_of_built_in_scenes_are_usual(name: str) -> None:
+    assert sweeps.run(name).attrs["warnings"] == ""
+
+
+SCENE: dict[str, Any] = {
+    "engine": "ntua", "axes": {"inertia": [1.5, 2.0, 2e4, 3e4], "speed": [900, 1200]},
+    "output": {"quantities": ["delta", "bmep"]},
+}  # fmt: skip
+
+
+def test_python_warns_once_a_measure() -> None:
+    with pytest.warns(engine_dyn.ImplausibleWarning) as caught:
+        found = sweeps.run(SCENE)
+    lines = found.attrs["warnings"].splitlines()
+    assert [str(w.message) for w in caught] == lines
+    assert {w.filename for w in caught} == {__file__}
+    assert lines[0].startswith("inertia: ")
+    assert "4 of 8 designs" in lines[0]
+    assert "given by" not in lines[0]
+    assert len(lines) == 1
+
+
+def test_results_are_looked_at() -> None:
+    light = {**SCENE, "axes": {"inertia": [0.2, 0.25, 0.3, 2.0], "speed": [1500, 1800, 2000]}}
+    found = sweeps.run(light)
+    delta = found["delta"].values
+    large = delta > 0.5
+    assert large.any()
+    (line,) = (x for x in found.attrs["warnings"].splitlines() if x.startswith("delta"))
+    worst = np.unravel_index(np.nanargmax(delta), delta.shape)
+    inertia, speed = (float(found[d][i]) for d, i in zip(("inertia", "speed"), worst, strict=True))
+    at = f"{large.sum()} of 12 values, the worst at inertia = {inertia:g} kg m2, speed = {speed:g}"
+    assert at in line
+
+
+def test_tables_tell_how_many_and_which(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    rows = [f"case {i},{2.0 if i % 100 else 2e4 + i}" for i in range(1, 1001)]
+    table.write_text("\n".join(["case,inertia", *rows]))
+    (line,) = told_of({"engine": "ntua", "designs": {"file": str(table)},
+                       "output": {"quantities": ["delta"]}})  # fmt: skip
+    assert "10 of 1000 designs, the worst is design 1000 ('case 1000')" in line
+    assert "inertia = 21000 kg m2" in line
+
+
+def test_only_what_is_asked_for_is_looked_at() -> None:
+    given = {"engine": "ntua", "set": {"inertia": 2e4}}
+    assert told_of({**given, "output": {"quantities": ["imep"]}}) == ()
+    assert len(told_of({**given, "output": {"quantities": ["delta"]}})) == 1
+
+
+def test_the_engine_is_named_where_the_scene_gives_nothing(tmp_path: Path) -> None:
+    text = catalogue()["ntua"].read_text()
+    file = tmp_path / "mine.toml"
+    file.write_text(text.replace("inertia = 2.0 ", "inertia = 20000 ").replace('"ntua"', '"mine"'))
+    scene = {"engine": str(file), "output": {"quantities": ["delta"]}}
+    (line,) = told_of(scene)
+    assert "given by engine mine" in line
+    file.write_text('silenced_warnings = ["inertia"]\n' + file.read_text())
+    assert told_of(scene) == ()
+
+
+@pytest.mark.parametrize("names", [["inertia"], ["all"]])
+def test_warnings_are_silenced_by_their_names(names: list[str]) -> None:
+    assert told_of({**SCENE, "silenced_warnings": names}) == ()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (["inertai"], r"silenced_warnings: 'inertai': no such check; did you mean 'inertia'\?"),
+        ("inertia", r"silenced_warnings = 'inertia': must be a list of names"),
+        ([1], r"silenced_warnings number 1 = 1: must be a list of names|silenced_warnings.*= 1"),
+    ],
+)
+def test_silenced_warnings_are_names_of_checks(given: Any, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        read_scene({**SCENE, "silenced_warnings": given})
+
+
+def _written(raw: dict[str, Any], path: Path) -> Path:
+    lines = [f"engine = {json.dumps(raw['engine'])}"]
+    for table in ("axes", "output"):
+        lines += [f"[{table}]", *(f"{k} = {json.dumps(v)}" for k, v in raw[table].items())]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> None:
+    scene = _written(
+        {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4, 3e4], "speed": [1500, 2000]}},
+        tmp_path / "scene.toml",
+    )
+    whole = tmp_path / "whole.nc"
+    done = _done("run", scene, "-o", whole)
+    lines = _lines(whole)
+    assert [line.partition(":")[0] for line in lines] == ["inertia", "delta"]
+    assert _told(done.stderr) == lines
+    # Before anything is computed: those of results come last.
+    again = tmp_path / "again.nc"
+    assert _told(_done("rerun", whole, "-o", again).stderr) == lines
+    assert _lines(again) == lines
+    parts = [tmp_path / f"part{i}.nc" for i in (1, 2)]
+    for i, part in enumerate(parts, start=1):
+        _done("run", scene, "-o", part, "--shard", f"{i}/2")
+    merged = tmp_path / "merged.nc"
+    assert _told(_done("merge", *parts, "-o", merged).stderr) == lines
+    assert _lines(merged) == lines
+    with sweeps.open(parts) as opened:
+        assert [x.partition(":")[0] for x in opened.attrs["warnings"].splitlines()] == [
+            "inertia", "delta",
+        ]  # fmt: skip
+    with pytest.warns(engine_dyn.ImplausibleWarning):
+        assert list(sweeps.stream(scene, tmp_path / "stream.nc").warnings) == lines
+    assert _lines(tmp_path / "stream.nc") == lines
+    assert _done("run", scene, "-o", again, "--overwrite", "-q").stderr == ""
+    assert _told(_done("plan", scene).stderr) == lines[:1]
+
+
+def _done(*arguments: str | Path) -> Any:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def _lines(path: Path) -> list[str]:
+    with sweeps.open(path) as archive:
+        return str(archive.attrs["warnings"]).splitlines()
+
+
+def _told(stderr: str) -> list[str]:
+    start = "warning: "
+    return [x.removeprefix(start) for x in stderr.splitlines() if x.startswith(start)]
+
+
+def test_the_document_has_the_table_of_ranges() -> None:
+    document = DOCUMENT.read_text(encoding="utf-8")
+    for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS):
+        assert f"| `{check.name}` |" in document
+    ranges = document.partition("<!-- begin ranges")[2].partition("<!-- end ranges")[0]
+    assert len(NAMES) == ranges.count("\n| `")
