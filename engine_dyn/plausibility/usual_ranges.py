@@ -397,8 +397,8 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
     Check(
         "compression_rise", "pressure 60 over that 90 degrees before dead centre, of a four-stroke "
         "engine", "", 1.72, 2.4, "polytropes of exponents 1.25 to 1.4 at compression ratios from 6 "
-        "to 25: 1.95 to 2.19 in the catalogue, at most 1.7 and at least 2.4 when its diagrams are 20 "
-        "degrees late and early",
+        "to 25: 1.95 to 2.19 in the catalogue, at most 1.7 and at least 2.4 when its diagrams are "
+        "20 degrees late and early",
         ("rise", "burns"), lambda rise, burns: _where(burns, rise), ("angle",),
     ),
     Check(

@@ -30,7 +30,7 @@ ENDS_TOLERANCE = 0.02
 SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
 # Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
 MEGAPASCAL = 0.05 * BAR, 0.15 * BAR
-COMPRESSED = 15.0
+COMPRESSED, LARGEST_IN_MEGAPASCAL = 15.0, 35.0 * BAR
 
 SLACK = 1e-7
 """Fraction of the cycle within which angles are the same: single precision errs by 2e-8."""
@@ -107,7 +107,7 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
         )
     low = float(p.min())
-    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and p[top] >= COMPRESSED * low:
+    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and COMPRESSED * low <= p[top] <= LARGEST_IN_MEGAPASCAL:
         raise ValueError(
             f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder that "
             "compresses so far goes down so low (it looks like megapascal)"

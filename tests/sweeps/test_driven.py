@@ -18,6 +18,7 @@ from sweeps.planning import forecast
 from sweeps.planning.blocks import intermediate_bytes
 from sweeps.planning.plan import make_plan
 from sweeps.scene.reading import read_scene
+from tests.support.commands import ok
 
 compiled = pytest.mark.compiled
 
@@ -184,6 +185,37 @@ def test_a_motor_behind_a_gear() -> None:
     found = run(asked, set={**MOTORED, **follows}, axes={"motor_gear_ratio": [1.0, 2.0]})
     np.testing.assert_allclose(found["driver_factor"][1], 0.5 * found["driver_factor"][0])
     np.testing.assert_allclose(found["delta"][1], found["delta"][0], rtol=1e-12)
+
+
+def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "set": {"gear_ratio": 2.0, "crank_mass": 3.0, "load": 50},
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    plan = make_plan(read_scene(scene))
+    assert plan.unused_settings == ("gear_ratio", "crank_mass")
+    assert "[set] gear_ratio: nothing that is asked for depends on it" in forecast.text(plan)
+    file = tmp_path / "scene.toml"
+    file.write_text('engine = "ntua"\n[set]\ngear_ratio = 2\n[output]\nquantities = ["imep"]\n')
+    printed = ok("run", file, "-o", tmp_path / "out.nc")
+    assert "nothing that is asked for depends on: gear_ratio" in printed
+    # What stands behind other values has an effect.
+    for key, value in (("heat", 12.0), ("misfire", 1), ("mass_factor_2", 1.1), ("cylinders", 4)):
+        scene = {
+            "engine": "si_four_87x101",
+            "set": {key: value},
+            "output": {"quantities": ["delta"]},
+        }
+        assert make_plan(read_scene(scene)).unused_settings == ()
+
+
+def test_torques_beyond_any_machine_are_refused(tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "set": {"load_table": str(tmp_path / "load.csv")},
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    angles = "\n".join(f"{angle},{1e308 if angle else 0}" for angle in range(0, 360, 10))
+    for rows in (f"crank_angle_deg,torque_Nm\n{angles}", "speed_rpm,torque_Nm\n0,0\n2000,1e308",
+                 "speed_rpm,torque_Nm\n0,0\n1e200,5"):  # fmt: skip
+        (tmp_path / "load.csv").write_text(rows + "\n")
+        with pytest.raises(SceneError, match=r"line 3: .* must be at most 1e\+12"):
+            read_scene(scene)
 
 
 def test_a_gear_that_turns_nothing_is_reported() -> None:

@@ -202,7 +202,7 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             raw = scene(set={key: value})
         read_scene(raw)
         if node.whole:
-            with pytest.raises(SceneError, match="whole"):
+            with pytest.raises(SceneError, match=r"whole|even"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
         read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
@@ -443,3 +443,18 @@ def test_any_axis_within_its_range_is_kept_as_it_is(values: list[float]) -> None
     np.testing.assert_array_equal(read.axes["inertia"], values)
     columns = read_scene(scene(designs={"inertia": values, "speed": values})).designs
     np.testing.assert_array_equal(columns["speed"], values)
+
+
+@pytest.mark.parametrize(
+    ("engine", "order", "lowest"),
+    [("ntua", 2.3, "0.5"), ("ntua", 2.25, "0.5"), ("marine_80x345", 2.5, "1")],
+)
+def test_the_highest_order_is_one_of_the_cycle(engine: str, order: float, lowest: str) -> None:
+    scene: dict[str, Any] = {
+        "engine": engine, "output": {"quantities": ["delta"], "highest_order": order}
+    }  # fmt: skip
+    wanted = f"highest_order = {order}: must be a multiple of {lowest}, the lowest order"
+    with pytest.raises(SceneError, match=wanted):
+        read_scene(scene)
+    scene["output"]["highest_order"] = round(order)
+    assert read_scene(scene).highest_order == round(order)
