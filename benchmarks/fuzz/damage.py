@@ -15,6 +15,7 @@ place of the child that a command starts, which would take most of the time.
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import json
 import os
 import queue
@@ -24,6 +25,7 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -41,7 +43,7 @@ LONGEST = 20.0
 CHUNK = 200
 """Files of one task of a process."""
 
-FORK_SECONDS = 2
+FORK_SECONDS = 0.5
 """Seconds of the processor that a fork may read a file that was not cleared."""
 
 
@@ -136,8 +138,12 @@ def _read_in_fork(path: Path) -> None:
     from sweeps.reading.netcdf_child import limit
     from sweeps.reading.netcdf_whole import read_all
 
-    child = os.fork()
+    with warnings.catch_warnings():
+        # Of threads that the fork lacks: the library does not wait for them.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
     if not child:
+        faulthandler.disable()
         status = 1
         try:
             limit(FORK_SECONDS, 0)
@@ -183,6 +189,7 @@ class Campaign:
     def __init__(self, folder: Path, number: int, seed: int) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.number, self.seed = folder, number, seed
+        self.words = [sys.executable, "-m", "benchmarks.fuzz.damage", "--work", "--seed", str(seed)]
         self.lock = threading.Lock()
         self.done: set[int] = set()
         self.counts: Counter[str] = Counter()
@@ -219,8 +226,7 @@ class Campaign:
                     self.seconds = before + clock()
                     self.save()
             if worker is not None:
-                worker.kill()
-                worker.wait()
+                _end(worker)
 
         threads = [threading.Thread(target=one) for _ in range(workers)]
         for thread in threads:
@@ -251,15 +257,13 @@ class Campaign:
             failed = self.watched(worker, begin)
             if failed is None:
                 return worker
-            worker.kill()
-            worker.wait()
+            _end(worker)
             worker, begin = None, failed + 1
         return worker
 
     def started(self) -> subprocess.Popen[bytes]:
-        words = [sys.executable, "-m", "benchmarks.fuzz.damage", "--work", "--seed", str(self.seed)]
         return subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            self.words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             cwd=ROOT, bufsize=0, env={**os.environ, "MALLOC_PERTURB_": "165"},
         )  # fmt: skip
 
@@ -304,6 +308,12 @@ class Campaign:
             (self.folder / f"{number}.nc").write_bytes(made.data)
             (self.folder / f"{number}.txt").write_text(f"{made.name}, {made.kind}\n{why}\n")
             print(f"{number}: {made.name}, {made.kind}: {why.strip().splitlines()[-1]}", flush=True)
+
+
+def _end(worker: subprocess.Popen[bytes]) -> None:
+    worker.kill()
+    with worker:  # closes the pipes and waits
+        pass
 
 
 def campaign(folder: Path, number: int, seed: int, workers: int, seconds: float) -> Counter[str]:

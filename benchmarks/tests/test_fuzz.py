@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -12,9 +13,11 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from benchmarks.fuzz import damage
 from benchmarks.fuzz.campaign import TARGETS
 from benchmarks.fuzz.changes import toml_text
 from benchmarks.fuzz.checking import COUNTS
+from benchmarks.fuzz.damage import read_damaged
 from benchmarks.fuzz.sandbox import engines, scenes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,3 +56,33 @@ def test_written_toml_is_what_was_meant() -> None:
     for data in (*scenes().values(), *engines().values()):
         tree = tomllib.loads(data.decode())
         assert tomllib.loads(toml_text(tree)) == tree
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads what is not cleared in forks")
+def test_damaged_bytes_are_taken_or_refused(tmp_path: Path) -> None:
+    counts = read_damaged(range(120), 3, tmp_path)
+    assert counts["files"] == 120
+    assert 20 < counts["taken"] < 100
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="reads what is not cleared in forks")
+def test_a_campaign_of_damage_finds_what_hangs_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker that hangs is killed, its file kept; what was read is not read again."""
+    slow = "import time\nfrom benchmarks.fuzz import damage\nread = damage.Reader.read\n"
+    slow += "def late(self, number, seed):\n    if number == 2:\n        time.sleep(3600)\n"
+    slow += "    read(self, number, seed)\ndamage.Reader.read = late\ndamage._work(4)\n"
+    started = damage.Campaign.started
+
+    def late(self: damage.Campaign) -> subprocess.Popen[bytes]:
+        self.words = [sys.executable, "-c", slow]
+        return started(self)
+
+    monkeypatch.setattr(damage.Campaign, "started", late)
+    monkeypatch.setattr(damage, "LONGEST", 1.0)
+    counts = damage.campaign(tmp_path, 5, 4, 1, 600.0)
+    assert counts["wrong"] == 1 and (tmp_path / "2.nc").exists()
+    before = dict(counts)
+    assert damage.campaign(tmp_path, 5, 4, 1, 600.0) == before

@@ -127,7 +127,8 @@ class _Object:
 
     def __init__(self) -> None:
         self.type: _Type | None = None
-        self.count = 0
+        self.rank = 0
+        self.scales: list[int] = []
         self.layout: bytes | None = None
         self.filtered = False
         self.group = False
@@ -162,6 +163,7 @@ class _Walk:
         self.collections: dict[int, dict[int, tuple[int, int]]] = {}
         self.types: dict[int, _Type] = {}
         self.named: set[int] = set()
+        self.current = _Object()
 
     # --- reading ----------------------------------------------------------------------------------
 
@@ -221,9 +223,13 @@ class _Walk:
 
     def object(self, address: int) -> bool:
         """Walk an object header and what it leads to; whether it is a group."""
-        found = _Object()
+        outer, self.current = self.current, _Object()
+        found = self.current
         for kind, flags, body in self.messages(address):
             self.message(kind, flags, body, found)
+        self.current = outer
+        if any(count != found.rank for count in found.scales):
+            raise _Unknown("dimensions that are not those of their variable")
         if found.layout is not None:
             self.values(found)
         elif found.type is not None:  # a committed type
@@ -269,7 +275,7 @@ class _Walk:
         if shared and kind not in (0x03, 0x0C):
             raise _Unknown(f"shared message of type {kind}")
         if kind == 0x01:
-            found.count = _count(body)
+            found.rank = body[1]
         elif kind == 0x02:
             found.group = True
             self.dense(body, 8, self.link, 5)
@@ -325,33 +331,31 @@ class _Walk:
             indexes.append(_uint(body, place + 16, 8))
         if address == _UNDEFINED:
             return
-        heap = self.fractal_heap(address)
-        taken: set[bytes] = set()
+        heap = self.fractal_heap(address, 7 if kind == 5 else 8)
+        found: list[list[bytes]] = []
         for number, index in enumerate(indexes):
-            if index == _UNDEFINED:
-                continue
+            begin = 0 if kind == 8 else 8 if number else 4
+            found.append([])
             for record in self.records(index, kind + number):
-                if kind == 5:
-                    identity = record[4:] if not number else record[8:]
-                else:
-                    identity = record[:8]
-                    if record[8] & 2:
-                        raise _Unknown("shared attribute")
-                if identity not in taken:
-                    taken.add(identity)
-                    take(self.of_heap(heap, identity))
+                found[-1].append(record[begin : begin + heap.id_size])
+                if kind == 8 and record[8] & 2:
+                    raise _Unknown("shared attribute")
+        if any(len({*f}) != len(f) or {*f} != {*found[0]} for f in found):
+            raise _Unknown("indexes that do not agree")
+        for identity in found[0]:
+            take(self.of_heap(heap, identity))
 
-    def fractal_heap(self, address: int) -> _Heap:
-        """Walk the blocks of a fractal heap."""
+    def fractal_heap(self, address: int, expected: int) -> _Heap:
+        """Walk the blocks of a fractal heap, whose IDs have the bytes that are expected."""
         form = struct.Struct("<4sBHHBI12QHQQHHQH")
         head = self.once(address, form.size + 4, b"FRHP", "fractal heap")
         _verify(head, address, "fractal heap")
         (
             _, version, id_size, filters, flags, largest, _, huge_tree, *_,
-            width, start, most_direct, bits, _, root, rows,
+            huge_count, _, tiny_count, width, start, most_direct, bits, _, root, rows,
         ) = form.unpack_from(head)  # fmt: skip
-        if version or filters:
-            raise _Unknown("fractal heap that is filtered, or of another version")
+        if version or filters or tiny_count or id_size != expected:
+            raise _Unknown("fractal heap that is filtered, or of another version or kind")
         powers = (start, most_direct, width)
         if not all(n and n & (n - 1) == 0 for n in powers) or start > most_direct or bits > 64:
             raise _Damaged(f"fractal heap at byte {address} with blocks of no power of two")
@@ -385,6 +389,8 @@ class _Walk:
             for record in self.records(huge_tree, 1):
                 where, length, identity = struct.unpack_from("<3Q", record)
                 huge[identity] = (where, length)
+        if len(huge) != huge_count or largest > most_direct:
+            raise _Unknown("fractal heap that does not know its own objects")
         offsets = sorted(found)
         return _Heap(
             offsets, [found[o] for o in offsets], -(-bits // 8),
@@ -545,7 +551,8 @@ class _Walk:
         pad = _padded if version == 1 else int
         if body[place + name - 1]:
             raise _Unknown("a name that does not end")
-        _check_name(body[place : place + name - 1])
+        called = body[place : place + name - 1]
+        _check_name(called)
         place += pad(name)
         if version > 1 and flags & 1:
             found = self.shared_type(body[place : place + kind])
@@ -559,7 +566,16 @@ class _Walk:
         if found.leaves:
             if place + count * found.size > len(body):
                 raise _Damaged("the value of an attribute ends outside it")
-            self.references(body[place : place + count * found.size], found)
+            values = body[place : place + count * found.size]
+            self.references(values, found)
+        if called == b"DIMENSION_LIST":  # netCDF takes the first of each without looking
+            if found.size != 16 or len(found.leaves) != 1 or not found.leaves[0].base:
+                raise _Unknown("a list of dimensions of another type")
+            if not all(
+                _uint(values, n, 4) and _uint(values, n + 4, 8) for n in range(0, 16 * count, 16)
+            ):
+                raise _Unknown("a list of dimensions with none in it")
+            self.current.scales.append(count)
 
     def values(self, found: _Object) -> None:
         """Walk where the values of a variable lie, and what they refer to."""

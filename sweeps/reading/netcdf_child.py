@@ -8,6 +8,7 @@ is opened here. On Windows, which has no such limits, time alone is limited.
 from __future__ import annotations
 
 import errno
+import math
 import os
 import signal
 import subprocess
@@ -74,7 +75,7 @@ def limit(seconds: float, memory: int = MEMORY) -> None:
     except ImportError:  # Windows
         return
     for what, most in (
-        (resource.RLIMIT_CPU, int(seconds) + 1),
+        (resource.RLIMIT_CPU, math.ceil(seconds)),
         (resource.RLIMIT_AS, memory or resource.RLIM_INFINITY),
         (resource.RLIMIT_CORE, 0),
     ):

@@ -6,6 +6,7 @@ import ctypes
 import io
 import os
 import random
+import signal
 import struct
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+import psutil
 import pytest
 
 import sweeps
@@ -247,6 +249,29 @@ def test_a_child_that_would_run_for_ever_is_ended(
     told = refused("info", path)
     # On a busy machine its time by the clock ends first.
     assert "reading it takes more than 1 s" in told or "does not end in 3 s" in told
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such signal")
+def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(with_zero_size())
+    code = "from sweeps.reading import netcdf_child, netcdf_files as files\n"
+    code += "files.not_walked = lambda path: 'not known'\nnetcdf_child.SECONDS = 1000.0\n"
+    code += "print('ready', flush=True)\n" + COMMAND
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "info", path], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, cwd=ROOT, start_new_session=True,
+    ) as command:  # fmt: skip
+        assert command.stdout is not None and command.stdout.readline() == "ready\n"
+        process = psutil.Process(command.pid)
+        end = time.monotonic() + 60.0
+        while not any(p.cpu_times().user > 1.0 for p in process.children()):  # is in the library
+            assert time.monotonic() < end and command.poll() is None
+            time.sleep(0.1)
+        os.killpg(command.pid, signal.SIGINT)
+        _, told = command.communicate(timeout=60)
+    assert command.returncode == 1
+    assert told == "engine-dyn: interrupted; nothing was written\n"
 
 
 def test_every_file_is_read_apart_where_none_is_trusted(
