@@ -117,6 +117,8 @@ class Problem:
         Load over angle that is common to all designs, for the batch solver.
     threads : int
         Threads at most.
+    last : bool
+        Whether no more nodes are tried where these miss the tolerance.
     """
 
     size: int
@@ -133,6 +135,7 @@ class Problem:
     results: Results
     load: AngleLoad | None
     threads: int
+    last: bool
 
     @cached_property
     def grid(self) -> Grid:

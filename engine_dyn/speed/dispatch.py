@@ -411,6 +411,7 @@ def _problem_of(
         results=results,
         load=sweep.load,
         threads=sweep.threads,
+        last=finer >= FINEST,
     )
     return problem, refinement, mechanism
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from engine_dyn.compilation import inlined
+from engine_dyn.speed.fields import OUTPUT
 from engine_dyn.types import Floats, Integers
 
 __all__ = [
@@ -12,6 +15,7 @@ __all__ = [
     "add_offsets",
     "count_of",
     "offsets_at",
+    "places_of_results",
     "take_offsets",
     "varies",
 ]
@@ -99,3 +103,14 @@ def varies(field: int, product: Product) -> bool:
     for axis in range(product.strides.shape[0]):
         steps += abs(product.strides[axis, field])
     return steps > 0
+
+
+def places_of_results(chosen: Integers, product: Product) -> Integers:
+    """Places of the results of the designs `chosen` of a part: what `offsets_at` makes of OUTPUT."""
+    axes = np.concatenate([product.table_axes, product.other_axes])
+    along = np.unravel_index(chosen, tuple(product.shape[axes])) if axes.size else ()
+    places = np.full(chosen.shape, product.value_start[OUTPUT])
+    for axis, here in zip(axes, along, strict=True):
+        position = product.positions[product.position_start[axis] + here]
+        places += product.strides[axis, OUTPUT] * position
+    return places

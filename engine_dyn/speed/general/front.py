@@ -7,15 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.laws import Form
+from engine_dyn.loads.laws import Form, PowerForm
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.speed.arguments import Curves, Problem
 from engine_dyn.speed.general.cycles import Samples
 from engine_dyn.speed.general.driver import solve_designs
 from engine_dyn.speed.general.scratch import Scratch, make_scratch
+from engine_dyn.speed.general.second_driver import solve_left_designs
 from engine_dyn.speed.general.segments import SEGMENTS
+from engine_dyn.speed.methods import THESIS
 from engine_dyn.speed.pieces import Progress, run_pieces
+from engine_dyn.speed.product import places_of_results
+from engine_dyn.status import NO_STEADY_STATE, NOT_CONVERGED, STALLED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
@@ -81,6 +85,31 @@ class GeneralSolver:
             self.samples, problem.choice, self.form, self.over_angle, curves, problem.results,
             scratch,
         )  # fmt: skip
+
+        left = self._left_of(chosen)
+        if left.size:
+            solve_left_designs(
+                left, SEGMENTS, problem.product, problem.row_of, problem.width, problem.grid,
+                problem.choice, self.form, self.over_angle, curves, problem.results, scratch,
+            )  # fmt: skip
+
+    def _left_of(self, chosen: Integers) -> Integers:
+        """Those of the designs `chosen` for which a cycle has still to be looked for in time.
+
+        With a power of the speed, Newton's method tells a stall from what it cannot solve; with
+        other laws it may start too far away. The last number of nodes is where a missed tolerance
+        counts.
+        """
+        problem = self.problem
+        if problem.choice.method == THESIS:
+            return chosen[:0]
+        outcomes = [NOT_CONVERGED]
+        if not isinstance(self.form, PowerForm):
+            outcomes += [STALLED, NO_STEADY_STATE]
+        if problem.last:
+            outcomes.append(TOLERANCE_NOT_MET)
+        status = problem.results.status[places_of_results(chosen, problem.product)]
+        return chosen[np.isin(status, outcomes)]
 
     def _curves(self) -> Curves:
         """Where the angles lie at which curves are wanted."""

@@ -1,0 +1,215 @@
+"""One interval of the energy equation, however stiff: Radau's formula of fifth order.
+
+The equation is docs/method.md (46) for e = chi, forwards in time. Between two nodes, the slope of
+the work is a polynomial, docs/method.md (125), so the formula may take steps of any size there. It
+damps within one step whatever dies out within it (it is L-stable), which Obreshkov's two-point
+formula does not.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import Law, load_terms
+from engine_dyn.types import Floats
+
+__all__ = ["Interval", "Passed", "interval_of", "pass_interval"]
+
+ROOT = math.sqrt(6.0)
+
+# Radau IIA with three stages, Hairer and Wanner, Solving Ordinary Differential Equations II,
+# table IV.5.6: places, weights, and the slope of the polynomial through start and stages at the
+# end of the step.
+PLACE_1, PLACE_2 = (4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0
+A11, A12, A13 = (88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0, (
+    -2.0 + 3.0 * ROOT
+) / 225.0  # fmt: skip
+A21, A22, A23 = (296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0, (
+    -2.0 - 3.0 * ROOT
+) / 225.0  # fmt: skip
+A31, A32, A33 = (16.0 - ROOT) / 36.0, (16.0 + ROOT) / 36.0, 1.0 / 9.0
+END_1 = (1.0 - PLACE_2) / (PLACE_1 * (PLACE_1 - PLACE_2) * (PLACE_1 - 1.0))
+END_2 = (1.0 - PLACE_1) / (PLACE_2 * (PLACE_2 - PLACE_1) * (PLACE_2 - 1.0))
+END_3 = 1.0 + 1.0 / (1.0 - PLACE_1) + 1.0 / (1.0 - PLACE_2)
+
+MOST_STEPS = 256
+"""Steps of an interval at most, a power of two."""
+
+MOST_CORRECTIONS = 15
+"""Largest number of Newton's steps for the stages of one step."""
+
+SOLVED = 1e-14
+"""Last correction of the stages, relative to the energy."""
+
+
+class Interval(NamedTuple):
+    """Slope of the work times the width, and tau, as polynomials in t from 0 to 1.
+
+    docs/method.md (125); the coefficients ascend.
+    """
+
+    work: tuple[float, float, float, float, float]
+    tau: tuple[float, float, float, float, float, float]
+
+
+class Passed(NamedTuple):
+    """What becomes of the energy over an interval.
+
+    `end` and `middle` are its values there, the slopes are times the width, `factor` is that of a
+    small deviation over the interval, `missed` bounds the error of one passage.
+    """
+
+    end: float
+    middle: float
+    slope: float
+    slope_middle: float
+    factor: float
+    missed: float
+
+
+@inlined
+def slope_of(
+    j: int, width: float, value: Floats, slope: Floats, middle: Floats, tilt: Floats
+) -> tuple[float, float, float, float, float]:
+    """Coefficients of the slope, times the width, of a row of a table: docs/method.md (125)."""
+    after = j + 1 if j + 1 < value.size else 0
+    rise = value[after] - value[j]
+    left, right = width * slope[j], width * slope[after]
+    quartic, quintic = 32.0 * middle[j], 16.0 * tilt[j]
+    return (
+        left,
+        2.0 * (3.0 * rise - 2.0 * left - right) + quartic - quintic,
+        3.0 * (left + right - 2.0 * rise) - 3.0 * quartic + 6.0 * quintic,
+        2.0 * quartic - 10.0 * quintic,
+        5.0 * quintic,
+    )
+
+
+@inlined
+def interval_of(
+    work: tuple[float, float, float, float, float], start: float, scale: float,
+    turn: tuple[float, float, float, float, float],
+) -> Interval:  # fmt: skip
+    """Make an interval of the work's slope and of tau = `start` + `scale` times the rest of V."""
+    return Interval(
+        work,
+        (
+            start,
+            scale * turn[0],
+            scale * turn[1] / 2.0,
+            scale * turn[2] / 3.0,
+            scale * turn[3] / 4.0,
+            scale * turn[4] / 5.0,
+        ),
+    )
+
+
+@inlined
+def rate_at(
+    t: float, e: float, interval: Interval, push: float, mu: float, law: Law
+) -> tuple[float, float]:
+    """Slope of e times the width, docs/method.md (46), and its derivative over e.
+
+    `push` is kappa times the width.
+    """
+    c, s = interval.work, interval.tau
+    tau = s[0] + t * (s[1] + t * (s[2] + t * (s[3] + t * (s[4] + t * s[5]))))
+    force, first, _ = load_terms(e / tau, law)
+    rate = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4]))) - push * (force / mu - 1.0)
+    return rate, -push / mu * first / tau
+
+
+# Longer than usual: a system of three equations, written out, because kernels make no arrays.
+@inlined
+def _step(
+    t: float, size: float, e: float, interval: Interval, push: float, mu: float, law: Law
+) -> tuple[float, float, float, bool]:
+    """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
+
+    The slope, times the width, is that of the polynomial through the stages, docs/method.md (127),
+    because the terms of the equation itself nearly cancel where it is stiff. The last result tells
+    whether the stages were found.
+    """
+    z1 = z2 = z3 = 0.0
+    factor, found = 1.0, False
+    last = math.inf
+    for _ in range(MOST_CORRECTIONS):
+        f1, j1 = rate_at(t + PLACE_1 * size, e + z1, interval, push, mu, law)
+        f2, j2 = rate_at(t + PLACE_2 * size, e + z2, interval, push, mu, law)
+        f3, j3 = rate_at(t + size, e + z3, interval, push, mu, law)
+        r1 = size * (A11 * f1 + A12 * f2 + A13 * f3) - z1
+        r2 = size * (A21 * f1 + A22 * f2 + A23 * f3) - z2
+        r3 = size * (A31 * f1 + A32 * f2 + A33 * f3) - z3
+        j1, j2, j3 = size * j1, size * j2, size * j3
+        # (1 - A J) dz = r, and (1 - A J) x = 1 for a deviation of the start.
+        below = 1.0 / (1.0 - A11 * j1)
+        up12, up13 = -A12 * j2 * below, -A13 * j3 * below
+        r1, x1 = r1 * below, below
+        m22, m23 = 1.0 - A22 * j2 + A21 * j1 * up12, -A23 * j3 + A21 * j1 * up13
+        m32, m33 = -A32 * j2 + A31 * j1 * up12, 1.0 - A33 * j3 + A31 * j1 * up13
+        r2, x2 = r2 + A21 * j1 * r1, 1.0 + A21 * j1 * x1
+        r3, x3 = r3 + A31 * j1 * r1, 1.0 + A31 * j1 * x1
+        share = m32 / m22
+        below = 1.0 / (m33 - share * m23)
+        d3, factor = (r3 - share * r2) * below, (x3 - share * x2) * below
+        d2 = (r2 - m23 * d3) / m22
+        d1 = r1 - up12 * d2 - up13 * d3
+        z1, z2, z3 = z1 + d1, z2 + d2, z3 + d3
+        change = abs(d1) + abs(d2) + abs(d3)
+        if not (change < 1e300):
+            break
+        scale = abs(e) + abs(z3)
+        # Rounding ends the convergence where terms that nearly cancel are large.
+        found = change <= SOLVED * scale or (change >= 0.5 * last and change <= 1e-10 * scale)
+        if found:
+            break
+        last = change
+    slope = (END_1 * z1 + END_2 * z2 + END_3 * z3) / size
+    return e + z3, slope, factor, found
+
+
+@inlined
+def _in_steps(
+    steps: int, e: float, interval: Interval, push: float, mu: float, law: Law
+) -> tuple[Passed, bool]:
+    """Pass an interval in so many equal steps; the middle has no meaning with one step."""
+    size = 1.0 / steps
+    middle = slope_middle = slope = 0.0
+    factor = 1.0
+    for k in range(steps):
+        e, slope, more, found = _step(k * size, size, e, interval, push, mu, law)
+        factor *= more
+        if not found:
+            return Passed(e, middle, slope, slope_middle, factor, math.inf), False
+        if 2 * (k + 1) == steps:
+            middle, slope_middle = e, slope
+    return Passed(e, middle, slope, slope_middle, factor, 0.0), True
+
+
+@inlined
+def pass_interval(
+    e: float, interval: Interval, push: float, mu: float, tolerance: float, law: Law
+) -> tuple[Passed, bool]:
+    """Pass an interval in so many steps that twice as many give the same energy at its end.
+
+    The difference is at most `tolerance` times the energy, or what twice as many steps do not
+    improve. The last result tells whether the equation could be followed.
+    """
+    before, known = _in_steps(1, e, interval, push, mu, law)
+    steps, last = 2, math.inf
+    while True:
+        passed, followed = _in_steps(steps, e, interval, push, mu, law)
+        difference = abs(passed.end - before.end) if known and followed else math.inf
+        settled = difference >= 0.5 * last and difference <= 1e-9 * abs(passed.end)
+        if difference <= tolerance * abs(passed.end) or settled or 2 * steps > MOST_STEPS:
+            break
+        before, known, last = passed, followed, difference
+        steps *= 2
+    return (
+        Passed(
+            passed.end, passed.middle, passed.slope, passed.slope_middle, passed.factor, difference
+        ),
+        followed and difference < math.inf,
+    )

@@ -1,0 +1,118 @@
+"""The steady cycle where the torque over speed is stiff: integrate in time order until it repeats.
+
+Nothing is shared with the package.  The equation is that of `solution`,
+
+    ``de/dphi = w'(phi) - kappa (F(u) - 1)``,   ``u = e / theta(phi)``,
+
+integrated with SciPy's Radau, an implicit formula that damps whatever dies out within a step, so
+that it does not matter how stiff the load is.  A single cycle ends where the steady one does
+wherever deviations shrink.  Cycles from a lower start never cross those from a higher one, because
+the equation is of first order; so starts from far above and from below find the highest and the
+lowest steady cycle, and there is none between them and standstill where all cycles end there.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Array = NDArray[np.float64]
+
+STANDSTILL = 1e-6
+"""(omega/omega_n)^2 below which the machine stands."""
+
+CYCLES = 400
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The last cycle of a march.
+
+    ``closed`` tells whether it repeats; ``lowest``, ``highest`` and ``mean`` are of omega/omega_n;
+    ``decay`` is the logarithm of the factor by which a deviation grows in it.
+    """
+
+    closed: bool
+    stands: bool
+    lowest: float = math.nan
+    highest: float = math.nan
+    mean: float = math.nan
+    decay: float = math.nan
+    cycles: int = 0
+
+    @property
+    def delta(self) -> float:
+        """Coefficient of speed fluctuation."""
+        return (self.highest - self.lowest) / self.mean
+
+
+@dataclass(frozen=True)
+class Stiff:
+    """One equation: ``work_rate`` is ``w'``, ``law`` gives F and dF/du, ``theta`` the inertia."""
+
+    work_rate: Callable[[Any], Any]
+    kappa: float
+    law: Callable[[Any], tuple[Any, Any]]
+    period: float
+    theta: Callable[[Any], Any] = lambda phi: np.ones_like(np.asarray(phi, dtype=float))
+    mu: float = 1.0
+
+
+def march(
+    problem: Stiff, start: float = 1.0, relative: float = 1e-10, most: int = CYCLES,
+    widest: float = math.pi / 90.0, closed: float = 1e-9,
+) -> Cycle:  # fmt: skip
+    """Repeat cycles from ``u = start`` at angle 0 until one closes, or the machine stands."""
+    value = start * float(problem.theta(0.0))
+
+    def rate(phi: float, e: Array) -> Array:
+        force, _ = problem.law(e / problem.theta(phi))
+        return np.asarray(problem.work_rate(phi) - problem.kappa * (force / problem.mu - 1.0))
+
+    def slope(phi: float, e: Array) -> Array:
+        theta = problem.theta(phi)
+        _, first = problem.law(e / theta)
+        return np.asarray([-problem.kappa / problem.mu * first / theta]).reshape(1, 1)
+
+    def standing(phi: float, e: Array) -> float:
+        return float(e[0] / problem.theta(phi) - STANDSTILL)
+
+    standing.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
+    for cycle in range(1, most + 1):
+        found = solve_ivp(
+            rate, (0.0, problem.period), [value], method="Radau", jac=slope, rtol=relative,
+            atol=1e-3 * relative, max_step=widest, dense_output=True, events=standing,
+        )  # fmt: skip
+        if found.status != 0:
+            return Cycle(False, True, cycles=cycle)
+        end = float(found.y[0, -1])
+        if abs(end - value) <= closed * (1.0 + end):
+            return _of(problem, found, cycle)
+        value = end
+    return Cycle(False, False, cycles=most)
+
+
+def _of(problem: Stiff, found: Any, cycles: int) -> Cycle:
+    """Extremes by a parabola through the best samples; means by the trapezoidal rule."""
+    count = 40 * round(problem.period / math.radians(1.0))
+    phi = np.arange(count) * problem.period / count
+    e = found.sol(phi)[0]
+    u = e / problem.theta(phi)
+    speed = np.sqrt(u)
+    _, first = problem.law(u)
+    decay = -problem.kappa / problem.mu * float(np.mean(first / problem.theta(phi)))
+    return Cycle(
+        True, False, -_peak(-speed), _peak(speed), float(np.mean(speed)), decay * problem.period,
+        cycles,
+    )  # fmt: skip
+
+
+def _peak(values: Array) -> float:
+    top = int(np.argmax(values))
+    left, here, right = values[top - 1], values[top], values[(top + 1) % values.size]
+    bend = left - 2.0 * here + right
+    return float(here - (right - left) ** 2 / (8.0 * bend)) if bend < 0.0 else float(here)
