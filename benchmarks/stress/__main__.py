@@ -1,7 +1,7 @@
 """Stress the solver and write docs/stability.md.
 
 python -m benchmarks.stress [--designs N] [--sample N] [--calibrate N] [--diagrams N]
-                            [--flywheels N] [--sampled N] [--checked N] [--seed N]
+                            [--flywheels N] [--driven N] [--sampled N] [--checked N] [--seed N]
                             [--processes N] [-o FOLDER]
 
 Ends with status 1 if anything is not as it should be; out/stress.json then has the designs.
@@ -23,6 +23,7 @@ from benchmarks.stress import (
     calibration,
     chunks,
     draw,
+    driven,
     report,
     sample,
     sampled,
@@ -69,6 +70,7 @@ def main() -> int:
     parser.add_argument("--calibrate", type=int, default=4000)
     parser.add_argument("--diagrams", type=int, default=100, help="of each kind")
     parser.add_argument("--flywheels", type=int, default=8, help="rounds of light flywheels")
+    parser.add_argument("--driven", type=int, default=3000, help="designs with drivers and loads")
     parser.add_argument(
         "--sampled", type=int, default=sampled.DESIGNS, help="designs of sampled studies"
     )
@@ -87,6 +89,7 @@ def main() -> int:
     agreement = sample.run(chosen.seed, outcome.picked, size, chosen.processes, log)
     spiky = spikes.run(chosen.seed, chosen.diagrams, log)
     light = strong.run(chosen.seed, chosen.flywheels, log)
+    machines = driven.run(chosen.seed, chosen.driven, chosen.processes, log)
     studies = sampled.run(chosen.seed, chosen.sampled, chosen.checked, chosen.processes, log)
     reading = calibration.run(chosen.seed, chosen.calibrate, chosen.processes, log)
     means, cure = weak.drift()
@@ -99,6 +102,7 @@ def main() -> int:
         agreement=agreement,
         spiky=spiky,
         light=light,
+        machines=machines,
         studies=studies,
         reading=reading,
         own_error=calibration.own_error(chosen.seed),
@@ -117,6 +121,7 @@ def main() -> int:
                 *agreement.examples,
                 *spiky.examples,
                 *light.examples,
+                *machines.examples,
                 *(example for found in studies for example in found.examples),
                 *reading.examples,
             ],

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from benchmarks.stress import calibration, draw, sample, sampled, spikes, strong, weak
+from benchmarks.stress import calibration, draw, driven, sample, sampled, spikes, strong, weak
 from benchmarks.stress.checks import CHECKS
 from benchmarks.stress.chunks import Outcome
 from engine_dyn.status import MEANINGS
@@ -36,6 +36,7 @@ class Measured:
     agreement: sample.Agreement
     spiky: spikes.Spiky
     light: strong.Strong
+    machines: driven.Driven
     studies: list[sampled.Found]
     reading: calibration.Reading
     own_error: float
@@ -53,7 +54,7 @@ class Measured:
             + len(o.lost)
             + o.unlike.total()
             + wrong
-            + (self.spiky.wrong + self.light.wrong)
+            + (self.spiky.wrong + self.light.wrong + self.machines.wrong)
             + sum(found.defects for found in self.studies)
         )
 
@@ -92,7 +93,7 @@ def document(m: Measured) -> str:
     """docs/stability.md."""
     parts = [
         *_head(m), *_draws(), *_outcomes(m), *_rules(m), *_agreement(m), *_spikes(m), *_light(m),
-        *_sampled(m), *_repetition(m), *_closures(m), *_errors(m),
+        *_driven(m), *_sampled(m), *_repetition(m), *_closures(m), *_errors(m),
     ]  # fmt: skip
     return "\n".join(parts).rstrip() + "\n"
 
@@ -123,6 +124,8 @@ def _head(m: Measured) -> list[str]:
         f"- {count(a.size)} of them solved again by an independent solver: {wrong} disagree.",
         f"- {count(sum(m.light.compared.values()))} ordinary engines with light flywheels, "
         f"converged by the fast kernels: {count(m.light.wrong)} beyond the tolerance.",
+        f"- {count(m.machines.size)} designs with motors, driver tables and loads over speed and "
+        f"angle, compared with cycles followed in time: {count(m.machines.wrong)} wrong.",
         *_sampled_in_short(m),
         f"- `delta_error`: the true error is below the estimate for {100.0 * covered:.2f} % of "
         f"{count(len(r))} sane designs; median of estimate over error {median:.3g}, 95th "
@@ -281,6 +284,41 @@ def _light(m: Measured) -> list[str]:
         "",
         *_examples(s.examples, "inertia_model"),
     ]  # fmt: skip
+
+
+def _driven(m: Measured) -> list[str]:
+    d = m.machines
+    codes = sorted({code for _, code in d.status})
+    names = [name for name in driven.VERDICTS if any(v == name for _, v in d.verdicts)]
+    outcomes, verdicts = [], []
+    for law in driven.LAWS:
+        of_law = [d.status[law, code] for code in codes]
+        outcomes.append([law, count(sum(of_law)), *map(count, of_law)])
+        verdicts.append(
+            [law, *(count(d.verdicts[law, name]) for name in names), size(d.worst.get(law, 0.0)),
+             f"{d.stiffest.get(law, 0.0):.3g}"]
+        )  # fmt: skip
+    return [
+        "## Motors, drivers and loads over speed and angle",
+        "",
+        "Motors of all slips, that drive or brake, driver and load tables of up to ten points over "
+        "the crank's speed or their own, loads with a linear and a square part, and powers; a "
+        "third of them with a load over the angle of its own shaft, at four gear ratios; one to "
+        "six cylinders, fired or motored, both inertia models and closures, with flywheels from "
+        "heavy to next to nothing. Each is followed in time with SciPy (oracle/in_time.py): what "
+        "is found must repeat there, and where nothing is found, cycles from the nominal speed and "
+        "from above must end at standstill or run away.",
+        "",
+        *rows(["law", "designs", *(f"{code} {MEANINGS[code]}" for code in codes)], outcomes),
+        "",
+        *(f"- *{name}*: {driven.VERDICTS[name]}." for name in names),
+        "",
+        "A deviation shrinks by the factor e to the power of minus the last column in a cycle.",
+        "",
+        *rows(["law", *names, "largest difference", "stiffest that agrees"], verdicts),
+        "",
+        *_examples([e for e in d.examples if e["verdict"] in driven.DEFECTS], "verdict"),
+    ]
 
 
 def _sampled_in_short(m: Measured) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.stress import calibration, chunks, draw, sample, shapes, spikes, strong
+from benchmarks.stress import calibration, chunks, draw, driven, sample, shapes, spikes, strong
 from benchmarks.stress.checks import CHECKS, VANISHING, check
 from engine_dyn import diagram_from_points
 from engine_dyn.pressure.family import family_from_diagrams
@@ -346,6 +346,41 @@ def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float) -> None:
     both = np.isfinite(found[0]) & np.isfinite(found[1])
     assert both.sum() > 50
     np.testing.assert_allclose(found[1][both], found[0][both], rtol=1e-8 + exponent)
+
+
+@pytest.mark.parametrize("group", [2, 4])
+def test_driven_machines(group: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motor, and a driver table: deviations shrink by up to e^-9000 in a cycle."""
+    monkeypatch.setattr(driven, "GROUP", 4)
+    result = driven.compare((1, group))
+    assert result.size == 4
+    assert result.wrong == 0, result.examples
+    assert max(result.stiffest.values()) > 500.0
+
+
+def test_what_is_said_of_driven_machines_is_judged() -> None:
+    """A false stall, false numbers and a false claim of accuracy are seen."""
+    chosen, inputs = driven.machine(1, 4)
+    _, family = driven.diagram(chosen.fired)
+    found = dispatch.solve(
+        wanted=("delta", "omega_max", "omega_min", "omega_mean", "delta_error", "omega"),
+        family=family, driven=chosen.driven, crank_angle=np.zeros(1), threads=1, **inputs,
+    )  # fmt: skip
+    found["load_factor"] = np.ones(driven.GROUP)
+
+    def verdict(**changes: Any) -> str:
+        spoiled = {name: array.copy() for name, array in found.items()}
+        for name, value in changes.items():
+            spoiled[name][0] = value
+        return driven.judge(chosen, 0, spoiled)[0]
+
+    assert verdict() == "agrees"
+    assert verdict(status=STALLED) == "outcome"
+    assert verdict(status=3) == "outcome"
+    assert verdict(delta=1.00001 * found["delta"][0]) == "off"
+    assert verdict(status=TOLERANCE_NOT_MET) == "honest"
+    wrong = 1.00001 * found["omega_min"][0]
+    assert verdict(status=TOLERANCE_NOT_MET, omega_min=wrong) == "off"
 
 
 def test_light_flywheels(monkeypatch: pytest.MonkeyPatch) -> None:

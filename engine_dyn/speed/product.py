@@ -106,7 +106,7 @@ def varies(field: int, product: Product) -> bool:
 
 
 def places_of_results(chosen: Integers, product: Product) -> Integers:
-    """Places of the results of the designs `chosen` of a part: what `offsets_at` makes of OUTPUT."""
+    """Places of the results of the designs `chosen` of a part, as `offsets_at` makes them."""
     axes = np.concatenate([product.table_axes, product.other_axes])
     along = np.unravel_index(chosen, tuple(product.shape[axes])) if axes.size else ()
     places = np.full(chosen.shape, product.value_start[OUTPUT])

@@ -124,5 +124,6 @@ def extremes(
     for k in range(lanes):
         span = state[MAX_SPEED + k] - state[MIN_SPEED + k]
         rounding = ROUNDING * (1.0 + CANCELLED * state[ETA + k])
-        state[ERROR + k] = (state[ERROR + k] + rounding) / span if span > 0.0 else 0.0
+        # A fluctuation below rounding is left to the general solver, which says what it is worth.
+        state[ERROR + k] = (state[ERROR + k] + rounding) / span if span > 0.0 else math.inf
         state[ERROR + k] += products_missed(two_grid.constants, period, span, timed, k, state)

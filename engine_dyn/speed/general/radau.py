@@ -19,16 +19,13 @@ __all__ = ["Interval", "Passed", "interval_of", "pass_interval"]
 
 ROOT = math.sqrt(6.0)
 
-# Radau IIA with three stages, Hairer and Wanner, Solving Ordinary Differential Equations II,
-# table IV.5.6: places, weights, and the slope of the polynomial through start and stages at the
-# end of the step.
+# Radau IIA with three stages, docs/method.md (126); Hairer and Wanner, Solving Ordinary
+# Differential Equations II, table IV.5.6: places, weights, and the slope of the polynomial through
+# start and stages at the end of the step.
 PLACE_1, PLACE_2 = (4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0
-A11, A12, A13 = (88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0, (
-    -2.0 + 3.0 * ROOT
-) / 225.0  # fmt: skip
-A21, A22, A23 = (296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0, (
-    -2.0 - 3.0 * ROOT
-) / 225.0  # fmt: skip
+A11, A12 = (88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0
+A21, A22 = (296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0
+A13, A23 = (-2.0 + 3.0 * ROOT) / 225.0, (-2.0 - 3.0 * ROOT) / 225.0
 A31, A32, A33 = (16.0 - ROOT) / 36.0, (16.0 + ROOT) / 36.0, 1.0 / 9.0
 END_1 = (1.0 - PLACE_2) / (PLACE_1 * (PLACE_1 - PLACE_2) * (PLACE_1 - 1.0))
 END_2 = (1.0 - PLACE_1) / (PLACE_2 * (PLACE_2 - PLACE_1) * (PLACE_2 - 1.0))
@@ -128,9 +125,10 @@ def _step(
 ) -> tuple[float, float, float, bool]:
     """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
 
-    The slope, times the width, is that of the polynomial through the stages, docs/method.md (127),
-    because the terms of the equation itself nearly cancel where it is stiff. The last result tells
-    whether the stages were found.
+    The stages are those of docs/method.md (126), found by Newton's method. The slope, times the
+    width, is that of the polynomial through the stages, docs/method.md (127), because the terms of
+    the equation itself nearly cancel where it is stiff. The last result tells whether the stages
+    were found.
     """
     z1 = z2 = z3 = 0.0
     factor, found = 1.0, False

@@ -37,6 +37,7 @@ from engine_dyn.speed.tables.work_tables import (
 from engine_dyn.types import Floats
 
 __all__ = [
+    "acts",
     "extreme_of_speed",
     "highest_extremum",
     "load_missed",
@@ -186,6 +187,16 @@ def load_missed(kappa: float, mu: float, width: float, records: Floats) -> float
 
 
 @inlined
+def acts(design: Design, table: Floats) -> bool:
+    """Whether any work is done within the period, so that the speed cannot be constant."""
+    total = 0.0
+    for j in range(table.shape[1]):
+        total += design.gas * abs(table[GAS_TORQUE, j])
+        total += design.eta * abs(table[SQUARE_SLOPE, j])
+    return total > 0.0
+
+
+@inlined
 def speeds_of(
     design: Design, mu: float, width: float, choice: Choice, segments: int, table: Floats,
     scratch: Scratch,
@@ -193,8 +204,8 @@ def speeds_of(
     """Largest, smallest and mean speed [rad/s], and the estimated relative error of delta.
 
     docs/method.md (93) and (96). The estimate is that of the smallest speed, where it is larger:
-    near a stall that speed is far less than the range, and its error may be as large. All are NaN
-    where the smallest q is not above FLOOR.
+    near a stall that speed is far less than the range, and its error may be as large. It is 1 where
+    the fluctuation is less than rounding. All are NaN where the smallest q is not above FLOOR.
     """
     records = scratch.records
     top, bottom, mean = extremes_at_nodes(segments, records, scratch.running)
@@ -209,6 +220,8 @@ def speeds_of(
     if high > low:
         rounding = ROUNDING * (1.0 + CANCELLED * design.eta)
         error = (0.5 * (high_miss / high + low_miss / low) + rounding / low) / (high - low)
+    elif acts(design, table):
+        error = 1.0  # the fluctuation is below rounding, so 0 misses all of it
     error += unresolved(design.law, choice.closure, records)
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and span > 0.0:

@@ -1,4 +1,4 @@
-"""The stable cycle of one design, by following cycles in time: docs/method.md section 10.9.
+"""The stable cycle of one design, by following cycles in time: docs/method.md section 10.10.
 
 It is for designs for which the other solvers find none: torques that answer steeply to the speed,
 for which Newton's method on the whole curve starts too far away. The equation is of first order, so

@@ -25,15 +25,19 @@ Array = NDArray[np.float64]
 STANDSTILL = 1e-6
 """(omega/omega_n)^2 below which the machine stands."""
 
-CYCLES = 400
+FASTEST = 1e7
+"""Energy over the nominal one above which the machine runs away."""
+
+CYCLES = 60
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """The last cycle of a march.
+    """The last cycle of those followed.
 
     ``closed`` tells whether it repeats; ``lowest``, ``highest`` and ``mean`` are of omega/omega_n;
-    ``decay`` is the logarithm of the factor by which a deviation grows in it.
+    ``decay`` is the logarithm of the factor by which a deviation grows in it, ``time`` is its time
+    over that at the nominal speed.
     """
 
     closed: bool
@@ -42,6 +46,7 @@ class Cycle:
     highest: float = math.nan
     mean: float = math.nan
     decay: float = math.nan
+    time: float = math.nan
     cycles: int = 0
 
     @property
@@ -62,11 +67,14 @@ class Stiff:
     mu: float = 1.0
 
 
-def march(
+def follow(
     problem: Stiff, start: float = 1.0, relative: float = 1e-10, most: int = CYCLES,
-    widest: float = math.pi / 90.0, closed: float = 1e-9,
+    widest: float = math.pi / 45.0, closed: float = 1e-9,
 ) -> Cycle:  # fmt: skip
-    """Repeat cycles from ``u = start`` at angle 0 until one closes, or the machine stands."""
+    """Follow cycles from ``u = start`` at angle 0 until one repeats, or the machine stands.
+
+    Where deviations shrink slowly, the next cycle starts where this shrinking leads to.
+    """
     value = start * float(problem.theta(0.0))
 
     def rate(phi: float, e: Array) -> Array:
@@ -81,24 +89,46 @@ def march(
     def standing(phi: float, e: Array) -> float:
         return float(e[0] / problem.theta(phi) - STANDSTILL)
 
-    standing.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
+    def running(phi: float, e: Array) -> float:
+        return float(e[0] - FASTEST)
+
+    standing.terminal = running.terminal = True  # type: ignore[attr-defined]  # SciPy's way
+    if value <= STANDSTILL:
+        return Cycle(False, True)
     for cycle in range(1, most + 1):
         found = solve_ivp(
             rate, (0.0, problem.period), [value], method="Radau", jac=slope, rtol=relative,
-            atol=1e-3 * relative, max_step=widest, dense_output=True, events=standing,
+            atol=1e-3 * relative, max_step=widest, dense_output=True, events=(standing, running),
         )  # fmt: skip
         if found.status != 0:
-            return Cycle(False, True, cycles=cycle)
+            return Cycle(False, bool(found.t_events[0].size), cycles=cycle)
         end = float(found.y[0, -1])
-        if abs(end - value) <= closed * (1.0 + end):
-            return _of(problem, found, cycle)
-        value = end
+        this = _of(problem, found, cycle)
+        factor = math.exp(min(this.decay, 0.0))
+        step = (end - value) / (1.0 - factor) if factor < 1.0 else end - value
+        if factor < 1.0 and abs(step) <= closed * (1.0 + end):
+            return this
+        value = value + step if abs(step) <= 0.3 * value and factor < 0.9999 else end
     return Cycle(False, False, cycles=most)
+
+
+def after(problem: Stiff, start: float, relative: float = 1e-11) -> float:
+    """(omega/omega_n)^2 after ``period``, from ``start`` at angle 0."""
+
+    def rate(phi: float, e: Array) -> Array:
+        force, _ = problem.law(e / problem.theta(phi))
+        return np.asarray(problem.work_rate(phi) - problem.kappa * (force / problem.mu - 1.0))
+
+    found = solve_ivp(
+        rate, (0.0, problem.period), [start * float(problem.theta(0.0))], method="Radau",
+        rtol=relative, atol=1e-3 * relative,
+    )  # fmt: skip
+    return float(found.y[0, -1] / problem.theta(problem.period))
 
 
 def _of(problem: Stiff, found: Any, cycles: int) -> Cycle:
     """Extremes by a parabola through the best samples; means by the trapezoidal rule."""
-    count = 40 * round(problem.period / math.radians(1.0))
+    count = 20 * round(problem.period / math.radians(1.0))
     phi = np.arange(count) * problem.period / count
     e = found.sol(phi)[0]
     u = e / problem.theta(phi)
@@ -107,7 +137,7 @@ def _of(problem: Stiff, found: Any, cycles: int) -> Cycle:
     decay = -problem.kappa / problem.mu * float(np.mean(first / problem.theta(phi)))
     return Cycle(
         True, False, -_peak(-speed), _peak(speed), float(np.mean(speed)), decay * problem.period,
-        cycles,
+        float(np.mean(1.0 / speed)), cycles,
     )  # fmt: skip
 
 
