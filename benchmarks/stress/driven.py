@@ -57,6 +57,9 @@ POINTS = 7200
 EXACT = 1e-8
 """Relative tolerance of the integration in time."""
 
+STARTS = 12
+"""Of cycles, where those that were followed have not ended."""
+
 MOST_CYCLES = 12
 """Cycles that are followed where nothing was found."""
 
@@ -68,6 +71,7 @@ LAWS = ("motor", "driver table", "load table", "linear and square", "power")
 VERDICTS = {
     "agrees": "same outcome, and numbers within the tolerance",
     "honest": "status 5, and the true errors of δ and of ω_min are within δ_error",
+    "gave up": "status 3, and there is indeed no steady cycle",
     "border": "running or stalled by a hair: smallest ω below 3 % of nominal, or a speed at the "
     "end of the table",
     "unknown": "neither repeats nor ends within the cycles that were followed",
@@ -390,8 +394,21 @@ def _judge_missing(chosen: Machine, place: int, code: int, mu: float) -> tuple[s
         near |= abs(cycle.highest - high) < 1e-4
         return ("border" if near else "outcome"), 0.0, cycle
     if not cycle.stands:
-        return ("agrees" if code == NO_STEADY_STATE else "unknown"), 0.0, cycle
+        if code == NO_STEADY_STATE:
+            return "agrees", 0.0, cycle
+        if not _falls_from_everywhere(problem_in_time):
+            return "unknown", 0.0, cycle
+    if code == NOT_CONVERGED:
+        return "gave up", 0.0, cycle
     return ("agrees" if code in (STALLED, NO_STEADY_STATE) else "outcome"), 0.0, cycle
+
+
+def _falls_from_everywhere(given: in_time.Stiff) -> bool:
+    """Whether a cycle ends slower than it began, from all of some starts, however little slower."""
+    return all(
+        in_time.after(given, float(start), 1e-7) < start
+        for start in np.geomspace(1e-2, highest(given), STARTS)
+    )
 
 
 def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, float, Any]:
