@@ -127,22 +127,32 @@ def after(problem: Stiff, start: float, relative: float = 1e-11) -> float:
 
 
 def _of(problem: Stiff, found: Any, cycles: int) -> Cycle:
-    """Extremes by a parabola through the best samples; means by the trapezoidal rule."""
+    """Extremes from samples, and again from closer ones there; means by the trapezoidal rule."""
     count = 20 * round(problem.period / math.radians(1.0))
-    phi = np.arange(count) * problem.period / count
-    e = found.sol(phi)[0]
-    u = e / problem.theta(phi)
-    speed = np.sqrt(u)
-    _, first = problem.law(u)
+    width = problem.period / count
+    phi = np.arange(count) * width
+
+    def speed_at(angle: Any) -> Array:
+        place = np.mod(angle, problem.period)
+        return np.asarray(np.sqrt(found.sol(place)[0] / problem.theta(place)))
+
+    def highest(sign: float) -> float:
+        top = phi[int(np.argmax(sign * speed))]
+        return _peak(sign * speed_at(top + np.linspace(-width, width, 201)))
+
+    speed = speed_at(phi)
+    _, first = problem.law(speed**2)
     decay = -problem.kappa / problem.mu * float(np.mean(first / problem.theta(phi)))
     return Cycle(
-        True, False, -_peak(-speed), _peak(speed), float(np.mean(speed)), decay * problem.period,
+        True, False, -highest(-1.0), highest(1.0), float(np.mean(speed)), decay * problem.period,
         float(np.mean(1.0 / speed)), cycles,
     )  # fmt: skip
 
 
 def _peak(values: Array) -> float:
-    top = int(np.argmax(values))
-    left, here, right = values[top - 1], values[top], values[(top + 1) % values.size]
+    """Largest value of the parabola through the largest sample and its neighbours."""
+    top = min(max(int(np.argmax(values)), 1), values.size - 2)
+    left, here, right = values[top - 1 : top + 2]
     bend = left - 2.0 * here + right
-    return float(here - (right - left) ** 2 / (8.0 * bend)) if bend < 0.0 else float(here)
+    peak = here - (right - left) ** 2 / (8.0 * bend) if bend < 0.0 else here
+    return float(max(peak, np.max(values)))

@@ -51,10 +51,10 @@ CYCLE = 4.0 * math.pi
 GROUP = 12
 """Designs of one machine."""
 
-POINTS = 7200
+POINTS = 14400
 """Samples of the torque over the cycle, for a periodic cubic spline."""
 
-EXACT = 1e-8
+EXACT = 1e-10
 """Relative tolerance of the integration in time."""
 
 STARTS = 12
@@ -362,7 +362,6 @@ def judge(chosen: Machine, place: int, found: dict[str, Any]) -> tuple[str, floa
         if cycle.lowest < low * (1.0 - 1e-6) or cycle.highest > high * (1.0 + 1e-6):
             return "outcome", worst, cycle
         if code == CONVERGED:
-            # The samples of the extremes and the integration leave some 1e-8.
             return ("agrees" if worst <= TOLERANCE else "off"), worst, cycle
         either = max(differs[0], differs[2])
         honest = either <= max(float(found["delta_error"][place]), TOLERANCE)

@@ -234,10 +234,10 @@ def test_a_motor_that_passes_its_breakdown_torque_in_the_cycle() -> None:
     engine = load_engine("compressor_79x83", Path())
     value = engine.values
     nominal = float(value["speed"]) * np.pi / 30.0
-    ratio = 0.5 * float(value["stroke"]) / float(value["rod_length"])
-    rod = float(value["rod_mass"]) * float(value["rod_centre_of_gravity"])
-    mass = float(value["piston_mass"]) + rod / float(value["rod_length"])
-    radius, cycle = 0.5 * float(value["stroke"]), 2.0 * np.pi
+    ratio, radius = float(value["crank_ratio"]), 0.5 * float(value["stroke"])
+    share = float(value["rod_centre_of_gravity"]) * ratio / radius
+    mass = float(value["piston_mass"]) + share * float(value["rod_mass"])
+    cycle = 2.0 * np.pi
     phi = np.linspace(0.0, cycle, 7201)
     v, b = solution.velocity(phi, ratio), solution.acceleration(phi, ratio)
     gas = engine.family.row(0)(phi) - 1e5 * float(value["crankcase_pressure"])
