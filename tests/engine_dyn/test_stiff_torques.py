@@ -277,3 +277,15 @@ def test_and_so_with_every_load(exponent: float, closure: str) -> None:
         found = solved(design, inertia=inertia)
         assert found.status == status.TOLERANCE_NOT_MET, inertia
         assert found.delta_error >= 1.0
+
+
+@compiled
+def test_a_braking_motor_that_is_pushed_past_its_breakdown_torque_runs_away() -> None:
+    """A light flywheel: the stroke of one cylinder is more than such a motor holds."""
+    design = design_of("alpha 2, constant, 1 cyl, power_mean")
+    keys: dict[str, Any] = {
+        "driven": DrivenMachine(motor=True), "synchronous_speed": 0.998 * design.omega_n,
+        "breakdown_slip": 0.01,
+    }  # fmt: skip
+    assert solved(design, **keys, inertia=100.0 * design.inertia).status == status.CONVERGED
+    assert solved(design, **keys, inertia=0.1 * design.inertia).status == status.NO_STEADY_STATE

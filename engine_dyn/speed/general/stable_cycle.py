@@ -40,7 +40,10 @@ REPEATS, STANDS, RUNS_AWAY, LOST = range(4)
 """What comes of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
 
 HIGHEST = 1e8
-"""Energy over the nominal one above which a design runs away."""
+"""Energy over the nominal one above which a design runs away within a cycle."""
+
+MOST_STARTS = 14
+"""Largest number of starts between standstill and running away."""
 
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
@@ -115,11 +118,12 @@ def _pass_cycle(
 
 @inlined
 def _follow(
-    start: float, mu: float, fine: bool, design: Design, choice: Choice, width: float,
-    table: Floats, solved: Floats,
+    start: float, above: float, mu: float, fine: bool, design: Design, choice: Choice,
+    width: float, table: Floats, solved: Floats,
 ) -> tuple[int, float, float, int]:  # fmt: skip
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
+    One that begins above every steady cycle, `above`, and ends still higher never comes back.
     Returns what comes of them, the energy at node 0, what the last one may miss, and their number.
     Where a deviation shrinks slowly, the next start is where this shrinking leads to,
     docs/method.md (128); from where that led to standstill, the cycles are followed one by one.
@@ -135,6 +139,8 @@ def _follow(
                 return fate, e, missed, cycle
             e, hurried = plain, False
             continue
+        if e >= above and end > e:
+            return RUNS_AWAY, e, missed, cycle
         step = end - e
         plain = end
         # Multiples of rounding only: a steady cycle that repels is none.
@@ -155,15 +161,32 @@ def _found(
     start: float, above: float, mu: float, design: Design, choice: Choice, width: float,
     table: Floats, solved: Floats,
 ) -> tuple[int, float, float, int]:  # fmt: skip
-    """The stable cycle for one mu, from `start`, and from `above` where that leads to none."""
-    fate, e, _, cycles = _follow(start, mu, False, design, choice, width, table, solved)
-    if fate != REPEATS:
-        fate, e, _, more = _follow(above, mu, False, design, choice, width, table, solved)
+    """The stable cycle for one mu: from `start`, and from elsewhere where that leads to none.
+
+    Starts that lead to standstill lie below all that run away, and steady cycles between them, so
+    the next start is higher or lower.
+    """
+    low, high = 0.0, above
+    runs_away = False
+    e, cycles = start, 0
+    fate = LOST
+    for _ in range(MOST_STARTS):
+        fate, found, _, more = _follow(e, above, mu, False, design, choice, width, table, solved)
         cycles += more
-    if fate != REPEATS:
-        return fate, e, math.inf, cycles
-    fate, e, missed, more = _follow(e, mu, True, design, choice, width, table, solved)
-    return fate, e, missed, cycles + more
+        if fate == REPEATS:
+            fate, found, missed, more = _follow(
+                found, above, mu, True, design, choice, width, table, solved
+            )
+            return fate, found, missed, cycles + more
+        if fate == LOST or (fate == STANDS and e >= above):
+            return fate, found, math.inf, cycles
+        if fate == RUNS_AWAY:
+            runs_away, high = True, min(e, high)
+            e = 0.5 * (low + high)
+        else:
+            low = max(e, low)
+            e = 0.5 * (low + high) if runs_away else above
+    return (RUNS_AWAY if runs_away else fate), e, math.inf, cycles
 
 
 @inlined
