@@ -9,6 +9,10 @@ from hypothesis import settings
 
 # The same examples in every run: what fails on one machine fails on all.
 settings.register_profile("engine-dyn", deadline=None, max_examples=25, derandomize=True)
+# For `make properties`: other examples in every run, and many of them.
+settings.register_profile(
+    "many", deadline=None, max_examples=int(os.environ.get("SCENES", "500")), print_blob=True
+)
 settings.load_profile("engine-dyn")
 
 if worker := os.environ.get("PYTEST_XDIST_WORKER"):

@@ -183,6 +183,14 @@ def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) 
         file.createDimension(name, size)
     variables: dict[str, Any] = {}
     beside = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
+    # Where no result is along its dimension, no variable names it: then the file does, as xarray's.
+    of_none = [
+        n
+        for n, c in beside.items()
+        if not any(set(c.dims) <= set(v.dims) for v in labels.variables.values())
+    ]
+    if of_none:
+        file.setncattr("coordinates", " ".join(sorted(of_none)))
     for name, variable in (*labels.variables.items(), *labels.coordinates.items()):
         made = _made(file, name, variable, labels, lengths, level)
         if name in labels.variables:

@@ -64,7 +64,7 @@ def write_joined(
         netcdf.publish(partial.archive, output)
     except KeyboardInterrupt:
         raise Stopped("interrupted; nothing written") from None
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
         raise stopped(error, output, "nothing written") from None
 
 

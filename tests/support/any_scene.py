@@ -9,6 +9,7 @@ those that need what the scene does not give.
 from __future__ import annotations
 
 import functools
+import hashlib
 import re
 import tempfile
 from pathlib import Path
@@ -23,8 +24,8 @@ from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.units import RPM
 from sweeps.errors import SceneError
+from sweeps.planning.plan import make_plan
 from sweeps.reading.engine_files import catalogue
-from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 from sweeps.scene.toml_tables import FAILURES
 
@@ -339,7 +340,9 @@ def _balance(draw: Draw, given: Given) -> None:
         "balance_shaft_radius": around(0.1 * bore), "second_shaft_mass": around(0.3 * mass),
         "second_shaft_radius": around(0.1 * bore), "balance_couple": around(0.01 * mass * bore),
     }  # fmt: skip
-    keys = draw(st.lists(st.sampled_from(list(choices)), min_size=1, max_size=6, unique=True))
+    keys = draw(st.lists(st.sampled_from(list(choices)), min_size=3, max_size=8, unique=True))
+    if {"counterweight_fraction", "counterweight_mass"} <= {*keys}:
+        keys.remove(draw(st.sampled_from(["counterweight_fraction", "counterweight_mass"])))
     given.values["cylinder_spacing"] = choices["cylinder_spacing"]
     given.values |= {key: choices[key] for key in keys}
 
@@ -416,8 +419,10 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     name = draw(st.sampled_from(sorted(catalogue())))
     engine = engine_of(name)
     allowed = [f for f in (SIMPLE if simple else FEATURES) if _fits(f, engine)]
+    # What excludes most of the others would hardly be drawn.
+    allowed += [f for f in (_driver, _characteristic) if f in allowed] * 2
     chosen: list[Any] = []
-    for feature in draw(st.lists(st.sampled_from(allowed), max_size=4, unique=True)):
+    for feature in draw(st.lists(st.sampled_from(allowed), min_size=1, max_size=6, unique=True)):
         if not any(feature in group and group & {*chosen} for group in _EXCLUDE):
             chosen.append(feature)
     given = Given(engine, int(engine.values["cylinders"]))
@@ -429,6 +434,7 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     _place(draw, scene, given)
     _solver(draw, scene, given, simple)
     _output(draw, scene, engine, simple)
+    _reference(draw, scene)
     return _valid(scene)
 
 
@@ -512,13 +518,28 @@ def _output(draw: Draw, scene: dict[str, Any], engine: Any, simple: bool) -> Non
     scene["output"] = output
 
 
+def _reference(draw: Draw, scene: dict[str, Any]) -> None:
+    """A published value beside the computed ones: of the first point of every axis."""
+    axes, quantities = scene.get("axes", {}), scene["output"]["quantities"]
+    published = [name for name in quantities if name in ("delta", "imep", "torque_max")]
+    lists = all(isinstance(v, list) and isinstance(v[0], float) for v in axes.values())
+    if not published or not axes or not lists or "designs" in scene or not draw(st.booleans()):
+        return
+    head = ",".join([*axes, published[0]])
+    row = ",".join(str(number) for number in [*(values[0] for values in axes.values()), 0.05])
+    text = f"{head}\n{row}\n"
+    path = folder() / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.csv"
+    path.write_text(text)
+    scene["reference"] = {"file": str(path)}
+
+
 def _valid(scene: dict[str, Any]) -> dict[str, Any]:
     """Leave out quantities that need what the scene does not give; other scenes are not drawn."""
     while True:
         try:
-            read_scene(scene)
+            make_plan(read_scene(scene))
         except SceneError as error:
-            needing = re.search(r"'(\w+)' needs|which '(\w+)' needs", str(error))
+            needing = re.search(r"'(\w+)' needs|scene: (\w+) is that", str(error))
             quantities = scene["output"]["quantities"]
             name = needing and (needing[1] or needing[2])
             if name in quantities:
@@ -538,16 +559,43 @@ REFUSED: list[str] = []
 
 
 def keys_of(scene: dict[str, Any]) -> set[str]:
-    """All keys that a scene has, of all its tables."""
+    """All keys that a scene has, of all its tables; of single cylinders without their numbers."""
     found = set(scene)
-    for name in ("set", "axes", "designs", "solver", "output", "indicator", "characteristic"):
-        found |= set(scene.get(name) or {})
+    for table in scene.values():
+        found |= set(table) if isinstance(table, dict) else set()
     for axis in scene.get("axes", {}).values():
         found |= set(axis) if isinstance(axis, dict) else set()
+    return {re.sub(r"_\d+$", "_*", key) for key in found}
+
+
+def listed(scene: dict[str, Any]) -> dict[str, Any]:
+    """The same scene with every axis as a list, and without published values."""
+    axes = {
+        name: scene["axes"][name] if isinstance(values, tuple) else np.asarray(values).tolist()
+        for name, values in read_scene(scene).axes.items()
+        if name in scene.get("axes", {})
+    }
+    found = {name: table for name, table in scene.items() if name != "reference"}
+    return {**found, "axes": axes} if axes else found
+
+
+def reversed_scene(scene: dict[str, Any]) -> dict[str, Any]:
+    """The same scene with its axes in another order, and their values and designs backwards."""
+    found = listed(scene)
+    if "axes" in found:
+        found["axes"] = {name: found["axes"][name][::-1] for name in reversed(found["axes"])}
+    if "designs" in found:
+        found["designs"] = {name: column[::-1] for name, column in found["designs"].items()}
     return found
 
 
-def values_of(scene: Scene, axis: str) -> list[Any]:
-    """Values along an axis, as a scene may give them."""
-    values = scene.axes[axis]
-    return list(values) if isinstance(values, tuple) else np.asarray(values).tolist()
+def one_of(scene: dict[str, Any], places: dict[str, int]) -> dict[str, Any]:
+    """A scene of one design: the point at these places along its axes and designs."""
+    found = listed(scene)
+    if "axes" in found:
+        found["axes"] = {name: [values[places[name]]] for name, values in found["axes"].items()}
+    if "designs" in found:
+        found["designs"] = {
+            name: [column[places["design"]]] for name, column in found["designs"].items()
+        }
+    return found
