@@ -47,6 +47,7 @@ THREADS, PROCESSES = 6, 4
 def _scene(engine: str, speeds: list[float], quantities: list[str], **more: Any) -> dict[str, Any]:
     return {
         "engine": engine,
+        "silenced_warnings": ["all"],  # one inertia for all engines
         "axes": {"speed": speeds, "inertia": np.linspace(1.5, 6.0, 60).tolist()},
         "output": {"quantities": quantities, "angle_step": 30.0},
         **more,
