@@ -423,16 +423,19 @@ def _judge_without_time(chosen: Machine, place: int, code: int) -> tuple[str, fl
     def at(m: float) -> Any:
         return in_time.follow(equation(chosen, place, math.exp(sense * m)), 1.0, 1e-7, closed=1e-6)
 
-    low, high = -1.0, 1.0
-    cycle = None
-    for _ in range(8):
-        m = 0.5 * (low + high)
-        cycle = at(m)
-        if cycle.closed and cycle.time < 1.0:
-            high = m
+    # Below `slow` the cycle takes too long or ends at standstill, above `quick` not long enough.
+    slow, quick = -1.0, 1.0
+    late = cycle = at(quick)
+    for _ in range(16):
+        m = 0.5 * (slow + quick)
+        found = at(m)
+        if found.closed and found.time < 1.0:
+            quick, cycle = m, found
         else:
-            low = m
-    if cycle is None or not cycle.closed or abs(cycle.time - 1.0) > 0.05:
+            slow, late = m, found
+    if not cycle.closed:
+        return "unknown", 0.0, cycle
+    if not late.closed:  # it comes to standstill before it takes the asked time
         return ("agrees" if code == STALLED else "unknown"), 0.0, cycle
     ends = chosen.ends
     if cycle.lowest < BORDER or cycle.lowest < ends[0] or cycle.highest > ends[1]:
