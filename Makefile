@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies quantities rates stress \
-	reliability faults soak properties fuzz wheel lock licences clean distclean
+	large-runs reliability faults soak properties fuzz wheel lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -35,7 +35,8 @@ help:
 	@echo "make rates       seconds behind the times of engine-dyn plan, measured here (5 min; RATES='--part 0.1')"
 	@echo "make bench-kernels  the kernels alone, so that a slow-down shows (pytest-benchmark)"
 	@echo "make stress      docs/stability.md: ten million absurd designs and two million sampled ones, checked (25 min)"
-	@echo "make reliability docs/reliability.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make large-runs  docs/large_runs.md: 10^8 designs, a hundred killed runs, killed workers (1 h)"
+	@echo "make reliability docs/reliability.md: every promise, its tests, the figures of the last runs"
 	@echo "make faults      every system call of a run made to fail once, and the run killed there (20 min; goes on)"
 	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
 	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
@@ -105,9 +106,13 @@ bench-kernels: $(VENV)/.installed-bench
 stress: $(VENV)/.installed-test
 	$(python) -m benchmarks.stress $(STRESS)
 
-# Settings: RELIABILITY='--designs 1000000 --kills 5 -o out/reliability.md' (minutes), and others.
+# Settings: LARGE_RUNS='--designs 1000000 --kills 5 -o out/large_runs.md --part out/large_runs.json' (minutes), and others.
+large-runs: $(VENV)/.installed-test
+	$(python) -m benchmarks.large_runs $(LARGE_RUNS)
+
+# From what the commands around this one have measured.
 reliability: $(VENV)/.installed-test
-	$(python) -m benchmarks.reliability $(RELIABILITY)
+	$(python) tools/reliability.py
 
 # Needs Linux and gcc. An interrupted campaign goes on. Settings: FAULTS='--points 12000', and others.
 faults: $(VENV)/.installed-test

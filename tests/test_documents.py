@@ -30,6 +30,7 @@ DOCUMENTS = {p.name: p.read_text("utf-8") for p in sorted((ROOT / "docs").glob("
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
+reliability: Any = importlib.import_module("reliability")
 readme_tables: Any = importlib.import_module("readme_tables")
 thesis_study: Any = importlib.import_module("thesis_study")
 validation: Any = importlib.import_module("validation")
@@ -391,3 +392,22 @@ def test_errata_have_four_columns_and_known_users() -> None:
     for row in rows:
         assert None not in row.values() and None not in row
         assert row["printed"] != row["right"]
+
+
+# --- reliability ----------------------------------------------------------------------------------
+
+
+def test_every_promise_has_tests_that_exist() -> None:
+    for row in reliability.promises():
+        assert row["tests"].split()
+        for test in row["tests"].split():
+            path, _, name = test.partition("::")
+            assert f"def {name}(" in (ROOT / path).read_text(encoding="utf-8"), test
+        for name in row["figure"].split():
+            assert name in reliability.FIGURES or name in reliability.OF_STABILITY
+
+
+def test_the_page_of_reliability_is_made_from_its_parts() -> None:
+    page = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    assert page == reliability.text()
+    assert "not measured yet" not in page

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import reliability
+from benchmarks import large_runs
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -18,24 +18,24 @@ def test_scene_has_about_as_many_designs_as_asked(designs: int) -> None:
     from sweeps.planning.plan import make_plan
     from sweeps.scene.reading import read_scene
 
-    plan = make_plan(read_scene(tomllib.loads(reliability.scene_text(designs))))
+    plan = make_plan(read_scene(tomllib.loads(large_runs.scene_text(designs))))
     assert 0.95 * designs < plan.designs < 1.05 * designs
 
 
-@pytest.mark.skipif(not hasattr(reliability.os, "wait4"), reason="needs a Unix")
+@pytest.mark.skipif(not hasattr(large_runs.os, "wait4"), reason="needs a Unix")
 def test_it_measures_and_reports(tmp_path: Path) -> None:
-    sweep = reliability.measured_sweep(50_000, "100MB", tmp_path)
+    sweep = large_runs.measured_sweep(50_000, "100MB", tmp_path)
     assert 33 * sweep.designs < sweep.archive < 40 * sweep.designs
     # A child's largest resident memory counts what it inherits from the process of the tests.
     assert sweep.resident > 1e7
-    found = reliability.kills(50_000, 2, 1, tmp_path)
+    found = large_runs.kills(50_000, 2, 1, tmp_path)
     assert not found.lost
     assert sum(found.counts.values()) == 2
-    cluster = reliability.killed_workers(100_000, 1, 1, tmp_path)
+    cluster = large_runs.killed_workers(100_000, 1, 1, tmp_path)
     assert not cluster.lost
     assert cluster.blocks > cluster.kept[0] > 0
-    text = reliability.text(sweep, found, cluster, "here")
+    text = large_runs.text(sweep, found, cluster, "here")
     assert text.count("Nothing was lost.") == 2
     assert all(line.count("|") == 3 for line in text.splitlines() if line.startswith("|"))
     found.lost.append("kill 1: other bytes in the variables")
-    assert "other bytes" in reliability.text(sweep, found, cluster, "here")
+    assert "other bytes" in large_runs.text(sweep, found, cluster, "here")

@@ -1,6 +1,6 @@
-"""Large sweeps, killed runs and killed workers, measured: writes docs/reliability.md.
+"""Large sweeps, killed runs and killed workers, measured: writes docs/large_runs.md.
 
-python -m benchmarks.reliability [--designs N] [--memory SIZE] [--kills N] [--workers-killed N]
+python -m benchmarks.large_runs [--designs N] [--memory SIZE] [--kills N] [--workers-killed N]
                                  [--folder F] [-o FILE]
 """
 
@@ -28,6 +28,7 @@ import netCDF4
 import numpy as np
 import psutil
 
+from benchmarks.reliability_parts import part_file, write_part
 from sweeps.errors import size_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -476,7 +477,7 @@ def cluster_text(found: Cluster) -> list[str]:
 
 
 def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
-    """docs/reliability.md."""
+    """docs/large_runs.md."""
     met = "met" if sweep.rate >= sweep.required else "not met"
     small = "met" if sweep.resident < 1e9 else "not met"
     count = sum(found.counts.values())
@@ -486,7 +487,7 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
         [
             "# Reliability of large runs",
             "",
-            "Made by `make reliability` (`python -m benchmarks.reliability`); change that, not "
+            "Made by `make large-runs` (`python -m benchmarks.large_runs`); change that, not "
             "this. The same tests, smaller: "
             "[test_streaming.py](../tests/sweeps/test_streaming.py), "
             "[test_joining.py](../tests/sweeps/test_joining.py), "
@@ -541,6 +542,21 @@ def text(sweep: Sweep, found: Kills, cluster: Cluster, machine: str) -> str:
     )  # fmt: skip
 
 
+def figures(sweep: Sweep, found: Kills, cluster: Cluster) -> dict[str, Any]:
+    """What docs/reliability.md tells of these runs."""
+    return {
+        "designs": sweep.designs,
+        "memory": sweep.memory,
+        "archive_bytes": sweep.archive,
+        "resident_bytes": sweep.resident,
+        "runs_killed": sum(found.counts.values()),
+        "blocks_found": found.blocks_kept,
+        "lost": len(found.lost),
+        "workers_killed": len(cluster.kept),
+        "lost_by_workers": len(cluster.lost),
+    }
+
+
 def machine_text() -> str:
     from sweeps.archive.provenance import PACKAGES, version
 
@@ -554,7 +570,7 @@ def machine_text() -> str:
 
 def main() -> None:
     """Run all of it."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.reliability")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.large_runs")
     parser.add_argument("--designs", type=int, default=100_000_000)
     parser.add_argument("--memory", default="500MB")
     parser.add_argument("--kills", type=int, default=100)
@@ -562,7 +578,8 @@ def main() -> None:
     parser.add_argument("--workers-killed", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="where runs are written; a temporary folder")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "reliability.md")
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "large_runs.md")
+    parser.add_argument("--part", type=Path, default=part_file("large_runs"))
     options: Any = parser.parse_args()
     machine = machine_text()
     with tempfile.TemporaryDirectory(dir=options.folder) as name:
@@ -572,6 +589,7 @@ def main() -> None:
         cluster = killed_workers(options.kill_designs, options.workers_killed, options.seed, folder)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text(text(sweep, found, cluster, machine), encoding="utf-8")
+    write_part(options.part, figures(sweep, found, cluster))
     print(options.output)
     if found.lost or cluster.lost:
         sys.exit(1)
