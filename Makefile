@@ -18,7 +18,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: help demo check test coverage lint imports types validation calibrate bench bench-kernels studies quantities rates stress \
-	large-runs reliability faults soak properties fuzz wheel lock licences clean distclean
+	large-runs reliability faults soak properties fuzz damage wheel lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
@@ -41,6 +41,7 @@ help:
 	@echo "make soak        2000 runs in one process, many threads and processes at once (10 min)"
 	@echo "make properties  scenes of every kind, drawn: against the oracle, in parts, alone (1 h)"
 	@echo "make fuzz        hostile files of every kind for ten minutes: all must be refused in one line"
+	@echo "make damage      a hundred thousand damaged archives: none may hang or be taken for sound (1 h; goes on)"
 	@echo "make wheel       dist/*.whl"
 	@echo "make lock        requirements*.txt: the tested versions with the hashes of their files"
 	@echo "make licences    the licence of every installed package"
@@ -129,6 +130,10 @@ properties: $(VENV)/.installed-test
 # Settings: FUZZ='--seconds 3600', and others; atheris leads it where it is installed.
 fuzz: $(VENV)/.installed-test
 	$(python) -m benchmarks.fuzz $(FUZZ)
+
+# An interrupted campaign goes on. Settings: DAMAGE='--seed 7 --number 1000000', and others.
+damage: $(VENV)/.installed-test
+	$(python) -m benchmarks.fuzz.damage $(DAMAGE)
 
 # build/ is removed first: setuptools would pack what an earlier build left there.
 wheel: $(VENV)/.installed

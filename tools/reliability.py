@@ -60,8 +60,14 @@ def of_stability(words: str) -> str:
 
 FIGURES = {
     "properties": lambda p: p["short"],
-    "fuzz": lambda p: p["short"],
-    "damage": lambda p: p["short"],
+    "fuzz": lambda p: (
+        f"{number(sum(counts['inputs'] for counts in p['targets'].values()))} inputs of "
+        f"{len(p['targets'])} kinds in {p['seconds'] / 60:.0f} minutes, {wrong_of(p)}"
+    ),
+    "damage": lambda p: (
+        f"{number(p['files'])} damaged files: {number(p['opened'])} could be opened, "
+        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} fell"
+    ),
     "large_runs": lambda p: (
         f"{p['runs_killed']} runs killed, {number(p['blocks_found'])} finished blocks found, "
         f"{p['lost']} lost"

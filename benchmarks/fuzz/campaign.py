@@ -36,6 +36,7 @@ from benchmarks.fuzz.command_lines import check_command_line, command_lines
 from benchmarks.fuzz.partials import check_partial, partials
 from benchmarks.fuzz.sandbox import engines, scenes
 from benchmarks.fuzz.texts import check_engine, check_scene, check_table, tables, texts
+from benchmarks.reliability_parts import part_file, write_part
 from sweeps.catalogue import PACKAGE
 
 __all__ = ["MEMORY", "TARGETS", "main"]
@@ -142,6 +143,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=600.0, help="for all targets together")
     parser.add_argument("--target", choices=list(TARGETS), action="append")
     parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--part", type=Path, default=part_file("fuzz"))
     parser.add_argument("--here", action="store_true", help="in this process")
     given_ = parser.parse_args()
     chosen = given_.target or list(TARGETS)
@@ -150,16 +152,20 @@ def main() -> None:
     if given_.here:
         campaign(chosen[0], share, number)
         return
-    failed = []
-    print(f"seed {number}, {'atheris' if _atheris() else 'hypothesis'}", flush=True)
+    failed, targets = [], {}
+    leader = "atheris" if _atheris() else "hypothesis"
+    print(f"seed {number}, {leader}", flush=True)
     for name in chosen:
         words = [sys.executable, "-m", "benchmarks.fuzz", "--here", "--target", name]
         words += ["--seconds", str(share), "--seed", str(number)]
         done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
         counts = (done.stdout.splitlines() or ["{}"])[-1]
         print(f"{name}: {counts}", flush=True)
+        targets[name] = json.loads(counts)
         if done.returncode:
             failed.append(name)
             print(f"{name}: ended with {done.returncode}\n{done.stderr[-6000:]}", flush=True)
+    figures = {"seed": number, "seconds": given_.seconds, "leader": leader, "targets": targets}
+    write_part(given_.part, {**figures, "wrong": failed})
     if failed:
         sys.exit(f"failed: {', '.join(failed)}")

@@ -34,6 +34,7 @@ from typing import Any
 import psutil
 
 from benchmarks.fuzz.damaged_bytes import ROOT, damaged, sound_files
+from benchmarks.reliability_parts import part_file, write_part
 
 __all__ = ["LONGEST", "campaign", "main", "read_damaged"]
 
@@ -333,12 +334,14 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after so many")
     parser.add_argument("--folder", type=Path, default=ROOT / "out" / "damage")
+    parser.add_argument("--part", type=Path, default=part_file("damage"))
     parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.work:
         _work(given.seed)
         return
     counts = campaign(given.folder, given.number, given.seed, given.workers, given.seconds)
+    write_part(given.part, {"seed": given.seed, "asked": given.number, **counts})
     if counts["wrong"]:
         sys.exit(f"wrong: {counts['wrong']}; see {given.folder}")
 

@@ -13,6 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 from benchmarks.fuzz.archives import good_archive
 from sweeps.reading.hdf5_structure import _checksum, _Walk
@@ -85,7 +86,9 @@ def sound_files() -> dict[str, bytes]:
                 make_plan(read_scene(scene)), path, Options(level=4, overwrite=path.exists())
             )
             found[name] = path.read_bytes()
-        for name, kind in (("table", "NETCDF4"), ("classic table", "NETCDF3_CLASSIC")):
+        kinds: dict[str, Literal["NETCDF4", "NETCDF3_CLASSIC"]]
+        kinds = {"table": "NETCDF4", "classic table": "NETCDF3_CLASSIC"}
+        for name, kind in kinds.items():
             with netCDF4.Dataset(path, "w", format=kind) as file:
                 file.createDimension("n", 9)
                 bore = file.createVariable("bore", "f8", ("n",))
