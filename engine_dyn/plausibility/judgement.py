@@ -88,10 +88,10 @@ class Implausible:
         unit = f" {check.unit}" if check.unit else ""
         usual = f"usual is {_number(check.low)} to {_number(check.high)}{unit}"
         if check.plain and self.given and self.given[0].startswith(f"{check.needs[0]} = "):
-            parts = [f"{check.name}: {self.given[0]}: {usual}"]
+            parts = [f"{check.name}: {self.given[0].removeprefix(f'{check.name} = ')}", usual]
         else:
-            of = f" of {', '.join(self.given)}" if self.given else ""
-            parts = [f"{check.name}: {check.what} {_number(self.value)}{unit}{of}: {usual}"]
+            of = f" ({', '.join(self.given)})" if self.given else ""
+            parts = [f"{check.name}: {check.what} is {_number(self.value)}{unit}{of}", usual]
         parts += [self._times()] if self._times() else []
         parts += [places] if places else []
         parts += [f"is {self.key} {self.question}?"] if self.question else []

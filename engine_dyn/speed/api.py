@@ -219,7 +219,7 @@ def periodic_speed(
     found = _solve(engine, load, solver, inertia, angles)
     if found.delta > MOST_DELTA:
         warnings.warn(
-            f"delta: coefficient of speed fluctuation {found.delta:.3g}: usual is 0 to "
+            f"delta: coefficient of speed fluctuation is {found.delta:.3g}; usual is 0 to "
             f"{MOST_DELTA:g}", ImplausibleWarning, stacklevel=2,
         )  # fmt: skip
     return found

@@ -114,7 +114,9 @@ def _run_line(dataset: xr.Dataset) -> str:
 
 
 def _attribute_lines(key: str, value: object) -> list[str]:
-    """One attribute; what is kept as JSON has a line for each of its members."""
+    """One attribute; JSON has a line for each of its members, an empty text has none."""
+    if isinstance(value, str) and not value:
+        return []
     if isinstance(value, str) and value.startswith("{"):
         try:
             members = json.loads(value)
