@@ -41,6 +41,9 @@ MOST_STEPS = 5_000_000
 LARGEST_METADATA = 1 << 28
 """Bytes of one structure that are read at once."""
 
+MOST_DIMENSIONS = 1 << 16
+"""Dimensions of a file. netCDF makes a list as long as the largest number of one."""
+
 DEEPEST_TYPE = 16
 """Types within types; netCDF allows compounds of arrays of compounds."""
 
@@ -568,6 +571,12 @@ class _Walk:
                 raise _Damaged("the value of an attribute ends outside it")
             values = body[place : place + count * found.size]
             self.references(values, found)
+        if called in (b"_Netcdf4Dimid", b"_Netcdf4Coordinates"):
+            if found.size != 4 or place + 4 * count > len(body):
+                raise _Unknown("numbers of dimensions of another type")
+            numbers = struct.unpack_from(f"<{count}I", body, place)
+            if count and max(numbers) >= MOST_DIMENSIONS:
+                raise _Damaged(f"dimension {max(numbers)}, of which netCDF would make a list")
         if called == b"DIMENSION_LIST":  # netCDF takes the first of each without looking
             if found.size != 16 or len(found.leaves) != 1 or not found.leaves[0].base:
                 raise _Unknown("a list of dimensions of another type")

@@ -321,3 +321,30 @@ def test_a_child_reads_all_values(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.raises(OSError, match="damaged"):
         netcdf_child.read_apart(path)
+
+
+@pytest.mark.parametrize("name", [b"_Netcdf4Dimid", b"_Netcdf4Coordinates"])
+def test_a_huge_number_of_a_dimension_takes_no_memory(
+    name: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A list as long as the number: 1.5e9 of them took 11 GB."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        for axis in "ab":
+            file.createDimension(axis, 2)
+            file.createVariable(axis, "f8", (axis,))
+        file.createVariable("both", "f8", ("a", "b"))
+    data = bytearray(path.read_bytes())
+    assert hdf5_structure.not_walked(path) == ""
+    monkeypatch.setattr(hdf5_structure, "_verify", lambda *_: None)  # checksums made right again
+    told = []
+    begin = data.index(name) + len(name)
+    for place in range(begin, begin + 40):  # type, space and value of the attribute
+        changed = bytearray(data)
+        changed[place : place + 4] = (87 << 24).to_bytes(4, "little")
+        path.write_bytes(changed)
+        try:
+            told.append(hdf5_structure.not_walked(path))
+        except OSError as error:
+            told.append(str(error))
+    assert any("of which netCDF would make a list" in line for line in told)
