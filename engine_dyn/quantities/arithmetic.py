@@ -26,16 +26,21 @@ def quotient(numerator: Any, denominator: Any) -> Any:
         return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
 
 
+_OF_EXPONENT = ((2.0, np.square), (0.5, np.sqrt))
+"""Exponents for which NumPy has other loops; 0 and 1 give the same bits by every loop."""
+
+
 def power(base: Any, exponent: Any) -> Any:
     """Power whose bits do not depend on how designs are cut into blocks.
 
-    Along a loop with one exponent, NumPy squares where that is 2, and calls `pow` elsewhere: the
-    last digit would depend on the shape of the arrays.
+    Along a loop with one exponent, NumPy squares where that is 2, takes the root where it is 0.5,
+    and calls `pow` elsewhere: the last digit would depend on the shape of the arrays.
     """
     result = base**exponent
-    if np.ndim(exponent) == 0 or not np.any(exponent == 2.0):
-        return result
-    return np.where(exponent == 2.0, np.square(base), result)
+    for special, function in _OF_EXPONENT:
+        if np.any(exponent == special):
+            result = np.where(exponent == special, function(base), result)
+    return result
 
 
 def product(**factors: Any) -> Any:

@@ -12,6 +12,7 @@ import pytest
 
 import sweeps
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
+from engine_dyn.quantities.arithmetic import power
 from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS
@@ -147,3 +148,17 @@ def test_every_quantity_is_computed(closure: str) -> None:
     used |= set(CYCLE_KEYS)  # the planner makes the family and which cycle of it from them
     used |= {"misfire", *OF_CYLINDER}  # and the sets of cylinders
     assert {name for name in NODES if name not in used and name not in QUANTITIES} == set()
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
+def test_powers_have_the_same_bits_in_every_shape(exponent: float) -> None:
+    base = np.random.default_rng(3).uniform(50.0, 300.0, 5000)
+    expected = power(base, np.full(base.size, exponent))
+    mixed = np.resize([exponent, 0.7], base.size)
+    for found in (
+        power(base, exponent), power(base, np.array(exponent)), power(base, np.array([exponent])),
+        power(base[:, None], np.full((base.size, 1), exponent))[:, 0],
+        np.concatenate([power(base[i : i + 7], exponent) for i in range(0, base.size, 7)]),
+    ):  # fmt: skip
+        assert np.array_equal(found, expected)
+    assert np.array_equal(power(base, mixed)[::2], expected[::2])

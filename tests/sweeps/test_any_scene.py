@@ -41,10 +41,6 @@ pytestmark = [
 quick = settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 
 
-LAST_BIT = {"load_torque": 1e-15}
-"""Results whose last bit is known to depend on how many designs are computed together: NumPy takes
-other loops for a power whose exponent is one number than for exponents of many designs."""
-
 slow = settings(quick, max_examples=max(5, settings.default.max_examples // 4))
 
 
@@ -55,8 +51,6 @@ def differing(found: xr.Dataset, expected: xr.Dataset) -> list[str]:
     for name, variable in expected.data_vars.items():
         ours, theirs = found[name].transpose(*variable.dims).values, variable.values
         same = np.asarray(ours == theirs)
-        if name in LAST_BIT and ours.shape == theirs.shape:
-            same = np.asarray(np.isclose(ours, theirs, rtol=LAST_BIT[str(name)], atol=0.0))
         if theirs.dtype.kind == "f":
             same |= np.isnan(ours) & np.isnan(theirs)
         if ours.shape != theirs.shape or not same.all():
@@ -119,10 +113,7 @@ def test_in_parts(
                 slice(first, first + part.sizes[d]) if d == axis else slice(None) for d in dims
             )
             theirs = everything[name][place]
-            if name in LAST_BIT:
-                np.testing.assert_allclose(values, theirs, rtol=LAST_BIT[name])
-            else:
-                assert np.array_equal(values, theirs, equal_nan=True), name
+            assert np.array_equal(values, theirs, equal_nan=True), name
 
 
 @quick
