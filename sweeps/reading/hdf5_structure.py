@@ -557,7 +557,10 @@ class _Walk:
         called = body[place : place + name - 1]
         _check_name(called)
         place += pad(name)
-        if version > 1 and flags & 1:
+        shared = version > 1 and flags & 1
+        if called in _OWN_TYPES and (shared or not _OWN_TYPES[called](body[place:])):
+            raise _Unknown(f"{called.decode()} of another type")
+        if shared:
             found = self.shared_type(body[place : place + kind])
         else:
             found, end = self.datatype(body, place, 0)
@@ -572,14 +575,12 @@ class _Walk:
             values = body[place : place + count * found.size]
             self.references(values, found)
         if called in (b"_Netcdf4Dimid", b"_Netcdf4Coordinates"):
-            if found.size != 4 or place + 4 * count > len(body):
-                raise _Unknown("numbers of dimensions of another type")
+            if place + 4 * count > len(body):
+                raise _Damaged("the value of an attribute ends outside it")
             numbers = struct.unpack_from(f"<{count}I", body, place)
             if count and max(numbers) >= MOST_DIMENSIONS:
                 raise _Damaged(f"dimension {max(numbers)}, of which netCDF would make a list")
         if called == b"DIMENSION_LIST":  # netCDF takes the first of each without looking
-            if found.size != 16 or len(found.leaves) != 1 or not found.leaves[0].base:
-                raise _Unknown("a list of dimensions of another type")
             if not all(
                 _uint(values, n, 4) and _uint(values, n + 4, 8) for n in range(0, 16 * count, 16)
             ):
@@ -746,6 +747,32 @@ def _check_name(name: bytes) -> None:
         name.decode()
     except UnicodeDecodeError:
         raise _Unknown("a name that is not UTF-8") from None
+
+
+def _is_text(kind: bytes) -> bool:
+    """Whether a type is a text of fixed length."""
+    return kind[0] & 15 == 3
+
+
+def _is_integer(kind: bytes) -> bool:
+    """Whether a type is a whole number of four bytes, least significant first."""
+    return kind[0] & 15 == 0 and not kind[1] & 1 and _uint(kind, 4, 4) == 4
+
+
+def _is_references(kind: bytes) -> bool:
+    """Whether a type is sequences (not texts) of references to objects."""
+    lists = kind[0] & 15 == 9 and kind[1] & 15 == 0 and _uint(kind, 4, 4) == 16
+    return lists and kind[8] & 15 == 7 and kind[9] & 15 == 0
+
+
+_OWN_TYPES: dict[bytes, Callable[[bytes], bool]] = {
+    b"DIMENSION_LIST": _is_references,
+    b"CLASS": _is_text,
+    b"NAME": _is_text,
+    b"_Netcdf4Dimid": _is_integer,
+    b"_Netcdf4Coordinates": _is_integer,
+}
+"""Attributes that netCDF reads while it opens a file, without looking at their types."""
 
 
 def _count(body: bytes) -> int:

@@ -348,3 +348,23 @@ def test_a_huge_number_of_a_dimension_takes_no_memory(
         except OSError as error:
             told.append(str(error))
     assert any("of which netCDF would make a list" in line for line in told)
+
+
+@pytest.mark.parametrize("name", [b"DIMENSION_LIST", b"CLASS", b"NAME", b"_Netcdf4Dimid"])
+def test_attributes_of_netcdf_must_have_their_types(
+    name: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A list of dimensions that said it was a list of texts crashed the library."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        for axis in "ab":
+            file.createDimension(axis, 2)
+            file.createVariable(axis, "f8", (axis,))
+        file.createVariable("both", "f8", ("a", "b"))
+    data = bytearray(path.read_bytes())
+    assert hdf5_structure.not_walked(path) == ""
+    monkeypatch.setattr(hdf5_structure, "_verify", lambda *_: None)  # checksums made right again
+    place = data.index(name + b"\0") + len(name) + 1
+    data[place + (name == b"DIMENSION_LIST")] ^= 1  # of texts; the others are of another class
+    path.write_bytes(data)
+    assert hdf5_structure.not_walked(path) == f"{name.decode()} of another type"
