@@ -1,6 +1,6 @@
 """Figures of reliability, one file of JSON for each command: docs/reliability/NAME.json.
 
-Whoever makes docs/reliability.md reads them; every part says when it was made, with which versions.
+tools/reliability.py reads them; every part says when it was made, with which versions.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 from sweeps.archive.provenance import PACKAGES, version
 
-__all__ = ["part_file", "read_parts", "write_part"]
+__all__ = ["part_file", "write_part"]
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "reliability"
 
@@ -35,10 +35,3 @@ def write_part(path: Path, figures: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps({**about, **figures}, indent=1, ensure_ascii=False)
     path.write_text(text + "\n", encoding="utf-8")
-
-
-def read_parts(folder: Path = FOLDER) -> dict[str, dict[str, Any]]:
-    """Figures of all commands that have been run, by their names."""
-    return {
-        path.stem: json.loads(path.read_text("utf-8")) for path in sorted(folder.glob("*.json"))
-    }

@@ -261,6 +261,9 @@ def _gathered(processes: list[Any], queue: Any) -> tuple[list[str], list[int]]:
 
 OLD, NEW = SCENES["scalars"], {**SCENES["scalars"], "set": {"load": 30}}
 
+FEW_READS = 20
+"""So few reads of a slow reader may all find the same archive."""
+
 
 def _read(output: str, ready: Any, ends: Any, queue: Any) -> None:
     """Read an archive again and again; each must be the old one or the new one."""
@@ -282,7 +285,7 @@ def _read(output: str, ready: Any, ends: Any, queue: Any) -> None:
             seen.add(known[text])
             if ('"load"' in load) != bool(known[text]):
                 wrong.append("a reader saw the scene of one archive with results of the other")
-        if len(seen) < 2:
+        if len(seen) < 2 and reads >= FEW_READS:
             wrong.append("a reader saw only one of the two archives")
     except Exception as error:
         wrong.append(f"a reader: {type(error).__name__}: {error}")

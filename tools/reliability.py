@@ -10,15 +10,12 @@ Run it from the project's root: `python tools/reliability.py`.
 from __future__ import annotations
 
 import csv
-import sys
+import json
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.reliability_parts import read_parts  # noqa: E402
 
 NOT_YET = "not measured yet"
 
@@ -29,6 +26,12 @@ OF_STABILITY = {
     "estimate": "`delta_error`",
 }
 """Figures that the first lines of docs/stability.md tell, and words by which a line is known."""
+
+
+def read_parts() -> dict[str, dict[str, Any]]:
+    """Figures of all commands that have been run, by their names."""
+    files = sorted((ROOT / "docs" / "reliability").glob("*.json"))
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in files}
 
 
 def number(value: float) -> str:
@@ -59,14 +62,18 @@ def of_stability(words: str) -> str:
 
 
 FIGURES = {
-    "properties": lambda p: p["short"],
+    "properties": lambda p: (
+        f"{number(sum(n['passing'] for n in p['properties'].values()))} drawn scenes, "
+        f"{number(sum(n['failing'] for n in p['properties'].values()))} fell"
+    ),
     "fuzz": lambda p: (
         f"{number(sum(counts['inputs'] for counts in p['targets'].values()))} inputs of "
         f"{len(p['targets'])} kinds in {p['seconds'] / 60:.0f} minutes, {wrong_of(p)}"
     ),
     "damage": lambda p: (
         f"{number(p['files'])} damaged files: {number(p['opened'])} could be opened, "
-        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} fell"
+        f"{number(p['refused'])} refused, {number(p.get('wrong', 0))} fell (hostile_input.md "
+        "says why)"
     ),
     "large_runs": lambda p: (
         f"{p['runs_killed']} runs killed, {number(p['blocks_found'])} finished blocks found, "

@@ -257,6 +257,8 @@ def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
     path.write_bytes(with_zero_size())
     code = "from sweeps.reading import netcdf_child, netcdf_files as files\n"
     code += "files.not_walked = lambda path: 'not known'\nnetcdf_child.SECONDS = 1000.0\n"
+    # A shell that runs tests in the background makes them ignore the signal.
+    code += "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
     code += "print('ready', flush=True)\n" + COMMAND
     with subprocess.Popen(
         [sys.executable, "-c", code, "info", path], stdout=subprocess.PIPE, stderr=subprocess.PIPE,

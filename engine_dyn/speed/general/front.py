@@ -96,16 +96,13 @@ class GeneralSolver:
     def _left_of(self, chosen: Integers) -> Integers:
         """Those of the designs `chosen` for which a cycle has still to be looked for in time.
 
-        With a power of the speed, Newton's method tells a stall from what it cannot solve; with
-        other laws it may start too far away. The last number of nodes is where a missed tolerance
-        counts.
+        None with a power of the speed, whose stalls Newton's method tells by itself; with other
+        laws it may start too far away. The last number of nodes is where a missed tolerance counts.
         """
         problem = self.problem
-        if problem.choice.method == THESIS:
+        if problem.choice.method == THESIS or isinstance(self.form, PowerForm):
             return chosen[:0]
-        outcomes = [NOT_CONVERGED]
-        if not isinstance(self.form, PowerForm):
-            outcomes += [STALLED, NO_STEADY_STATE]
+        outcomes = [NOT_CONVERGED, STALLED, NO_STEADY_STATE]
         if problem.last:
             outcomes.append(TOLERANCE_NOT_MET)
         status = problem.results.status[places_of_results(chosen, problem.product)]
