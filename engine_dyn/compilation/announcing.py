@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-__all__ = ["COMPILING", "announce", "on_compiling"]
+__all__ = ["COMPILING", "announce", "not_kept", "on_compiling"]
 
 COMPILING = "compiling kernels (once for this version; later runs start at once)"
 
@@ -16,6 +16,7 @@ class _Announcement:
     def __init__(self) -> None:
         self.tell: Callable[[], None] = lambda: logging.getLogger("engine_dyn").warning(COMPILING)
         self.told = False
+        self.told_not_kept = False
 
 
 _announcement = _Announcement()
@@ -34,3 +35,13 @@ def on_compiling(tell: Callable[[], None]) -> None:
     Unless this is called, the logger "engine_dyn" says so as a warning, which Python prints.
     """
     _announcement.tell = tell
+
+
+def not_kept(folder: str, error: OSError) -> None:
+    """Say once, through the logger, that compiled kernels cannot be kept on disk."""
+    if not _announcement.told_not_kept:
+        _announcement.told_not_kept = True
+        logging.getLogger("engine_dyn").warning(
+            "compiled kernels cannot be kept in %s (%s): later runs will compile them again",
+            folder, error.strerror or error,
+        )  # fmt: skip

@@ -22,6 +22,7 @@ import llvmlite
 import numba
 from numba.core import caching
 
+from engine_dyn.compilation.announcing import not_kept
 from engine_dyn.compilation.settings import COMPILED, NUMBA
 
 __all__ = ["hash_of_sources", "keep_on_disk", "own_cache", "source_hash"]
@@ -114,6 +115,13 @@ class _Cache(_FunctionCache):
         path = os.path.join(folder, locator.get_suitable_cache_subpath(locator._py_file))
         self._cache_path = locator._cache_path = path
         self._open(path)
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep a kernel, which no run needs: a full disk must not end the run that compiled it."""
+        try:
+            super().save_overload(signature, data)
+        except OSError as error:
+            not_kept(self._cache_path, error)
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
         found = super()._load_overload(signature, context)

@@ -69,6 +69,27 @@ def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path, kind: str, d
     assert run(tmp_path, **place) == []
 
 
+def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
+    """The kernel is compiled and used; that it cannot be kept is said in one line."""
+    (tmp_path / "module.py").write_text(MODULE)
+    limited = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)); "
+    done = subprocess.run(
+        [sys.executable, "-c", limited + "from module import twice; print(twice(1.5), twice(1))"],
+        capture_output=True, text=True,
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)]),
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        },
+    )  # fmt: skip
+    assert (done.returncode, done.stdout.split()) == (0, ["3.0", "2.0"])
+    first, second = done.stderr.splitlines()
+    assert first == COMPILING
+    assert second.startswith(f"compiled kernels cannot be kept in {tmp_path / 'cache'}")
+    assert second.endswith("(File too large): later runs will compile them again")
+
+
 def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
     (tmp_path / "module.py").write_text(MODULE)
     command = [sys.executable, "-c", "from module import twice; twice(1.5); twice(1)"]
