@@ -1,0 +1,1 @@
+"""Measured and computed speed side by side, and what the measured speed tells about the engine."""
