@@ -16,7 +16,7 @@ from sweeps.catalogue import PACKAGE
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.regular_files import reading, regular_bytes
 
-__all__ = ["keep", "kept", "kept_files", "read_text", "referred"]
+__all__ = ["file_bytes", "keep", "kept", "kept_files", "read_text", "referred"]
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
@@ -109,6 +109,23 @@ def _bytes(path: Path) -> bytes:
         return collected.files[name]
     data = collected.files[name] = regular_bytes(path)
     return data
+
+
+def file_bytes(path: Path, most: int) -> bytes:
+    """Return the bytes of a file of which no copy is kept: recordings may be large.
+
+    What a scene needs of it is kept by whoever reads it (`keep`). Where files are given, it is one
+    of them.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be read, has more bytes than `most`, or is not among the files given.
+    """
+    collected = _FILES.get()
+    if collected is not None and collected.closed:
+        return _bytes(path)
+    return regular_bytes(path, most)
 
 
 def read_text(path: Path, name: str, what: str) -> str:

@@ -1,1 +1,7 @@
-"""Files as laboratories have them: each format is a few lines around the library that reads it."""
+"""Files as laboratories have them: each format is a few lines around the library that reads it.
+
+recording       what such a file holds: columns with their units; `read_recording` picks the reader
+headers         names and units of columns, from the lines above the numbers
+text_tables, spreadsheets, matlab_files, tdms_files, mdf_files, netcdf_tables, parquet_tables
+                one module for each kind of file
+"""

@@ -1,0 +1,132 @@
+"""Names and units of columns, from the rows of texts above the numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from sweeps.errors import one_line
+
+__all__ = ["names_and_units", "number_of", "split_unit", "start_of_numbers"]
+
+_UNIT_WORDS = {
+    "", "-", "1", "deg", "°", "degree", "degrees", "°ca", "degca", "deg ca", "ca", "cad", "deg_ca",
+    "degcrk", "°crk", "grad", "rad", "bar", "mbar", "bara", "barg", "bar abs", "kpa", "mpa", "hpa",
+    "pa", "psi", "psia", "atm", "torr", "mmhg", "n/mm2", "n/mm^2", "n/m2", "kgf/cm2", "v", "mv",
+    "volt", "s", "ms", "us", "µs", "sec", "min", "rpm", "1/min", "min-1", "nm", "n m", "n", "kg",
+    "mm", "m", "cm3", "c", "°c", "degc", "k", "kw", "%", "ppm", "g/s", "kg/h", "l", "dm3", "hz",
+    "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc",
+}  # fmt: skip
+"""Texts that are units and no names, in lower case."""
+
+_IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
+
+
+def number_of(text: str, decimal: str = ".") -> float:
+    """Convert a field to a number.
+
+    Raises
+    ------
+    ValueError
+        For a text that is none.
+    """
+    if not text.isascii() or "_" in text or (decimal == "," and "." in text):
+        raise ValueError(text)
+    return float(text.replace(",", ".") if decimal == "," else text)
+
+
+def is_number(text: str, decimal: str = ".") -> bool:
+    """Whether a field is a number."""
+    try:
+        number_of(text.strip(), decimal)
+    except ValueError:
+        return False
+    return True
+
+
+def start_of_numbers(rows: Sequence[Sequence[str]], decimal: str = ".") -> tuple[int, int] | None:
+    """Find where the numbers begin: the row (from 0) and how many columns they have.
+
+    That is the first row of numbers (blank fields between them allowed) that only such rows of as
+    many columns follow, five of them or all that there are.
+    """
+    widths = [_width(row, decimal) for row in rows]
+    for place, width in enumerate(widths):
+        following = widths[place : place + 6]
+        if width and all(other == width for other in following):
+            return place, width
+    return None
+
+
+def _width(row: Sequence[str], decimal: str) -> int:
+    """Number of columns of a row of numbers; 0 for any other row."""
+    fields = list(row)
+    while fields and not fields[-1].strip():
+        fields.pop()
+    filled = [text for text in fields if text.strip()]
+    if not filled:
+        return 0
+    # One field may hold a label or a time of day; most must be numbers.
+    good = sum(is_number(text, decimal) for text in filled)
+    return len(fields) if good and len(filled) - good <= (len(filled) - 1) // 2 else 0
+
+
+def split_unit(text: str) -> tuple[str, str]:
+    """Split "p1 [bar]" or "Angle (deg)" into name and unit; the unit is "" where there is none."""
+    found = _IN_BRACKETS.match(text)
+    if found is None:
+        return text.strip(), ""
+    unit = found["a"] if found["a"] is not None else found["b"]
+    if found["a"] is None and unit.strip().lower() not in _UNIT_WORDS:
+        return text.strip(), ""  # "p (cylinder 1)"
+    return found["name"].strip(), unit.strip()
+
+
+def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[list[str], list[str]]:
+    """Names and units of columns.
+
+    Parameters
+    ----------
+    above : sequence of rows
+        Rows above the numbers, the nearest last.
+    width : int
+        Number of columns.
+    """
+    names, units = [""] * width, [""] * width
+    fitting: list[list[str]] = []
+    for row in reversed(above[-12:]):
+        fields = [text.strip().strip('"').lstrip("#%").strip() for text in row]
+        while len(fields) > width and not fields[-1]:
+            fields.pop()
+        if not any(fields):
+            continue
+        if len(fields) > width or (width > 1 and sum(map(bool, fields)) < 2):
+            break
+        fitting.append(fields + [""] * (width - len(fields)))
+        if len(fitting) == 3:
+            break
+    if fitting and _are_units(fitting[0]):
+        units = [_bare(text) for text in fitting.pop(0)]
+    if fitting and not _are_units(fitting[0]):
+        names = fitting[0]
+    elif len(fitting) > 1:
+        names = fitting[1]
+    found_names, found_units = [], []
+    for number, (text, unit) in enumerate(zip(names, units, strict=True), start=1):
+        name, own = split_unit(text)
+        found_names.append(one_line(name, 200) or f"column {number}")
+        found_units.append(one_line(own or unit, 60))
+    return found_names, found_units
+
+
+def _bare(text: str) -> str:
+    return text.strip("[]() \t")
+
+
+def _are_units(fields: Sequence[str]) -> bool:
+    """Whether a row holds units: all its texts are units, or stand in brackets."""
+    filled = [text for text in fields if text]
+    return bool(filled) and all(
+        _bare(text).lower() in _UNIT_WORDS or (text[0] in "[(" and text[-1] in ")]")
+        for text in filled
+    )

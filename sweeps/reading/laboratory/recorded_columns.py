@@ -1,0 +1,128 @@
+"""What a laboratory's file holds: columns by name, each with the unit that the file states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.errors import SceneError, counted, one_line
+
+__all__ = ["MOST_COLUMNS", "MOST_VALUES", "Column", "Recording", "check_size", "recording_of"]
+
+MOST_VALUES = 10**8
+"""Values of a recording, all columns together."""
+
+MOST_COLUMNS = 20_000
+"""Columns of a recording; a table with a column for each cycle has hundreds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One column of a recording.
+
+    Attributes
+    ----------
+    name : str
+        As the file calls it; "column 3" where it has no names.
+    unit : str
+        As the file writes it, such as "bar" or "deg"; "" where it states none.
+    values : ndarray, shape (samples,) or (cycles, samples)
+        NaN where the file has a blank field, or a text.
+    text : tuple of int and str, optional
+        The first place (from 0) where there is a text and no number, and the text.
+    """
+
+    name: str
+    unit: str
+    values: Floats
+    text: tuple[int, str] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What a laboratory's file holds.
+
+    Attributes
+    ----------
+    label : str
+        The file as messages call it.
+    sha256 : str
+        Hash of the file's bytes.
+    columns : dict of Column
+        By name, in the order of the file.
+    first_line : int, optional
+        Number of the line (of a sheet: of the row) of the first sample; None for other files.
+    """
+
+    label: str
+    sha256: str
+    columns: dict[str, Column] = field(repr=False)
+    first_line: int | None = None
+
+    def place(self, sample: int) -> str:
+        """Return the place of a sample (from 0), as editors and sheets show it: "line 12"."""
+        if self.first_line is None:
+            return f"sample {sample + 1}"
+        return f"line {self.first_line + sample}"
+
+    def numbers(self, name: str) -> Floats:
+        """Return the finite values of a column.
+
+        Raises
+        ------
+        SceneError
+            With the place, where the column has a text, a blank field or an infinite value.
+        """
+        column = self.columns[name]
+        where = f"{self.label}, column '{one_line(name, 60)}'"
+        values = column.values
+        # The sum is finite unless a value is not (or the sum overflows): one pass, no array.
+        if values.size and np.isfinite(values.sum()):
+            return values
+        bad = np.argwhere(~np.isfinite(values))
+        if not values.size or not len(bad):
+            if values.size:
+                return values
+            raise SceneError(f"{where}: has no values")
+        what = "a blank field or no number"
+        if column.text is not None:
+            what = f"'{one_line(column.text[1], 40)}'"
+        raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {what}: must be a finite number")
+
+
+def check_size(values: float, columns: int, label: str) -> None:
+    """Refuse a recording that claims more values or columns than are read.
+
+    Raises
+    ------
+    SceneError
+        With the number.
+    """
+    if columns > MOST_COLUMNS:
+        raise SceneError(f"{label}: {counted(columns, 'column')}; must be at most {MOST_COLUMNS}")
+    if values > MOST_VALUES:
+        raise SceneError(f"{label}: {values:.3g} values; must be at most {MOST_VALUES:g}")
+
+
+def recording_of(
+    label: str, sha256: str, columns: Iterable[Column], first_line: int | None = None
+) -> Recording:
+    """Make a recording of columns whose names may repeat; the later ones get a number.
+
+    Raises
+    ------
+    SceneError
+        Where there are none.
+    """
+    found: dict[str, Column] = {}
+    for column in columns:
+        name, number = column.name, 2
+        while name in found:
+            name, number = f"{column.name} ({number})", number + 1
+        found[name] = Column(name, column.unit, column.values, column.text)
+    if not found:
+        raise SceneError(f"{label}: no columns of numbers")
+    return Recording(label, sha256, found, first_line)

@@ -1,0 +1,167 @@
+"""Recordings in text files: any separator, decimal mark, lines above the numbers, row of units.
+
+What stands above the numbers is looked at here; the numbers are read by pandas.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sweeps.errors import SceneError, counted, one_line
+from sweeps.reading.laboratory.headers import is_number, names_and_units, start_of_numbers
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
+from sweeps.reading.laboratory.recorded_columns import Column, check_size
+
+__all__ = ["read"]
+
+HEAD = 1 << 20
+"""Bytes at the start of a file that are looked at for its form: lines above the numbers."""
+
+LINES = 500
+"""Lines of the head that are looked at."""
+
+_BLANK = r"\s+"
+_SEPARATORS = (";", "\t", "|", ",", _BLANK)
+_WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
+
+
+class _Form(NamedTuple):
+    """How the numbers of a text file are written.
+
+    `first` is the row (from 0) of the first numbers, `width` the number of columns, and `fields`
+    what a row has with the empty ones after a separator at its end.
+    """
+
+    separator: str
+    decimal: str
+    first: int
+    width: int
+    fields: int
+
+
+def read(
+    path: Path, data: bytes, label: str, choices: ReadingChoices
+) -> tuple[list[Column], int | None]:
+    """Columns of a text file, and the line of the first sample.
+
+    Raises
+    ------
+    SceneError
+        In one line, with the place.
+    """
+    del path
+    encoding = _encoding(data, label)
+    head = data[:HEAD].decode(encoding, "replace").splitlines()
+    if len(data) > HEAD:
+        head = head[:-1]  # may be cut
+    head = head[:LINES]
+    form = _form(head, choices)
+    if form is None:
+        raise SceneError(
+            f"{label}: no table of numbers in its first {counted(len(head), 'line')}; must be "
+            "rows of numbers with one separator (give separator and decimal if they were not found)"
+        )
+    rows = [_fields(line, form.separator) for line in head[: form.first]]
+    names, units = names_and_units(rows, form.width)
+    return _columns(data, encoding, form, names, units, label), form.first + 1
+
+
+def _encoding(data: bytes, label: str) -> str:
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    if b"\x00" in data[:4096]:
+        raise SceneError(f"{label}: not a text file; expected a table of numbers")
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            data.decode(encoding)
+            return encoding
+        except UnicodeDecodeError:
+            continue
+    return "latin-1"
+
+
+def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
+    """Separator and decimal mark that make the most numbers of the first lines."""
+    separators: Sequence[str] = _SEPARATORS
+    decimals: Sequence[str] = (".", ",")
+    if choices.separator is not None:
+        separators = (_WORDS.get(choices.separator, choices.separator),)
+    if choices.decimal is not None:
+        decimals = (choices.decimal,)
+    best: tuple[int, _Form] | None = None
+    for separator in separators:
+        rows = [_fields(line, separator) for line in head]
+        for decimal in decimals:
+            if separator == decimal:
+                continue
+            start = start_of_numbers(rows, decimal)
+            if start is None:
+                continue
+            first, width = start
+            numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
+            texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
+            score = numbers - 2 * texts
+            if best is None or score > best[0]:
+                best = score, _Form(separator, decimal, first, width, len(rows[first]))
+    return None if best is None else best[1]
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    if separator == _BLANK:
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=separator), [])
+    except (csv.Error, TypeError):  # a null character, a separator of two characters
+        return line.split(separator)
+
+
+def _columns(
+    data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str
+) -> list[Column]:
+    """Read the numbers."""
+    import pandas as pd
+
+    check_size(float(data.count(b"\n") + 1) * form.width, form.width, label)
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(data), sep=form.separator, decimal=form.decimal, skiprows=form.first,
+            header=None, names=range(form.fields),
+            encoding=encoding, engine="c", skip_blank_lines=False, low_memory=False,
+            skipinitialspace=True, on_bad_lines="error",
+        )  # fmt: skip
+    except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
+        found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if found is None:
+            raise SceneError(
+                f"{label}: {one_line(error, 160)}; expected a table of numbers"
+            ) from None
+        raise SceneError(
+            f"{label}, line {found[2]}: {counted(int(found[3]), 'field')}, must be {found[1]}"
+        ) from None
+    blank = frame.isna().all(axis=1).to_numpy()
+    rows = len(blank) - int(np.argmin(blank[::-1])) if not blank.all() else 0
+    frame = frame.iloc[:rows]
+    return [
+        _column(name, unit, frame[place])
+        for place, (name, unit) in enumerate(zip(names, units, strict=True))
+        if not (frame[place].isna().all() and name.startswith("column "))
+    ]
+
+
+def _column(name: str, unit: str, series: Any) -> Column:
+    """One column; where it has texts, the first of them."""
+    import pandas as pd
+
+    if series.dtype.kind in "iuf":
+        return Column(name, unit, series.to_numpy(np.float64))
+    values = pd.to_numeric(series, errors="coerce").to_numpy(np.float64)
+    wrong = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
+    text = (int(wrong[0]), one_line(series.iloc[wrong[0]], 60)) if len(wrong) else None
+    return Column(name, unit, values, text)
