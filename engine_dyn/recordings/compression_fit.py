@@ -1,0 +1,302 @@
+"""Which dead centre makes compression and expansion those of a gas: a fit with uncertain inputs.
+
+The recorded pressure is compared with docs/method.md (164): before combustion a change of state
+whose exponent falls a little as the gas gets hot, and which loses heat to the walls; behind
+combustion a polytrope. Exponents, heat loss, pegging and compression ratio are not known exactly.
+Each is an unknown of the fit with a mean and a standard deviation (`PRIORS`), so that what they
+could explain enlarges the uncertainty of the shift.
+
+Sources: least squares with prior knowledge as in any textbook of estimation; shape of the heat
+loss after Woschni's formula (Heywood 1988, section 12.4, from memory). That a wrong dead centre
+shows in the exponents of compression and expansion is in Heywood 1988, section 9.5, and Lancaster,
+Krieger and Lienesch, Measurement and analysis of engine pressure data, SAE paper 750026, 1975 (both
+from memory).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.smoothing import noise
+from engine_dyn.types import Booleans, Floats
+from engine_dyn.units import BAR, DEGREE
+
+__all__ = ["PRIORS", "CompressionFit", "Lines", "Priors", "fitted_shift", "lines_of"]
+
+STEP = 2.5 * DEGREE
+"""Samples are averaged over so much, and neighbours then taken as independent."""
+
+MISFIT = 0.003
+"""Standard deviation of ln p between gas and formula (judgement; see docs/measured_pressure.md)."""
+
+FIRST_END, LAST_END = -40.0 * DEGREE, -10.0 * DEGREE
+"""Where the compression ends in the fit, at the earliest and at the latest: combustion begins."""
+
+MOST_RISE, STEPS_BACK = 1.0, 3
+"""Of the sum of squares when one more average is taken in: more is combustion. The fit then goes
+back so many averages."""
+
+ITERATIONS = 10
+GAS_START, WALL = 380.0, 430.0
+"""Temperatures of the charge and of the walls [K], for the shape of the heat loss alone."""
+
+
+@dataclass(frozen=True)
+class Priors:
+    """What is known of the unknowns of the fit before: mean and standard deviation of each.
+
+    Attributes
+    ----------
+    exponent : tuple of float
+        Ratio of specific heats of the charge at some 600 K [1].
+    exponent_slope : tuple of float
+        Its rise over ln V [1]: the gas cools as it expands.
+    loss_angle : tuple of float
+        Angle before dead centre at which heat loss makes the motored pressure largest [rad].
+    expansion_exponent : tuple of float
+        Of the expansion [1]; late combustion lowers it, heat loss raises it.
+    pegging : tuple of float
+        Standard deviation of the absolute pressure: a part of the pressure at the beginning of the
+        compression [1], and a constant [Pa].
+    clearance : tuple of float
+        ln of the true over the given clearance volume [1].
+    shift : tuple of float
+        Of the dead centre [rad]; hardly known.
+    """
+
+    exponent: tuple[float, float] = (1.355, 0.015)
+    exponent_slope: tuple[float, float] = (0.016, 0.012)
+    loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.3 * DEGREE)
+    expansion_exponent: tuple[float, float] = (1.28, 0.05)
+    pegging: tuple[float, float] = (0.03, 0.02 * BAR)
+    clearance: tuple[float, float] = (0.0, 0.02)
+    shift: tuple[float, float] = (0.0, 10.0 * DEGREE)
+
+
+PRIORS = Priors()
+"""Judgement: air and mixtures at 1.37 to 1.395 (300 K) falling by 6e-5 to 1e-4 per kelvin; loss
+angles of 0.3 to 1 degree; inlet pressure to 3 percent; compression ratio to 2 percent."""
+
+UNKNOWN_RATIO = (11.0, 0.35)
+"""Compression ratio less 1, and the standard deviation of its ln, where it is not given."""
+
+
+class Lines(NamedTuple):
+    """Averages of ln p on compression and expansion.
+
+    Attributes
+    ----------
+    angle, log_pressure, deviation : ndarray, shape (n,)
+        Mean angle [rad], mean ln of p [Pa], and standard deviation of that mean.
+    compression : ndarray of bool, shape (n,)
+        Which belong to the compression.
+    """
+
+    angle: Floats
+    log_pressure: Floats
+    deviation: Floats
+    compression: Booleans
+
+    def until(self, end: float) -> Lines:
+        """Those of the compression up to an angle, and the expansion."""
+        keep = ~self.compression | (self.angle <= end)
+        return Lines(
+            self.angle[keep],
+            self.log_pressure[keep],
+            self.deviation[keep],
+            self.compression[keep],
+        )
+
+
+class CompressionFit(NamedTuple):
+    """Result of the fit; the uncertainties are standard ones.
+
+    Attributes
+    ----------
+    shift, shift_uncertainty : float
+        By which the recorded pressure comes late [rad].
+    pegging, clearance : float
+        Pressure that is missing [Pa]; ln of the true over the given clearance volume.
+    loss_angle, exponent, expansion_exponent : float
+        The other unknowns.
+    misfit : float
+        Sum of the squares, of residuals and priors.
+    excess : float
+        Factor by which residuals are larger than expected, at least 1.
+    end : float
+        Last angle of the compression that was used [rad].
+    """
+
+    shift: float
+    shift_uncertainty: float
+    pegging: float
+    clearance: float
+    loss_angle: float
+    exponent: float
+    expansion_exponent: float
+    misfit: float
+    excess: float
+    end: float
+
+
+def lines_of(cycles: RecordedCycles) -> Lines:
+    """Averages over 2.5 degrees of the mean cycle, valves or ports closed.
+
+    Raises
+    ------
+    ValueError
+        If samples are missing there, or pressures are not positive.
+    """
+    four = cycles.period == FOUR_STROKE
+    compression = (-95.0 if four else -85.0) * DEGREE, LAST_END
+    expansion = 65.0 * DEGREE, (105.0 if four else 95.0) * DEGREE
+    p = cycles.mean
+    error = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
+    rows = []
+    for which, (start, end) in ((True, compression), (False, expansion)):
+        for middle in np.arange(start, end + 0.5 * STEP, STEP):
+            at = np.abs(cycles.angle - middle) < 0.5 * STEP
+            if not at.any():
+                raise ValueError(
+                    f"no sample within {0.5 * STEP / DEGREE:g} degree of {middle / DEGREE:g} "
+                    "degree; dead centre is judged with a step of 2.5 degree or less"
+                )
+            if not np.all(p[at] > 0.0):
+                raise ValueError("pressure: must be positive (absolute) on the compression")
+            deviation = error / float(p[at].mean()) / math.sqrt(at.sum())
+            rows.append((cycles.angle[at].mean(), np.log(p[at]).mean(), deviation, which))
+    angle, log_p, deviations, kinds = (np.array(column) for column in zip(*rows, strict=True))
+    return Lines(angle, log_p, np.hypot(deviations, MISFIT), kinds.astype(bool))
+
+
+def fitted_shift(
+    lines: Lines, geometry: CylinderGeometry, priors: Priors = PRIORS, end: float | None = None
+) -> CompressionFit:
+    """Fit docs/method.md (164) by Gauss and Newton's method.
+
+    Parameters
+    ----------
+    lines : Lines
+        What was recorded.
+    geometry : CylinderGeometry
+        Without a compression ratio that is fitted too, within wide limits.
+    priors : Priors
+        What is known before.
+    end : float, optional
+        Last angle of the compression [rad]; found by the fit if not given.
+
+    Returns
+    -------
+    CompressionFit
+    """
+    if geometry.compression_ratio is None:
+        most_likely, deviation = UNKNOWN_RATIO
+        geometry = geometry.with_compression_ratio(1.0 + most_likely)
+        priors = replace(priors, clearance=(0.0, deviation))
+    if end is not None:
+        return _Fit(lines.until(end), geometry, priors).solved()
+    # Longer and longer compressions, until an average does not fit the ones before.
+    found: list[CompressionFit] = []
+    for last in np.arange(FIRST_END, LAST_END + 0.5 * STEP, STEP):
+        one = _Fit(lines.until(last + 0.5 * STEP), geometry, priors).solved()
+        if found and one.misfit - found[-1].misfit > MOST_RISE:
+            return found[max(len(found) - STEPS_BACK, 0)]
+        found.append(one)
+    return found[-1]
+
+
+class _Fit:
+    """Least squares of one set of averages."""
+
+    def __init__(self, lines: Lines, geometry: CylinderGeometry, priors: Priors) -> None:
+        self.lines, self.geometry = lines, geometry
+        self.compression = lines.compression
+        share, constant = priors.pegging
+        pegging = share * math.exp(lines.log_pressure[0]) + constant
+        # Two levels, then what `CompressionFit` names, in units of which each is of order one.
+        self.means = np.array([0.0, 0.0, priors.exponent[0], priors.exponent_slope[0],
+                               priors.loss_angle[0], 0.0, priors.clearance[0],
+                               priors.expansion_exponent[0], priors.shift[0]])  # fmt: skip
+        self.deviations = np.array([5.0, 5.0, priors.exponent[1], priors.exponent_slope[1],
+                                    priors.loss_angle[1], pegging, priors.clearance[1],
+                                    priors.expansion_exponent[1], priors.shift[1]])  # fmt: skip
+        self.loss, self.loss_slope = self._loss()
+
+    def _loss(self) -> tuple[Floats, Floats]:
+        """Fall of ln p by heat loss for a loss angle of one radian, and its slope, (165)."""
+        geometry, angle = self.geometry, self.lines.angle[self.compression]
+        grid = np.append(np.arange(angle[0], 0.0, 1.0 * DEGREE), 0.0)
+        volume = geometry.volume(grid)
+        pressure = (volume / volume[0]) ** -1.35
+        temperature = GAS_START * pressure * volume / volume[0]
+        rate = pressure**0.8 * temperature**-0.55 * (temperature - WALL) / (pressure * volume)
+        top = np.array([-1e-4, 1e-4])
+        bend = float(np.diff(geometry.volume_slope(top))[0]) / 2e-4 / float(volume[-1])
+        rate *= 1.35 * bend / rate[-1]
+        steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(grid)
+        whole = np.concatenate([[0.0], np.cumsum(steps)])
+        return np.interp(angle, grid, whole), np.interp(angle, grid, rate)
+
+    def _residuals(self, unknowns: Floats) -> Floats:
+        """Differences in standard deviations, of data and priors; rows of unknowns."""
+        u = unknowns[:, :, None]
+        lines, geometry, comp = self.lines, self.geometry, self.compression
+        clearance = geometry.clearance_volume * np.exp(u[:, 6])
+        log_v = np.log(clearance + geometry.displaced(lines.angle - u[:, 8]))
+        pressure = np.maximum(np.exp(lines.log_pressure) + u[:, 5], 1.0)
+        measured = np.log(pressure) - np.where(comp, lines.log_pressure[0],
+                                               lines.log_pressure[-1])  # fmt: skip
+        middle = math.log(geometry.clearance_volume + 0.3 * geometry.swept_volume)
+        x, start = log_v[:, comp], log_v[:, :1]
+        model = np.empty_like(measured)
+        bend = 0.5 * ((x - middle) ** 2 - (start - middle) ** 2)
+        lost = u[:, 4] * (self.loss - u[:, 8] * self.loss_slope)
+        model[:, comp] = u[:, 0] - u[:, 2] * (x - start) - u[:, 3] * bend - lost
+        y, stop = log_v[:, ~comp], log_v[:, -1:]
+        model[:, ~comp] = u[:, 1] - u[:, 7] * (y - stop)
+        of_priors = (unknowns - self.means) / self.deviations
+        return np.concatenate([(measured - model) / lines.deviation, of_priors], axis=1)
+
+    def solved(self) -> CompressionFit:
+        """The unknowns that make the sum of squares least."""
+        unknowns = self.means.copy()
+        steps = 1e-3 * np.maximum(self.deviations, 1e-12)
+        for _ in range(ITERATIONS):
+            probes = np.concatenate([[unknowns], unknowns + np.diag(steps),
+                                     unknowns - np.diag(steps)])  # fmt: skip
+            residuals = self._residuals(probes)
+            count = len(unknowns)
+            jacobian = (residuals[1 : count + 1] - residuals[count + 1 :]).T / (2.0 * steps)
+            change = np.linalg.lstsq(jacobian, -residuals[0], rcond=None)[0]
+            # A step of the shift beyond some degrees would leave where the tangent holds.
+            size = float(np.max(np.abs(change) / np.maximum(self.deviations, 1e-12) / _LARGEST))
+            unknowns = unknowns + change / max(size, 1.0)
+            if np.all(np.abs(change) < 1e-3 * self.deviations):
+                break
+        rest = self._residuals(unknowns[None])[0]
+        covariance = np.linalg.inv(jacobian.T @ jacobian)
+        data = rest[: -len(unknowns)]
+        excess = max(1.0, math.sqrt(float(data @ data) / max(len(data) - 4, 1)))
+        return CompressionFit(
+            shift=float(unknowns[8]),
+            shift_uncertainty=math.sqrt(covariance[8, 8]) * excess,
+            pegging=float(unknowns[5]),
+            clearance=float(unknowns[6]),
+            loss_angle=float(unknowns[4]),
+            exponent=float(unknowns[2]),
+            expansion_exponent=float(unknowns[7]),
+            misfit=float(rest @ rest),
+            excess=excess,
+            end=float(self.lines.angle[self.compression][-1]),
+        )
+
+
+_LARGEST = np.array([1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 0.5])
+"""Largest step of each unknown in one iteration, in its standard deviations."""

@@ -1,0 +1,108 @@
+"""Volume of a cylinder over the crank angle: what the work of a recorded pressure follows from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine_dyn.geometry import slider_crank
+from engine_dyn.types import Floats
+
+__all__ = ["CylinderGeometry"]
+
+
+@dataclass(frozen=True)
+class CylinderGeometry:
+    """Measures of one cylinder.
+
+    Parameters
+    ----------
+    bore, stroke : float
+        [m]
+    crank_ratio : float
+        Crank radius over rod length [1].
+    compression_ratio : float, optional
+        Largest over smallest volume [1]. Without it the works are known, but neither the volume
+        itself nor what follows from it.
+    pin_offset : float
+        Distance of the piston pin's line from the crank's axis [m], positive towards the side on
+        which the crank pin goes down.
+
+    Raises
+    ------
+    ValueError
+        For measures that are no cylinder.
+    """
+
+    bore: float
+    stroke: float
+    crank_ratio: float
+    compression_ratio: float | None = None
+    pin_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse measures that are no cylinder."""
+        for name in ("bore", "stroke"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} = {getattr(self, name):g} m: must be above 0")
+        if self.compression_ratio is not None and not 1.0 < self.compression_ratio < math.inf:
+            raise ValueError(f"compression_ratio = {self.compression_ratio:g}: must be above 1")
+        self.volume_slope(0.0)
+
+    @property
+    def area(self) -> float:
+        """Area of the piston [m2]."""
+        return 0.25 * math.pi * self.bore**2
+
+    @property
+    def swept_volume(self) -> float:
+        """Swept volume [m3]."""
+        return self.area * self.stroke
+
+    @property
+    def clearance_volume(self) -> float:
+        """Smallest volume [m3].
+
+        Raises
+        ------
+        ValueError
+            Where the compression ratio is not known.
+        """
+        if self.compression_ratio is None:
+            raise ValueError("compression_ratio: must be given, the volume depends on it")
+        return self.swept_volume / (self.compression_ratio - 1.0)
+
+    @property
+    def _radius(self) -> float:
+        return float(
+            slider_crank.crank_radius_of_ratio(self.stroke, self.crank_ratio, self.pin_offset)
+        )
+
+    def displaced(self, angle: ArrayLike) -> Floats:
+        """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (155)."""
+        radius = self._radius
+        travel = slider_crank.position(angle, self.crank_ratio, self.pin_offset / radius)
+        return np.asarray(self.area * radius * travel, dtype=np.float64)
+
+    def volume(self, angle: ArrayLike) -> Floats:
+        """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (155).
+
+        Raises
+        ------
+        ValueError
+            Where the compression ratio is not known.
+        """
+        return self.clearance_volume + self.displaced(angle)
+
+    def volume_slope(self, angle: ArrayLike) -> Floats:
+        """dV/dphi [m3/rad] at crank angles [rad]."""
+        radius = self._radius
+        speed = slider_crank.velocity(angle, self.crank_ratio, self.pin_offset / radius)
+        return np.asarray(self.area * radius * speed, dtype=np.float64)
+
+    def with_compression_ratio(self, compression_ratio: float) -> CylinderGeometry:
+        """Return the same cylinder with another compression ratio."""
+        return replace(self, compression_ratio=compression_ratio)

@@ -1,0 +1,291 @@
+"""Whether the recorded dead centre is the engine's, and how surely that is known.
+
+Of fired cycles it is a suspicion: exponents, pegging and compression ratio enter, and may explain
+the same. Of a motored cycle it is a measurement: its largest pressure lies 0.3 to 1 degree before
+dead centre, because heat and charge are lost (thermodynamic loss angle).
+
+Sources: Lancaster, Krieger and Lienesch, SAE paper 750026, 1975 (log p - log V as a check of the
+phase); Stas, Thermodynamic determination of TDC in piston combustion engines, SAE paper 960610,
+1996, and Tazerout, Le Corre and Rousseau, SAE paper 1999-01-1489 (motored cycles, symmetry; both
+from memory, not compared); loss angles as makers of indicating systems state them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine_dyn.recordings.compression_fit import PRIORS, Priors, fitted_shift, lines_of
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.heat_release import mean_pressures
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.smoothing import shifted
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+
+__all__ = [
+    "LOSS_ANGLE",
+    "DeadCentre",
+    "MotoredDeadCentre",
+    "dead_centre_of_fired",
+    "dead_centre_of_motored",
+    "imep_of_tenth",
+    "looks_motored",
+    "peaks_of_motored",
+    "text_of",
+]
+
+LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
+"""From which to which angle before dead centre the pressure of a motored cycle is largest."""
+
+LEAST_SHIFT = 1.2 * DEGREE
+"""Smaller shifts are not suspected (fitted, see docs/measured_pressure.md)."""
+
+LEAST_RATIO = 1.6
+"""Nor shifts of fewer standard uncertainties (fitted, see docs/measured_pressure.md)."""
+
+MOST_UNCERTAINTY = 2.0 * DEGREE
+"""Nor shifts that are known less: the lines are too rough, or no combustion engine's."""
+
+AS_WELL = 4.0
+"""What another explanation may add to the sum of squares to count as good: two deviations."""
+
+WIDE = 30.0
+"""How many times less pegging and compression ratio are known when they are asked for alone."""
+
+PEAK_WINDOW = 8.0 * DEGREE
+MOTORED_AT = 40.0 * DEGREE
+MOTORED_RISE = 1.05
+"""Largest pressure behind over that before the peak, both 40 degrees away, of a motored cycle."""
+
+SYMMETRY = (10.0 * DEGREE, 70.0 * DEGREE)
+"""Over which both sides of a motored cycle are compared."""
+
+
+@dataclass(frozen=True)
+class DeadCentre:
+    """What fired cycles tell of their dead centre.
+
+    Attributes
+    ----------
+    shift : float
+        By which the recorded pressure comes late [rad]; negative: early. Moving the pressure by
+        -shift puts it right.
+    uncertainty : float
+        Standard uncertainty of the shift [rad].
+    suspected : bool
+        Whether the shift is large and sure enough to be told.
+    pegging, compression_ratio : float
+        Pressure that would have to be added [Pa], and compression ratio [1], to explain the same
+        without a shift; NaN where they explain it clearly worse or would have to be out of reason.
+    imep_of_tenth : float
+        Change of imep if the pressure is moved 0.1 degree later [Pa].
+    end : float
+        Last angle of the compression that was judged [rad].
+    """
+
+    shift: float
+    uncertainty: float
+    suspected: bool
+    pegging: float
+    compression_ratio: float
+    imep_of_tenth: float
+    end: float
+
+
+@dataclass(frozen=True)
+class MotoredDeadCentre:
+    """What motored cycles tell of their dead centre.
+
+    Attributes
+    ----------
+    peak : float
+        Angle of the largest pressure [rad].
+    shift, uncertainty : float
+        By which the recorded pressure comes late, from the peak and the usual loss angle [rad].
+    symmetry, symmetry_uncertainty : float
+        The same from the symmetry of ln p about dead centre [rad]; NaN without a compression
+        ratio.
+    suspected : bool
+        Whether the peak lies outside the usual loss angles.
+    imep_of_tenth : float
+        Change of imep if the pressure is moved 0.1 degree later [Pa].
+    """
+
+    peak: float
+    shift: float
+    uncertainty: float
+    symmetry: float
+    symmetry_uncertainty: float
+    suspected: bool
+    imep_of_tenth: float
+
+
+def imep_of_tenth(cycles: RecordedCycles, geometry: CylinderGeometry) -> float:
+    """Change of the mean imep if the pressure is moved 0.1 degree later [Pa]."""
+    mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
+    late, early = (
+        mean_pressures(shifted(mean, sign * 0.1 * DEGREE), geometry).net[0] for sign in (1, -1)
+    )
+    return float(0.5 * (late - early))
+
+
+def looks_motored(cycles: RecordedCycles) -> bool:
+    """Whether nothing burns: the mean pressure falls as it rose, with its peak near dead centre."""
+    peak = _peak(cycles)
+    if math.isnan(peak) or abs(peak) > 5.0 * DEGREE:
+        return False
+    p = cycles.mean
+    before, behind = np.interp([peak - MOTORED_AT, peak + MOTORED_AT], cycles.angle, p)
+    return bool(before > 0.0 and behind < MOTORED_RISE * before)
+
+
+def _peak(cycles: RecordedCycles) -> float:
+    """Angle of the largest mean pressure, by a cubic through the samples around it."""
+    p = cycles.mean
+    top = cycles.angle[int(np.argmax(p))]
+    for _ in range(3):  # the window follows the peak
+        at = np.abs(cycles.angle - top) <= PEAK_WINDOW
+        if at.sum() < 5:
+            return math.nan
+        x = (cycles.angle[at] - top) / PEAK_WINDOW
+        cubic = np.polynomial.Polynomial.fit(x, p[at], 4, domain=[-1, 1]).deriv()
+        roots = cubic.roots()
+        real = roots[np.abs(roots.imag) < 1e-9].real
+        real = real[np.abs(real) < 0.7]
+        real = real[cubic.deriv()(real) < 0.0]
+        if not real.size:
+            return float(top)
+        top = top + PEAK_WINDOW * float(real[np.argmin(np.abs(real))])
+    return float(top)
+
+
+def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -> MotoredDeadCentre:
+    """Dead centre from cycles without combustion, docs/method.md (166) and (167).
+
+    Raises
+    ------
+    ValueError
+        With too few samples around the peak.
+    """
+    peak = _peak(cycles)
+    if math.isnan(peak):
+        raise ValueError("fewer than five samples within 8 degree of the largest pressure")
+    low, high = LOSS_ANGLE
+    shift, uncertainty = peak + 0.5 * (low + high), (high - low) / math.sqrt(12.0)
+    symmetry = symmetry_uncertainty = math.nan
+    if geometry.compression_ratio is not None:
+        symmetry, symmetry_uncertainty = _symmetry(cycles, geometry)
+    slack = 0.1 * DEGREE
+    return MotoredDeadCentre(
+        peak, shift, uncertainty, symmetry, symmetry_uncertainty,
+        not -high - slack <= peak <= -low + slack, imep_of_tenth(cycles, geometry),
+    )  # fmt: skip
+
+
+def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float, float]:
+    """Shift from ln p before less that behind dead centre: 2 n shift (ln V)' + loss, (167)."""
+    angle = np.arange(SYMMETRY[0], SYMMETRY[1], 1.0 * DEGREE)
+    mean = cycles.mean
+    if not np.all(mean[np.abs(cycles.angle) < 1.1 * SYMMETRY[1]] > 0.0):
+        return math.nan, math.nan
+    log_p = np.log(np.maximum(mean, 1.0))
+    before, behind = (np.interp(side * angle, cycles.angle, log_p) for side in (-1.0, 1.0))
+    volume, slope = geometry.volume(angle), geometry.volume_slope(angle)
+    exponent = float(np.polyfit(np.log(volume), 0.5 * (before + behind), 1)[0])
+    # The heat loss of both sides, with the shape that Woschni's formula gives.
+    pressure = (volume / volume[0]) ** -1.35
+    rate = pressure**0.25 * volume**-0.45
+    step = np.diff(angle, prepend=0.0)
+    loss = 2.0 * np.cumsum(rate / rate[0] * step)
+    columns = np.stack([2.0 * exponent * slope / volume, loss], axis=1)
+    solution, *_ = np.linalg.lstsq(columns, behind - before, rcond=None)
+    rest = behind - before - columns @ solution
+    # Neighbours are not independent: every 5 degrees one is.
+    count = (SYMMETRY[1] - SYMMETRY[0]) / (5.0 * DEGREE)
+    variance = float(rest @ rest) / len(rest) * len(rest) / max(count - 2.0, 1.0)
+    covariance = np.linalg.inv(columns.T @ columns) * variance
+    return -float(solution[0]), math.sqrt(covariance[0, 0])
+
+
+def dead_centre_of_fired(
+    cycles: RecordedCycles, geometry: CylinderGeometry, priors: Priors = PRIORS
+) -> DeadCentre:
+    """Dead centre from compression and expansion of cycles with combustion, docs/method.md (164).
+
+    Parameters
+    ----------
+    cycles : RecordedCycles
+        Absolute pressure.
+    geometry : CylinderGeometry
+        Better with its compression ratio.
+    priors : Priors
+        How well exponents, pegging and compression ratio are known.
+
+    Raises
+    ------
+    ValueError
+        Where samples of compression or expansion are missing or pressures not positive.
+    """
+    lines = lines_of(cycles)
+    best = fitted_shift(lines, geometry, priors)
+    known = best.shift_uncertainty <= MOST_UNCERTAINTY
+    large = abs(best.shift) > max(LEAST_SHIFT, LEAST_RATIO * best.shift_uncertainty)
+    suspected = known and large
+    pegging = compression_ratio = math.nan
+    if suspected:
+        fixed = replace(priors, shift=(0.0, 1e-6))
+        limit = best.misfit + AS_WELL * best.excess**2
+        share, constant = priors.pegging
+        other = fitted_shift(
+            lines, geometry, replace(fixed, pegging=(WIDE * share, WIDE * constant)), best.end
+        )
+        if other.misfit < limit and abs(other.pegging) < 0.5 * math.exp(lines.log_pressure[0]):
+            pegging = other.pegging
+        if geometry.compression_ratio is not None:
+            wide = replace(fixed, clearance=(0.0, WIDE * priors.clearance[1]))
+            other = fitted_shift(lines, geometry, wide, best.end)
+            if other.misfit < limit and abs(other.clearance) < math.log(2.0):
+                ratio = (geometry.compression_ratio - 1.0) * math.exp(-other.clearance)
+                compression_ratio = 1.0 + ratio
+    return DeadCentre(
+        best.shift, best.shift_uncertainty, suspected, pegging, compression_ratio,
+        imep_of_tenth(cycles, geometry), best.end,
+    )  # fmt: skip
+
+
+def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
+    """One line about a suspected shift; `imep` [Pa] is that of the cycles."""
+    tenth = f"0.1 degree is worth {found.imep_of_tenth / BAR:+.3g} bar"
+    if imep > 0.0:
+        tenth += f" ({found.imep_of_tenth / imep:+.1%})"
+    tenth += " of imep"
+    late = "late" if found.shift > 0.0 else "early"
+    size = f"{abs(found.shift) / DEGREE:.1f} degree {late}"
+    sure = f"standard uncertainty {found.uncertainty / DEGREE:.1f}"
+    if isinstance(found, MotoredDeadCentre):
+        return (
+            f"the largest pressure of the motored cycle lies at {found.peak / DEGREE:+.2f} degree; "
+            f"usual is {-LOSS_ANGLE[1] / DEGREE:g} to {-LOSS_ANGLE[0] / DEGREE:g}; the pressure "
+            f"comes {size} ({sure}); {tenth}"
+        )
+    others = []
+    if not math.isnan(found.pegging):
+        others.append(f"a pressure {abs(found.pegging) / BAR:.2g} bar too "
+                      f"{'low' if found.pegging > 0 else 'high'}")  # fmt: skip
+    if not math.isnan(found.compression_ratio):
+        others.append(f"a compression ratio of {found.compression_ratio:.3g}")
+    as_well = f"; {' or '.join(others)} would explain it as well" if others else ""
+    return (
+        f"compression and expansion look as if the pressure came {size} ({sure}){as_well}; without "
+        f"a motored cycle this is a suspicion; {tenth}"
+    )
+
+
+def peaks_of_motored(cycles: RecordedCycles) -> Floats:
+    """Angle of the largest pressure of each motored cycle [rad], shape (cycles,)."""
+    return np.array([
+        _peak(RecordedCycles(cycles.angle, row[None], cycles.period)) for row in cycles.pressure
+    ])  # fmt: skip

@@ -1,0 +1,191 @@
+"""Work, heat and exponents of recorded cycles.
+
+Sources: Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: gross, net and pumping
+work, section 2.4; apparent net heat release, eq. 9.27; polytropic exponents from log p - log V,
+section 9.5 (cited from memory).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.local_cubics import slopes, work_weights
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+
+__all__ = [
+    "GAMMA",
+    "Exponent",
+    "HeatRelease",
+    "MeanPressures",
+    "coefficient_of_variation",
+    "heat_release",
+    "mean_pressures",
+    "peak_pressures",
+    "polytropic_exponent",
+]
+
+GAMMA = 1.35
+"""Ratio of specific heats where none is given: between unburnt and burnt gas."""
+
+
+class MeanPressures(NamedTuple):
+    """Indicated mean effective pressures of each cycle [Pa], shape (cycles,).
+
+    Attributes
+    ----------
+    net : ndarray
+        Over the whole cycle.
+    gross : ndarray
+        Over compression and expansion; of a two-stroke cycle the same as `net`.
+    pumping : ndarray
+        Over the gas exchange, mostly negative; 0 of a two-stroke cycle.
+    """
+
+    net: Floats
+    gross: Floats
+    pumping: Floats
+
+
+def mean_pressures(cycles: RecordedCycles, geometry: CylinderGeometry) -> MeanPressures:
+    """Work of the gas over the swept volume, docs/method.md (156).
+
+    The pressure between four samples is their cubic. The compression ratio is not needed.
+    """
+
+    def over(start: float, end: float) -> Floats:
+        weights = work_weights(cycles.angle, cycles.period, geometry.volume_slope, start, end)
+        return np.asarray((cycles.pressure * weights).sum(axis=1) / geometry.swept_volume)
+
+    half = 0.5 * cycles.period
+    if cycles.period != FOUR_STROKE:
+        net = over(-half, half)
+        return MeanPressures(net, net, np.zeros_like(net))
+    gross = over(-math.pi, math.pi)
+    pumping = over(-half, -math.pi) + over(math.pi, half)
+    return MeanPressures(gross + pumping, gross, pumping)
+
+
+def peak_pressures(cycles: RecordedCycles) -> tuple[Floats, Floats]:
+    """Largest pressure [Pa] and its angle [rad] of each cycle, by a parabola of three samples."""
+    rows, top = np.arange(cycles.cycles), np.argmax(cycles.pressure, axis=1)
+    count = len(cycles.angle)
+    left, right = (top - 1) % count, (top + 1) % count
+    before = (cycles.angle[top] - cycles.angle[left]) % cycles.period
+    after = (cycles.angle[right] - cycles.angle[top]) % cycles.period
+    highest = cycles.pressure[rows, top]
+    up = (cycles.pressure[rows, right] - highest) / after
+    down = (highest - cycles.pressure[rows, left]) / before
+    bend = (up - down) / (before + after)
+    slope = (up * before + down * after) / (before + after)
+    step = np.where(bend < 0.0, -0.5 * slope / np.where(bend < 0.0, bend, -1.0), 0.0)
+    step = np.clip(step, -before, after)
+    return highest + step * (slope + bend * step), cycles.angle[top] + step
+
+
+def coefficient_of_variation(values: Floats) -> float:
+    """Standard deviation over the mean [1]; NaN of fewer than two values."""
+    return float(np.std(values, ddof=1) / np.mean(values)) if len(values) > 1 else math.nan
+
+
+class Exponent(NamedTuple):
+    """A polytropic exponent [1] of each cycle and its standard error, shape (cycles,)."""
+
+    value: Floats
+    uncertainty: Floats
+
+
+def polytropic_exponent(
+    cycles: RecordedCycles, geometry: CylinderGeometry, start: float, end: float
+) -> Exponent:
+    """Slope of -ln p over ln V between two angles [rad] by least squares, docs/method.md (158).
+
+    Raises
+    ------
+    ValueError
+        With fewer than four samples between the angles, with pressures there that are not
+        positive, or without a compression ratio.
+    """
+    at = (cycles.angle >= start) & (cycles.angle <= end)
+    if at.sum() < 4:
+        raise ValueError(
+            f"fewer than four samples between {start / DEGREE:g} and {end / DEGREE:g} degree"
+        )
+    log_v = np.log(geometry.volume(cycles.angle[at]))
+    part = cycles.pressure[:, at]
+    if not np.all(part > 0.0):
+        raise ValueError("pressure: must be positive (absolute) on compression and expansion")
+    log_p = np.log(part)
+    x = log_v - log_v.mean()
+    square = (x**2).sum()
+    value = -(log_p * x).sum(axis=1) / square
+    rest = log_p - log_p.mean(axis=1, keepdims=True) + value[:, None] * x
+    spread = np.sqrt((rest**2).sum(axis=1) / (len(x) - 2) / square)
+    return Exponent(value, spread)
+
+
+@dataclass(frozen=True, eq=False)
+class HeatRelease:
+    """Apparent net heat release of cycles: the heat of combustion less that lost to the walls.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (n,)
+        Angles of the closed cylinder [rad].
+    rate : ndarray, shape (cycles, n)
+        dQ/dphi [J/rad].
+    heat : ndarray, shape (cycles, n)
+        Its integral from the first angle on [J].
+    """
+
+    angle: Floats
+    rate: Floats
+    heat: Floats
+
+
+def heat_release(
+    cycles: RecordedCycles,
+    geometry: CylinderGeometry,
+    gamma: float | Floats = GAMMA,
+    start: float = -120.0 * DEGREE,
+    end: float = 120.0 * DEGREE,
+) -> HeatRelease:
+    """Apparent net heat release by the first law of one zone, docs/method.md (157).
+
+    Parameters
+    ----------
+    cycles : RecordedCycles
+        Absolute pressure.
+    geometry : CylinderGeometry
+        With its compression ratio.
+    gamma : float or ndarray, shape (samples,)
+        Ratio of specific heats [1]: one number, or one for each sample of `cycles`.
+    start, end : float
+        Between which the cylinder is closed [rad].
+
+    Raises
+    ------
+    ValueError
+        If gamma is not above 1, no samples lie between the angles, or the compression ratio is not
+        known.
+    """
+    ratio = np.broadcast_to(np.asarray(gamma, dtype=float), cycles.angle.shape)
+    if not np.all(ratio > 1.0):
+        raise ValueError(f"gamma = {float(ratio.min()):g}: must be above 1")
+    at = (cycles.angle >= start) & (cycles.angle <= end)
+    if at.sum() < 2:
+        raise ValueError(f"no samples between {start / DEGREE:g} and {end / DEGREE:g} degree")
+    angle, ratio = cycles.angle[at], ratio[at]
+    volume, slope = geometry.volume(angle), geometry.volume_slope(angle)
+    p, rise = cycles.pressure[:, at], slopes(cycles)[:, at]
+    rate = (ratio * p * slope + volume * rise) / (ratio - 1.0)
+    steps = 0.5 * np.diff(angle) * (rate[:, 1:] + rate[:, :-1])
+    heat = np.concatenate([np.zeros((cycles.cycles, 1)), np.cumsum(steps, axis=1)], axis=1)
+    return HeatRelease(angle, rate, heat)

@@ -1,0 +1,288 @@
+"""Checks of recorded pressure that speak: what is wrong with a signal, before it is believed.
+
+`examine` makes all of them; each finding is one line that names the place, the number and what is
+usual. Ranges without a source are judgement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.recordings.compression_fit import PRIORS, Priors
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import (
+    dead_centre_of_fired,
+    dead_centre_of_motored,
+    looks_motored,
+    text_of,
+)
+from engine_dyn.recordings.findings import Finding
+from engine_dyn.recordings.heat_release import mean_pressures, peak_pressures, polytropic_exponent
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.smoothing import noise
+from engine_dyn.types import Booleans, Floats
+from engine_dyn.units import BAR, DEGREE
+
+__all__ = ["RECORDING_CHECKS", "examine"]
+
+LONGEST_GAP = 3.0
+"""Steps of the grid over the usual step from which on samples are missing."""
+
+LEAST_PLATEAU = 3
+"""Samples of exactly the same extreme pressure, at least, of a clipped sensor."""
+
+CLIPPED = 5.0
+"""How far the curve beside a plateau would go on beyond it, in steps of the converter or standard
+deviations of the noise."""
+
+MOST_NOISE = 0.005
+"""Standard deviation of the noise over the range of the pressure; usual is up to 0.003."""
+
+MOST_THINNING = 0.005, 0.01
+"""Relative change of imep (of its gross value) and of the largest pressure if every second sample
+is left out, from which on there are too few samples."""
+
+MOST_DRIFT = 0.05 * BAR
+"""Change of the inlet pressure from the first to the last cycle, from which on it drifts."""
+
+COMPRESSION_EXPONENTS = 1.24, 1.42
+EXPANSION_EXPONENTS = 1.1, 1.5
+"""Heywood 1988, section 9.5: 1.3 (+-0.05) of both in spark-ignition engines; widened to diesel
+engines, to late combustion and to heat loss."""
+
+
+def examine(
+    cycles: RecordedCycles,
+    geometry: CylinderGeometry,
+    *,
+    motored: bool | None = None,
+    priors: Priors = PRIORS,
+    silenced: Collection[str] = (),
+) -> list[Finding]:
+    """Look at a recording with every check.
+
+    Parameters
+    ----------
+    cycles : RecordedCycles
+        Absolute pressure, best before smoothing; one cycle or many.
+    geometry : CylinderGeometry
+        Of the cylinder; without its compression ratio the dead centre is judged less surely.
+    motored : bool, optional
+        Whether nothing burns; found from the pressure if not given.
+    priors : Priors
+        How well pegging and compression ratio are known.
+    silenced : collection of str
+        Names in `RECORDING_CHECKS` that are left out.
+
+    Returns
+    -------
+    list of Finding
+        Empty where nothing is found; `str` makes a line of each.
+    """
+    if not np.isfinite(cycles.pressure).all():
+        return [] if "missing" in silenced else [_missing(cycles)]
+    found: list[Finding] = []
+    for check in (_gaps, _clipped, _noisy, _coarse, _drifting):
+        found += check(cycles, geometry)
+    if motored is None:
+        motored = looks_motored(cycles)
+    try:
+        found += _exponents(cycles, geometry)
+        found += _dead_centre(cycles, geometry, motored, priors)
+    except ValueError as error:
+        found.append(Finding("dead_centre", f"not judged: {error}", math.nan))
+    return [one for one in found if one.check not in silenced]
+
+
+def _missing(cycles: RecordedCycles) -> Finding:
+    bad = ~np.isfinite(cycles.pressure)
+    cycle, sample = (int(i) for i in np.argwhere(bad)[0])
+    return Finding(
+        "missing",
+        f"{bad.sum()} of {bad.size} pressures are no numbers, the first in cycle {cycle + 1} at "
+        f"{cycles.angle[sample] / DEGREE:.6g} degree; nothing else is judged",
+        float(bad.sum()),
+    )
+
+
+def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """Samples that are missing from the grid."""
+    angle = cycles.angle
+    steps = np.diff(angle, append=angle[0] + cycles.period)
+    usual = float(np.median(steps))
+    widest = int(np.argmax(steps))
+    if steps[widest] > LONGEST_GAP * usual:
+        yield Finding(
+            "gap",
+            f"no samples from {angle[widest] / DEGREE:.6g} to "
+            f"{(angle[widest] + steps[widest]) / DEGREE:.6g} degree; the usual step is "
+            f"{usual / DEGREE:.4g} degree",
+            float(steps[widest] / DEGREE), "degree",
+        )  # fmt: skip
+
+
+def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """A plateau at the largest or smallest pressure, on both sides of which the curve goes on."""
+    p = cycles.pressure
+    distinct = np.unique(p)
+    resolution = float(np.diff(distinct).min()) if len(distinct) > 1 else 0.0
+    rough = max(resolution, float(noise(cycles).mean()))
+    for name, extreme, sign in (("largest", p.max(), 1.0), ("smallest", p.min(), -1.0)):
+        worst, count = (0, 0, 0), 0
+        for row, curve in enumerate(p):
+            start, length = _longest_run(curve == extreme)
+            if length < LEAST_PLATEAU:
+                continue
+            if _beyond(sign * curve, start, length) > CLIPPED * rough:
+                count += 1
+                worst = max(worst, (length, row, start))
+        if count:
+            length, row, start = worst
+            at = cycles.angle[start] / DEGREE
+            yield Finding(
+                "clipped",
+                f"{length} samples from {at:.6g} degree on are exactly the {name} pressure, "
+                f"{extreme / BAR:.6g} bar (cycle {row + 1}; {count} of {cycles.cycles} cycles); is "
+                "the range of sensor or amplifier too small?",
+                float(length),
+            )
+
+
+def _longest_run(same: Booleans) -> tuple[int, int]:
+    """First sample and length of the longest run of a closed cycle."""
+    if same.all() or not same.any():
+        return 0, len(same) if same.all() else 0
+    begin = int(np.argmin(same))  # from where it is not the same, no run goes over the end
+    turned = np.roll(same, -begin)
+    edges = np.diff(np.concatenate([[0], turned.astype(np.int8), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    longest = int(np.argmax(ends - starts))
+    return int(starts[longest] + begin) % len(same), int(ends[longest] - starts[longest])
+
+
+def _beyond(curve: Floats, start: int, length: int) -> float:
+    """How far a parabola with the slopes at both ends of a plateau rises above it."""
+    count = len(curve)
+    if length >= count - 6:
+        return 0.0
+
+    def slope(first: int, last: int) -> float:
+        return float(curve[last % count] - curve[first % count]) / (last - first)
+
+    rise = slope(start - 3, start - 1)
+    fall = -slope(start + length, start + length + 2)
+    if rise <= 0.0 or fall <= 0.0:
+        return 0.0
+    return 0.5 * (length + 1) * rise * fall / (rise + fall)
+
+
+def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """Noise that is large for the range of the pressure."""
+    size = float(noise(cycles).mean())
+    span = float(np.ptp(cycles.mean))
+    if span > 0.0 and size > MOST_NOISE * span:
+        yield Finding(
+            "noise",
+            f"the standard deviation of the noise is {size / BAR:.3g} bar, {size / span:.2%} of "
+            f"the range; usual is up to 0.3 %; smooth, or average over cycles",
+            size / BAR, "bar",
+        )  # fmt: skip
+
+
+def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """Too few samples: every second one gives other results."""
+    if len(cycles.angle) < 16:
+        yield Finding("samples", f"a cycle has {len(cycles.angle)} samples", len(cycles.angle))
+        return
+    mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
+    half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
+    gross = abs(float(mean_pressures(mean, geometry).gross[0]))
+    work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
+    peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)
+    # Noise alone moves imep and peak when samples are left out; three deviations of it are free.
+    size = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
+    free = 3.0 * size / math.sqrt(len(half.angle))
+    if abs(work) - free > MOST_THINNING[0] * gross:
+        said, value = f"imep by {work / gross:+.1%}", work / gross
+    elif abs(peak) - 3.0 * size / float(mean.pressure.max()) > MOST_THINNING[1]:
+        said, value = f"the largest pressure by {peak:+.1%}", peak
+    else:
+        return
+    step = cycles.period / len(cycles.angle) / DEGREE
+    yield Finding(
+        "samples",
+        f"leaving out every second sample changes {said}: a step of {step:.3g} degree is too long, "
+        "and higher orders are folded onto lower ones; usual is 0.1 to 1 degree",
+        value,
+    )
+
+
+def _drifting(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """A level that moves from cycle to cycle."""
+    count = cycles.cycles
+    if count < 3:
+        return
+    start = -math.pi if cycles.period == FOUR_STROKE else -100.0 * DEGREE
+    at = np.abs(cycles.angle - start) <= 10.0 * DEGREE
+    if not at.any():
+        return
+    level = cycles.pressure[:, at].mean(axis=1)
+    number = np.arange(count) - 0.5 * (count - 1)
+    slope = float((number * level).sum() / (number**2).sum())
+    rest = level - level.mean() - slope * number
+    error = math.sqrt(float((rest**2).sum()) / max(count - 2, 1) / float((number**2).sum()))
+    change = slope * (count - 1)
+    if abs(change) > MOST_DRIFT and abs(slope) > 3.0 * error:
+        yield Finding(
+            "drift",
+            f"the pressure around {start / DEGREE:.0f} degree moves by {change / BAR:+.3g} bar "
+            f"from the first to the last of {count} cycles; usual is up to "
+            f"{MOST_DRIFT / BAR:g} bar; peg each cycle",
+            change / BAR, "bar",
+        )  # fmt: skip
+
+
+def _exponents(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
+    """Exponents of compression and expansion that a gas does not have."""
+    if geometry.compression_ratio is None:
+        return
+    four = cycles.period == FOUR_STROKE
+    mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
+    for name, (start, end), (low, high) in (
+        ("compression_exponent", (-95.0 if four else -85.0, -40.0), COMPRESSION_EXPONENTS),
+        ("expansion_exponent", (65.0, 105.0 if four else 95.0), EXPANSION_EXPONENTS),
+    ):
+        value = float(polytropic_exponent(mean, geometry, start * DEGREE, end * DEGREE).value[0])
+        if not low <= value <= high:
+            yield Finding(
+                name,
+                f"the exponent from {start:g} to {end:g} degree is {value:.3f}; usual is {low:g} "
+                f"to {high:g}; is the pressure absolute, the dead centre or the compression ratio "
+                f"({geometry.compression_ratio:g}) wrong?",
+                value,
+            )
+
+
+def _dead_centre(
+    cycles: RecordedCycles, geometry: CylinderGeometry, motored: bool, priors: Priors
+) -> Iterator[Finding]:
+    """A dead centre that is not the engine's."""
+    imep = float(mean_pressures(cycles, geometry).net.mean())
+    found = (
+        dead_centre_of_motored(cycles, geometry)
+        if motored
+        else dead_centre_of_fired(cycles, geometry, priors)
+    )
+    if found.suspected:
+        yield Finding("dead_centre", text_of(found, imep), found.shift / DEGREE, "degree")
+
+
+RECORDING_CHECKS = (
+    "missing", "gap", "clipped", "noise", "samples", "drift", "compression_exponent",
+    "expansion_exponent", "dead_centre",
+)  # fmt: skip
+"""Under which checks of recordings are silenced."""
