@@ -1,0 +1,266 @@
+"""Crossings of a sampled encoder signal: times at which teeth pass, between the samples.
+
+The threshold is chosen so that the crossings fit the wheel; see `teeth_of_signal`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine_dyn.recordings.teeth import PassedTeeth, find_turns
+from engine_dyn.recordings.wheel import Wheel
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["Crossings", "EncoderSignal", "crossings", "teeth_of_signal"]
+
+HEIGHTS = (0.5, 0.35, 0.2, 0.1, 0.05, 0.65, 0.8, 0.9)
+"""Thresholds that are tried, as fractions of the swing."""
+
+BAND, NEAR_LEVEL = 0.06, 0.4
+"""Half the band of the hysteresis, as a fraction of the swing, and at most as a fraction of the
+distance to the nearer level: a ripple within the band does not count."""
+
+PASSAGE_STEPS = 8
+"""Of Newton's method on a cubic; three or four suffice where it is nearly straight."""
+
+FEWEST_SAMPLES = 4.0
+"""Samples between teeth below which pulses may pass unseen."""
+
+LEVEL_SHARE = 0.02
+"""Share of the samples at the very same extreme value from which a signal is called clipped."""
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Crossings of one threshold in one direction.
+
+    Attributes
+    ----------
+    time : ndarray
+        Times of the crossings, in samples from the first one.
+    threshold, hysteresis : float
+        In the unit of the signal; a crossing counts when the signal goes on to threshold +
+        hysteresis, after it was below threshold - hysteresis (rising).
+    edge : str
+        ``rising`` or ``falling``.
+    """
+
+    time: Floats
+    threshold: float
+    hysteresis: float
+    edge: str
+
+
+@dataclass(frozen=True, eq=False)
+class EncoderSignal:
+    """Teeth that a sampled signal shows, and how they were found.
+
+    Attributes
+    ----------
+    teeth : PassedTeeth
+        Turns in which the wheel was found, their times in seconds.
+    crossings : Crossings
+        Threshold, hysteresis and edge.
+    low, high : float
+        Levels of the signal between and at teeth: its 2nd and 98th percentile.
+    samples_per_tooth : float
+        Median number of samples from one tooth to the next one.
+    remarks : tuple of str
+        What was seen, a line each.
+    """
+
+    teeth: PassedTeeth
+    crossings: Crossings
+    low: float
+    high: float
+    samples_per_tooth: float
+    remarks: tuple[str, ...]
+
+
+def crossings(
+    signal: Floats, threshold: float, hysteresis: float, edge: str = "rising"
+) -> Crossings:
+    """Find where a signal crosses a threshold in one direction, between its samples.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (samples,)
+        Equidistant samples.
+    threshold, hysteresis : float
+        A rising crossing counts when the signal reaches threshold + hysteresis after it was below
+        threshold - hysteresis; its time is that of the last passage of the threshold before. A
+        falling one is a rising one of the negative signal.
+    edge : {"rising", "falling"}
+        Which.
+
+    Returns
+    -------
+    Crossings
+        Passages are interpolated by the cubic through four samples. Of an edge that passes within
+        two or three samples, the straight line between two would be wrong by some hundredths of
+        their distance.
+    """
+    sign = 1.0 if edge == "rising" else -1.0
+    # states are +1 above the band and -1 below it; samples within the band keep the last state
+    above = (
+        signal >= threshold + sign * hysteresis if sign > 0 else signal <= threshold - hysteresis
+    )
+    below = signal <= threshold - hysteresis if sign > 0 else signal >= threshold + hysteresis
+    outside = np.flatnonzero(above | below)
+    up = above[outside]
+    reached = outside[1:][up[1:] & ~up[:-1]]
+    beyond = signal >= threshold if sign > 0 else signal <= threshold
+    passed = np.flatnonzero(beyond[1:] & ~beyond[:-1])
+    before: Integers = passed[np.searchsorted(passed, reached) - 1] if reached.size else reached
+    return Crossings(_passages(signal, before, threshold), threshold, hysteresis, edge)
+
+
+def _passages(signal: Floats, before: Integers, threshold: float) -> Floats:
+    """Where the cubic through four samples passes the threshold: docs/method.md (140)."""
+    first = np.clip(before, 1, signal.size - 3) if signal.size > 3 else before
+    ends = (first != before) if signal.size > 3 else np.ones(before.size, dtype=bool)
+    here, after = signal[before], signal[before + 1]
+    straight = (threshold - here) / (after - here)
+    if ends.all():
+        return np.asarray(before + straight, dtype=float)
+    y0, y1, y2, y3 = (signal[first + place] - threshold for place in (-1, 0, 1, 2))
+    # Newton's form of the polynomial in powers of the place between the middle samples
+    cubic = (y3 - 3.0 * y2 + 3.0 * y1 - y0) / 6.0
+    square = 0.5 * (y2 - 2.0 * y1 + y0)
+    linear = y2 - y1 - square - cubic
+    low, high = np.zeros(before.size), np.ones(before.size)
+    place = np.clip(straight, 0.0, 1.0)
+    for _ in range(PASSAGE_STEPS):  # Newton's steps; halving where one leaves the bracket
+        value = y1 + place * (linear + place * (square + place * cubic))
+        slope = linear + place * (2.0 * square + place * 3.0 * cubic)
+        onwards = (value < 0.0) == (y1 < 0.0)
+        low, high = np.where(onwards, place, low), np.where(onwards, high, place)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = place - value / slope
+        place = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+    return np.asarray(before + np.where(ends, straight, place), dtype=float)
+
+
+def teeth_of_signal(
+    signal: Floats,
+    interval: float,
+    wheel: Wheel,
+    *,
+    threshold: float | None = None,
+    hysteresis: float | None = None,
+    edge: str | None = None,
+) -> EncoderSignal:
+    """Find the teeth of a wheel in a sampled signal.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (samples,)
+        Equidistant samples of the sensor, such as volts.
+    interval : float
+        Time between samples [s].
+    wheel : Wheel
+        Its pattern.
+    threshold, hysteresis, edge : optional
+        As `crossings`. Each that is not given is tried: thresholds from a tenth to nine tenths of
+        the swing, both edges. The one with the fewest faults is taken, and of several that are as
+        good the one whose intervals repeat best from turn to turn.
+
+    Returns
+    -------
+    EncoderSignal
+
+    Raises
+    ------
+    ValueError
+        One line: a signal that is too short, does not swing, has values that are not numbers, is
+        sampled too slowly, or in which the pattern is not found (with what was found instead).
+    """
+    signal = np.asarray(signal, dtype=float)
+    if signal.ndim != 1 or signal.size < 3 * wheel.teeth:
+        raise ValueError(
+            f"encoder signal: {signal.size} samples; must be at least three for each of "
+            f"{wheel.teeth} teeth"
+        )
+    if not np.isfinite(signal).all():
+        place = int(np.flatnonzero(~np.isfinite(signal))[0])
+        raise ValueError(f"encoder signal: sample {place + 1} is not a number")
+    low, high = _levels(signal)
+    swing = high - low
+    if not swing > 0.0:
+        raise ValueError(f"encoder signal: does not swing; it stays at {low:g}")
+    heights = HEIGHTS if threshold is None else ((threshold - low) / swing,)
+    edges = ("rising", "falling") if edge is None else (edge,)
+    tried: list[tuple[PassedTeeth, Crossings]] = []
+    refusal: ValueError | None = None
+    slowest = 0.0
+    for height in heights:
+        band = min(BAND, NEAR_LEVEL * min(height, 1.0 - height)) * swing
+        band = band if hysteresis is None else hysteresis
+        for one in edges:
+            found = crossings(signal, low + height * swing, band, one)
+            if found.time.size < wheel.teeth + 1:
+                continue
+            slowest = max(slowest, float(np.median(np.diff(found.time))))
+            try:
+                teeth = find_turns(found.time * interval, wheel)
+            except ValueError as error:
+                refusal = refusal or error
+                continue
+            tried.append((teeth, found))
+    if not tried:
+        if 0.0 < slowest < FEWEST_SAMPLES:
+            raise ValueError(
+                f"encoder signal: {slowest:.2g} samples from pulse to pulse; must be at least "
+                f"{FEWEST_SAMPLES:g}, or teeth pass between samples (aliasing): sample faster"
+            )
+        if refusal is not None:
+            raise refusal
+        raise ValueError(
+            f"encoder signal: fewer than {wheel.teeth + 1} pulses between {low:g} and {high:g}; "
+            f"a turn of the wheel {wheel.text} has {wheel.teeth}"
+        )
+    # A shifted edge may cost the turn that is cut off at an end of the recording, but no more.
+    most = max(len(teeth.turn) for teeth, _ in tried)
+    good = [one for one in tried if len(one[0].turn) >= most - 1]
+    least = min(teeth.lost for teeth, _ in good)
+    teeth, chosen = min(
+        (one for one in good if one[0].lost <= least + 1e-9), key=lambda one: one[0].scatter
+    )
+    samples = float(np.median(np.diff(chosen.time)))
+    remarks = [
+        f"threshold {chosen.threshold:.4g} ± {chosen.hysteresis:.2g} ({chosen.edge} edge; the "
+        f"signal swings from {low:.4g} to {high:.4g})",
+        *_clipped(signal),
+        *([] if samples >= FEWEST_SAMPLES else [_coarse(samples)]),
+        *teeth.faults,
+    ]
+    return EncoderSignal(teeth, chosen, low, high, samples, tuple(remarks))
+
+
+def _levels(signal: Floats) -> tuple[float, float]:
+    """Lower and upper level; some 200 000 samples, evenly spread, tell them well enough."""
+    some = signal[:: max(signal.size // 200_000, 1)]
+    low, high = np.percentile(some, [2.0, 98.0])
+    return float(low), float(high)
+
+
+def _coarse(samples: float) -> str:
+    return (
+        f"{samples:.2g} samples from tooth to tooth: below {FEWEST_SAMPLES:g}, teeth may pass "
+        "between samples (aliasing)"
+    )
+
+
+def _clipped(signal: Floats) -> list[str]:
+    """Say where many samples have the very same extreme value; crossings do not suffer from it."""
+    said = []
+    for word, extreme in (("above", signal.max()), ("below", signal.min())):
+        share = np.count_nonzero(signal == extreme) / signal.size
+        if share > LEVEL_SHARE:
+            said.append(
+                f"the signal is cut off {word} at {extreme:.4g} ({100 * share:.0f} % of the "
+                "samples): crossings between do not suffer"
+            )
+    return said

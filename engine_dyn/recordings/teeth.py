@@ -1,0 +1,301 @@
+"""Time stamps of teeth: which tooth each is, whole turns, and what does not fit the wheel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Floats, Integers
+
+__all__ = ["PassedTeeth", "find_turns"]
+
+FACTOR = 1.7
+"""Most ratio of an interval to the one expected. A missing tooth makes at least 2 of it, and a
+pulse too many cuts it to half or less; speed and tooth errors change it far less in a turn."""
+
+NAMED = 5
+"""Faults that are told one by one."""
+
+LEAST_SHARE = 0.75
+"""Share of the time that must be whole turns for a pattern to count as found."""
+
+NEIGHBOURS = 11
+
+
+@dataclass(frozen=True, eq=False)
+class PassedTeeth:
+    """Whole turns of a wheel in a row of time stamps.
+
+    Attributes
+    ----------
+    wheel : Wheel
+        Its pattern.
+    time : ndarray, shape (turns, teeth + 1)
+        Times at which the teeth of each turn passed [s]; the last is the first of the next turn.
+    turn : ndarray, shape (turns,)
+        Number of each turn, counted from the first; numbers are missing where turns were lost.
+    lost : float
+        Share of the time between the first and the last turn that faults took.
+    scatter : float
+        How well intervals repeat from turn to turn: standard deviation of the second differences
+        over turns of the interval's share of its turn, relative; the median over the teeth.
+    faults : tuple of str
+        Pulses too many and teeth that were missed, a line each.
+    """
+
+    wheel: Wheel
+    time: Floats
+    turn: Integers
+    lost: float
+    scatter: float
+    faults: tuple[str, ...]
+
+    @property
+    def interval(self) -> Floats:
+        """Time from each tooth to the next one [s], shape (turns, teeth)."""
+        return np.diff(self.time, axis=1)
+
+    @property
+    def speed(self) -> Floats:
+        """Angle over time of each interval [rad/s], with the wheel as it should be."""
+        return np.asarray(self.wheel.width / self.interval)
+
+    def angle_at(
+        self, time: Floats, gap_angle: float = 0.0, errors: Floats | float = 0.0
+    ) -> Floats:
+        """Crank angle at any times, counted on from turn to turn.
+
+        Parameters
+        ----------
+        time : ndarray
+            [s].
+        gap_angle : float
+            Crank angle [rad] at which the first tooth after the longest gap passes the sensor.
+        errors : ndarray, shape (teeth,), or 0
+            Relative errors of the wheel's intervals, see `tooth_errors`.
+
+        Returns
+        -------
+        ndarray
+            Angle [rad], of the shape of `time`; NaN outside whole turns. Between teeth it is a
+            cubic with the slopes of the parabolas through three teeth.
+        """
+        width = self.wheel.width * (1.0 + errors)
+        within = np.concatenate([[0.0], np.cumsum(width)])
+        knots = gap_angle + TURN * self.turn[:, None] + within
+        joined = self.turn[1:] == self.turn[:-1] + 1
+        keep = np.ones(self.time.shape, dtype=bool)
+        keep[:-1, -1] = ~joined  # the first tooth of the next turn
+        at, phi = self.time[keep], knots[keep]
+        step, secant = np.diff(at), np.diff(phi) / np.diff(at)
+        slope = np.empty(at.size)
+        share = step[:-1] / (step[:-1] + step[1:])
+        slope[1:-1] = (1.0 - share) * secant[:-1] + share * secant[1:]
+        slope[0], slope[-1] = secant[0], secant[-1]
+        time = np.asarray(time, dtype=float)
+        place = np.clip(np.searchsorted(at, time, side="right") - 1, 0, at.size - 2)
+        u = (time - at[place]) / step[place]
+        value = (
+            phi[place] * (1.0 + 2.0 * u) * (1.0 - u) ** 2
+            + phi[place + 1] * u * u * (3.0 - 2.0 * u)
+            + step[place] * u * (1.0 - u) * ((1.0 - u) * slope[place] - u * slope[place + 1])
+        )
+        lost = np.zeros(at.size, dtype=bool)
+        ends = np.flatnonzero(~joined) + 1
+        lost[np.cumsum(keep.sum(axis=1))[ends - 1] - 1] = True  # no tooth follows in its turn
+        outside = (time < at[0]) | (time > at[-1]) | (lost[place] & (u > 0.0))
+        return np.asarray(np.where(outside, np.nan, value))
+
+
+def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
+    """Find the whole turns of a wheel in time stamps of its teeth.
+
+    Each run of as many intervals as the wheel has teeth is compared with the pattern by
+    docs/method.md (141): the logarithms of intervals and of widths, each less its mean, differ by
+    the speed and by errors of teeth alone where they belong together. Where pulses are too many or
+    too few, the search goes on with the next run that fits.
+
+    Parameters
+    ----------
+    time : ndarray, shape (pulses,)
+        Ascending times [s].
+    wheel : Wheel
+        Its pattern.
+
+    Returns
+    -------
+    PassedTeeth
+
+    Raises
+    ------
+    ValueError
+        One line: times that do not ascend, fewer than a turn, or a pattern that does not fit, with
+        what was found instead.
+    """
+    time = np.asarray(time, dtype=float)
+    if time.ndim != 1 or not np.isfinite(time).all():
+        raise ValueError("times of teeth: must be a row of numbers")
+    gaps = np.diff(time)
+    if np.any(gaps <= 0.0):
+        place = int(np.flatnonzero(gaps <= 0.0)[0])
+        raise ValueError(
+            f"times of teeth: number {place + 2} ({time[place + 1]:.9g} s) is not later than the "
+            f"one before it ({time[place]:.9g} s)"
+        )
+    if gaps.size < wheel.teeth:
+        raise ValueError(
+            f"times of teeth: {time.size}; a whole turn of the wheel {wheel.text} needs "
+            f"{wheel.teeth + 1}"
+        )
+    starts = _even_starts(gaps, wheel) if wheel.even else _starts(gaps, wheel)
+    _check_sense(gaps, wheel, starts)
+    whole = float(np.sum(time[starts + wheel.teeth] - time[starts]))
+    # of what lies before the first and behind the last turn, up to a turn is natural
+    if starts.size == 0 or whole < LEAST_SHARE * (time[-1] - time[0]) - 2.0 * whole / starts.size:
+        raise ValueError(_what_was_found(gaps, wheel))
+    every = time[starts[:, None] + np.arange(wheel.teeth + 1)]
+    turn, faults = _between(time, starts, wheel)
+    span = float(every[-1, -1] - every[0, 0])
+    lost = max(1.0 - whole / span, 0.0)
+    return PassedTeeth(wheel, every, turn, lost, _scatter(every, wheel), faults)
+
+
+def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
+    """Largest deviation from the pattern of the run that starts at each interval, as logarithm."""
+    logs, teeth = np.log(gaps), wheel.teeth
+    width = np.log(wheel.width)
+    total = np.concatenate([[0.0], np.cumsum(logs - logs[0])])
+    runs = gaps.size - teeth + 1
+    level = (total[teeth:] - total[:runs]) / teeth + logs[0] - width.mean()
+    worst = np.zeros(runs)
+    for place in range(teeth):
+        np.maximum(worst, np.abs(logs[place : place + runs] - level - width[place]), out=worst)
+    return worst
+
+
+def _starts(gaps: Floats, wheel: Wheel) -> Integers:
+    """First intervals of the turns that fit, none within another one."""
+    misfit = _misfit(gaps, wheel)
+    fits = np.flatnonzero(misfit < np.log(FACTOR))
+    chosen: list[int] = []
+    for start in fits:  # few: a wheel that is not even fits nearly nowhere else
+        if chosen and start - chosen[-1] < wheel.teeth:
+            if misfit[start] < misfit[chosen[-1]]:
+                chosen[-1] = int(start)
+        else:
+            chosen.append(int(start))
+    return np.array(chosen, dtype=np.int64)
+
+
+def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
+    """Refuse pulses that fit the reversed wheel better, where it is another one."""
+    other = wheel.reversed
+    if wheel.even or np.allclose(other.width, wheel.width):
+        return  # one sensor cannot tell the sense of rotation
+    backwards = _starts(gaps, other)
+    here, there = (
+        np.median(_misfit(gaps, one)[places]) if places.size else np.inf
+        for one, places in ((wheel, starts), (other, backwards))
+    )
+    if there < here:
+        raise ValueError(
+            f"wheel: the pulses fit {wheel.text} in reverse: the wheel turns against the order of "
+            "its teeth; give them the other way round, or say that it is reversed"
+        )
+
+
+def _even_starts(gaps: Floats, wheel: Wheel) -> Integers:
+    """Turns of a wheel without a gap are counted from the first tooth, so none may be lost."""
+    ratio = gaps / _usual(gaps)
+    bad = np.flatnonzero((ratio > FACTOR) | (ratio < 1.0 / FACTOR))
+    if bad.size:
+        raise ValueError(
+            f"times of teeth: interval {bad[0] + 1} is {ratio[bad[0]]:.2f} of its neighbours; the "
+            f"wheel {wheel.text} has no gap, so that no tooth may be missed or counted twice"
+        )
+    return np.arange(0, gaps.size - wheel.teeth + 1, wheel.teeth, dtype=np.int64)
+
+
+def _usual(gaps: Floats) -> Floats:
+    """Median of the neighbours of each interval; both ends take the nearest whole group."""
+    count = min(NEIGHBOURS, gaps.size - (gaps.size + 1) % 2)
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(gaps, count), axis=1)
+    half = count // 2
+    return np.concatenate(
+        [np.full(half, middle[0]), middle, np.full(gaps.size - half - middle.size, middle[-1])]
+    )
+
+
+def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tuple[str, ...]]:
+    """Numbers of the turns, and what lies between those that do not follow each other."""
+    teeth = wheel.teeth
+    length = time[starts + teeth] - time[starts]
+    turn = np.zeros(starts.size, dtype=np.int64)
+    turn[1:] = np.cumsum(
+        np.maximum(
+            np.rint((time[starts[1:]] - time[starts[:-1]]) / (0.5 * (length[1:] + length[:-1]))), 1
+        )
+    )
+    faulty = np.flatnonzero(np.diff(starts) != teeth)
+    said = []
+    for place in faulty[:NAMED]:
+        begin, end = int(starts[place]) + teeth, int(starts[place + 1])
+        turns = int(turn[place + 1] - turn[place]) - 1
+        gaps = np.diff(time[begin : end + 1])
+        where = f"turn {turn[place] + 2} (at {time[begin]:.6g} s)"
+        extra = end - begin - turns * teeth
+        if turns < 1:
+            said.append(f"{where}: {end - begin} pulses too many; left out")
+            continue
+        usual = float(np.median(gaps))
+        most, least = int(np.argmin(gaps)), gaps.min() / usual
+        if extra > 0:
+            kind = f"{extra} pulse{'s' * (extra > 1)} too many (a doubled tooth or noise)"
+            kind += f": pulse {most + 1} is followed after {least:.2f} of a usual interval"
+        elif extra < 0:
+            kind = f"{-extra} {'teeth' if extra < -1 else 'tooth'} missed"
+        else:
+            kind = "as many pulses as teeth, but not at their places"
+        said.append(f"{where}: {kind}; {'turn' if turns == 1 else f'{turns} turns'} left out")
+    if faulty.size > NAMED:
+        said.append(f"and {faulty.size - NAMED} more faults of this kind")
+    return turn, tuple(said)
+
+
+def _scatter(time: Floats, wheel: Wheel) -> float:
+    """Repetition of intervals; second differences, so that a steady change does not count."""
+    share = np.diff(time, axis=1) / (time[:, -1:] - time[:, :1])
+    if len(share) < 3:
+        return 0.0
+    # of a four-stroke engine, every second turn is alike
+    step = 2 if len(share) > 4 else 1
+    change = share[2 * step :] - 2.0 * share[step:-step] + share[: -2 * step]
+    return float(np.median(np.std(change, axis=0) / np.sqrt(6.0) * TURN / wheel.width))
+
+
+def _what_was_found(gaps: Floats, wheel: Wheel) -> str:
+    """One line: the pattern that the pulses seem to have."""
+    ratio = gaps / _usual(gaps)
+    pitches = np.rint(ratio)
+    long = np.flatnonzero(pitches >= 2)
+    if long.size == 0:
+        found = f"{gaps.size + 1} pulses without a gap"
+    else:
+        apart = np.diff(long)
+        teeth = int(np.median(apart)) if apart.size else 0
+        missing = int(np.median(pitches[long])) - 1
+        regular = apart.size and np.mean(np.abs(apart - teeth) <= 0.5) > 0.6
+        if regular:
+            found = f"a gap of {missing} after every {teeth} teeth, as {teeth + missing}-{missing}"
+        else:
+            found = f"{long.size} gaps of {missing} or so, {_places(apart)} teeth apart"
+    short = int(np.count_nonzero(ratio < 0.6))
+    if short:
+        found += f", and {short} pulses closer than 0.6 of a usual interval"
+    return f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn); found: {found}"
+
+
+def _places(apart: Integers) -> str:
+    return ", ".join(map(str, apart[:4])) + (" ..." if apart.size > 4 else "")

@@ -1,0 +1,314 @@
+"""Speed over recorded cycles as an initial-value problem: given torque over angle, one load law.
+
+The train of cycles is not periodic: what the crank did before it began is in its first speed. The
+same train closed on itself is there to compare with. docs/method.md (150) to (154).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine_dyn import status
+from engine_dyn.compilation import kernel
+from engine_dyn.given_numbers import given_number
+from engine_dyn.types import Floats
+
+__all__ = ["SpeedOfTrain", "TorqueTrain", "close_train", "fit_train", "follow_train"]
+
+MOST_STEPS = 60
+"""Of Newton's or Gauss and Newton's method; three to six are usual."""
+
+CLOSE_ENOUGH = 1e-12
+"""Relative change of speed and load coefficient at which the search ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueTrain:
+    """Torque and inertia over the angle of a train of cycles, and the law of its load.
+
+    Attributes
+    ----------
+    torque : ndarray, shape (2 n + 1,)
+        Gas torque less friction [N m] at the ends and in the middle of n steps.
+    inertia : ndarray, shape (2 n + 1,)
+        Theta(phi) [kg m2] at the same angles.
+    step : float
+        Angle of one of the n steps [rad].
+    exponent, constant : float
+        alpha and a [N m] of the load torque a + k omega^alpha.
+    """
+
+    torque: Floats
+    inertia: Floats
+    step: float
+    exponent: float = 2.0
+    constant: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together."""
+        if self.torque.ndim != 1 or self.torque.size < 3 or self.torque.size % 2 == 0:
+            raise ValueError(f"torque: {self.torque.size} values; must be 2 n + 1, at least 3")
+        if self.inertia.shape != self.torque.shape:
+            raise ValueError(f"inertia: {self.inertia.size} values; the torque has another number")
+        if not (np.isfinite(self.torque).all() and np.all(self.inertia > 0.0)):
+            raise ValueError("torque and inertia: must be numbers, and the inertia more than 0")
+        if not self.step > 0.0:
+            raise ValueError(f"step: {self.step:g} rad; must be more than 0")
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return self.torque.size // 2
+
+    @property
+    def angle(self) -> Floats:
+        """Angles at the ends of steps [rad] from the beginning, shape (n + 1,)."""
+        return np.asarray(self.step * np.arange(self.steps + 1), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedOfTrain:
+    """Speed over a train of cycles.
+
+    Attributes
+    ----------
+    status : int
+        `engine_dyn.status`: converged; stalled, where the speed falls to nothing; not converged.
+    angle, speed : ndarray, shape (n + 1,)
+        Angle from the beginning [rad] and speed [rad/s]; NaN from where it stalls.
+    start_speed, load_coefficient : float
+        First speed [rad/s], and k [N m s^alpha].
+    memory : float
+        What is left at the end of a small change of the first energy: docs/method.md (152) [1].
+    by_start, by_coefficient : ndarray, shape (n + 1,)
+        Derivatives of the speed with respect to the first speed [1], and to k.
+    """
+
+    status: int
+    angle: Floats
+    speed: Floats
+    start_speed: float
+    load_coefficient: float
+    memory: float
+    by_start: Floats
+    by_coefficient: Floats
+
+
+@kernel
+def _follow(
+    torque: Floats, inertia: Floats, step: float, constant: float, coefficient: float,
+    exponent: float, start: float, energy: Floats, by_start: Floats, by_coefficient: Floats,
+) -> int:  # fmt: skip
+    """Energy at the ends of steps, with its derivatives; the number of steps that were made.
+
+    Runge and Kutta's method of fourth order for docs/method.md (150) and (151).
+    """
+    e, s, g = start, 1.0, 0.0
+    energy[0], by_start[0], by_coefficient[0] = e, s, g
+    for place in range(energy.size - 1):
+        slope_e, slope_s, slope_g = 0.0, 0.0, 0.0
+        last_e, last_s, last_g = 0.0, 0.0, 0.0
+        for stage in range(4):
+            share = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+            at = 2 * place + (0 if stage == 0 else (2 if stage == 3 else 1))
+            now = e + share * step * last_e
+            if not now > 0.0:
+                return place
+            power = math.pow(2.0 * now / inertia[at], 0.5 * exponent)
+            fading = coefficient * exponent * power / (2.0 * now)
+            last_s = -fading * (s + share * step * last_s)
+            last_g = -power - fading * (g + share * step * last_g)
+            last_e = torque[at] - constant - coefficient * power
+            weight = 1.0 if stage == 0 or stage == 3 else 2.0
+            slope_e += weight * last_e
+            slope_s += weight * last_s
+            slope_g += weight * last_g
+        e += step / 6.0 * slope_e
+        s += step / 6.0 * slope_s
+        g += step / 6.0 * slope_g
+        if not e > 0.0:
+            return place
+        energy[place + 1], by_start[place + 1], by_coefficient[place + 1] = e, s, g
+    return energy.size - 1
+
+
+def follow_train(train: TorqueTrain, start_speed: float, load_coefficient: float) -> SpeedOfTrain:
+    """Integrate the speed from the beginning of a train to its end.
+
+    Parameters
+    ----------
+    train : TorqueTrain
+        Torque, inertia and load law.
+    start_speed : float
+        [rad/s], more than 0.
+    load_coefficient : float
+        k [N m s^alpha].
+
+    Returns
+    -------
+    SpeedOfTrain
+        Its status is `stalled` where the speed falls to nothing before the end.
+    """
+    start_speed = given_number("start_speed", start_speed)
+    if not start_speed > 0.0:
+        raise ValueError(f"start_speed: {start_speed:g} rad/s; must be more than 0")
+    energy, by_start, by_coefficient = np.full((3, train.steps + 1), np.nan)
+    ends = np.ascontiguousarray(train.inertia[::2])
+    done = _follow(
+        train.torque, train.inertia, float(train.step), float(train.constant),
+        float(load_coefficient), float(train.exponent), 0.5 * ends[0] * start_speed**2, energy,
+        by_start, by_coefficient,
+    )  # fmt: skip
+    speed = np.sqrt(2.0 * energy / ends)
+    by_energy = 1.0 / (ends * speed)
+    return SpeedOfTrain(
+        status.CONVERGED if done == train.steps else status.STALLED,
+        train.angle,
+        speed,
+        start_speed,
+        float(load_coefficient),
+        float(by_start[-1]),
+        by_start * by_energy * ends[0] * start_speed,
+        by_coefficient * by_energy,
+    )
+
+
+def fit_train(
+    train: TorqueTrain,
+    edges: Floats,
+    measured: Floats,
+    *,
+    start_speed: float | None = None,
+    load_coefficient: float | None = None,
+) -> SpeedOfTrain:
+    """Fit first speed and load coefficient to measured speeds: docs/method.md (153).
+
+    Parameters
+    ----------
+    train : TorqueTrain
+        Torque, inertia and load law.
+    edges : ndarray, shape (m + 1,)
+        Ascending angles from the beginning of the train [rad], within it.
+    measured : ndarray, shape (m,)
+        Angle over time between them [rad/s], such as from tooth to tooth, or the mean speeds of the
+        first and the last cycle alone; NaN where there is none. At least two are needed.
+    start_speed, load_coefficient : float, optional
+        First guesses; without them, the measured mean and the balance of mean torques.
+
+    Returns
+    -------
+    SpeedOfTrain
+        Its status is `not_converged` where the steps do not end.
+    """
+    edges, measured = np.asarray(edges, dtype=float), np.asarray(measured, dtype=float)
+    known = np.isfinite(measured)
+    if edges.size != measured.size + 1 or np.any(np.diff(edges) <= 0.0):
+        raise ValueError("edges: must ascend, one more than measured speeds")
+    if edges[0] < 0.0 or edges[-1] > train.angle[-1] * (1.0 + 1e-12):
+        raise ValueError("edges: must lie within the train")
+    if np.count_nonzero(known) < 2:
+        raise ValueError("measured: at least two speeds are needed for first speed and load")
+
+    def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
+        slowness = 1.0 / found.speed
+        means = np.diff(edges) / np.diff(_integral_at(slowness, train, edges))
+        slopes = [
+            means**2
+            / np.diff(edges)
+            * np.diff(_integral_at(slowness**2 * derivative, train, edges))
+            for derivative in (found.by_start, found.by_coefficient)
+        ]
+        return (means - measured)[known], np.stack(slopes, axis=1)[known]
+
+    level = float(np.mean(measured[known]))
+    first = level if start_speed is None else start_speed
+    return _solved(train, first, load_coefficient, level, defects)
+
+
+def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
+    """Speed of the same train if it repeated for ever: docs/method.md (154).
+
+    Parameters
+    ----------
+    train : TorqueTrain
+        Torque, inertia and load law; with exponent 0 the first speed follows from the mean alone.
+    mean_speed : float
+        Mean over the angle [rad/s].
+
+    Returns
+    -------
+    SpeedOfTrain
+        Its first and last speeds agree. The first one, less that of the recorded train, is the jump
+        that closing forces on the train; it fades as `memory` says.
+    """
+    mean_speed = given_number("mean_speed", mean_speed)
+    if not mean_speed > 0.0:
+        raise ValueError(f"mean_speed: {mean_speed:g} rad/s; must be more than 0")
+    length = train.angle[-1]
+
+    def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
+        rise = found.speed[-1] / found.speed[0] - 1.0
+        ratio = found.speed[-1] / found.speed[0]
+        whole = np.array([length])
+        curves = (found.speed, found.by_start, found.by_coefficient)
+        mean, *slopes = (float(_integral_at(c, train, whole)[0]) / length for c in curves)
+        rows = [
+            [found.by_start[-1] / found.speed[0] - ratio / found.speed[0] * found.by_start[0],
+             found.by_coefficient[-1] / found.speed[0]],
+            [slopes[0] / mean_speed, slopes[1] / mean_speed],
+        ]  # fmt: skip
+        return np.array([rise, mean / mean_speed - 1.0]), np.array(rows)
+
+    return _solved(train, mean_speed, None, mean_speed, defects)
+
+
+def _integral_at(values: Floats, train: TorqueTrain, at: Floats) -> Floats:
+    """Integral over the angle from the beginning, of the parabolas through three ends of steps."""
+    step, count = train.step, values.size - 1
+    if count < 2:
+        parts = 0.5 * step * (values[1:] + values[:-1])
+    else:  # mean of the two parabolas that share an interval, one at the ends
+        bend = np.empty(count + 1)
+        bend[1:-1] = values[2:] - 2.0 * values[1:-1] + values[:-2]
+        bend[0], bend[-1] = bend[1], bend[-2]
+        parts = step * (0.5 * (values[1:] + values[:-1]) - (bend[1:] + bend[:-1]) / 24.0)
+    total = np.concatenate([[0.0], np.cumsum(parts)])
+    place = np.clip((at / step).astype(np.int64), 0, count - 1)
+    u = at / step - place
+    rest = step * u * (values[place] + 0.5 * u * (values[place + 1] - values[place]))
+    straight = 0.5 * step * (values[place + 1] + values[place])
+    return np.asarray(total[place] + rest + u * u * (3.0 - 2.0 * u) * (parts[place] - straight))
+
+
+def _solved(
+    train: TorqueTrain, start: float, coefficient: float | None, level: float, defects: object
+) -> SpeedOfTrain:
+    """Gauss and Newton's method for the first speed and k; steps are halved where they stall."""
+    assert callable(defects)
+    if coefficient is None:
+        coefficient = (float(train.torque.mean()) - train.constant) / level**train.exponent
+    found = follow_train(train, start, coefficient)
+    if found.status != status.CONVERGED:
+        return found
+    for _ in range(MOST_STEPS):
+        misses, slopes = defects(found)
+        scale = np.array([found.start_speed, max(abs(found.load_coefficient), 1e-300)])
+        step, *_ = np.linalg.lstsq(slopes * scale, -misses, rcond=None)
+        worth = float(misses @ misses)
+        for _ in range(MOST_STEPS):
+            speed, load = np.array([found.start_speed, found.load_coefficient]) + step * scale
+            trial = follow_train(train, speed, load) if speed > 0.0 else None
+            if trial is not None and trial.status == status.CONVERGED:
+                now, _ = defects(trial)
+                if float(now @ now) <= worth * (1.0 + 1e-9) + 1e-300:
+                    break
+            step = 0.5 * step
+        else:
+            break
+        found = trial
+        if np.max(np.abs(step)) < CLOSE_ENOUGH:
+            return found
+    return replace(found, status=status.NOT_CONVERGED)

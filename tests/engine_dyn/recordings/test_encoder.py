@@ -1,0 +1,241 @@
+"""Teeth in sampled signals and time stamps: found at their places, faults named in one line."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from engine_dyn.recordings.encoder import crossings, teeth_of_signal
+from engine_dyn.recordings.teeth import find_turns
+from engine_dyn.recordings.wheel import wheel_from_angles, wheel_from_text
+from tests.support.teeth import TurningEngine, pulses, random_errors, tooth_times
+
+ENGINE = TurningEngine()
+INTERVAL = 1e-5
+TURNS = 12
+
+
+def signal_of(text: str = "60-2", *, turns: int = TURNS, edge: float = 1e-4, start: float = 0.0021):
+    wheel = wheel_from_text(text)
+    times = tooth_times(ENGINE, wheel.width, turns) + start
+    samples = int((times[-1] + 0.0015) / INTERVAL)
+    return wheel, times, pulses(times, INTERVAL, samples, edge)
+
+
+@pytest.mark.parametrize("edge", ["rising", "falling"])
+@pytest.mark.parametrize("threshold", [-0.4, 0.0, 0.7])
+def test_crossings_of_a_sine_are_those_of_its_formula(edge: str, threshold: float) -> None:
+    """Cubic through four samples: its error is at most 9/16/24 h^4 of the fourth derivative."""
+    step = 0.2
+    found = crossings(np.sin(step * np.arange(2000) + 0.3), threshold, 0.05, edge)
+    first = np.arcsin(threshold) if edge == "rising" else np.pi - np.arcsin(threshold)
+    count = np.arange(70)
+    exact = (first + 2 * np.pi * count - 0.3) / step
+    exact = exact[(exact > found.time[0] - 5) & (exact < found.time[-1] + 5)]
+    slope = step * np.sqrt(1.0 - threshold**2)
+    allowed = 1.1 * 9.0 / 16.0 / 24.0 * step**4 / slope
+    assert found.time.size == exact.size
+    assert np.max(np.abs(found.time - exact)) < allowed
+
+
+def test_a_step_passes_in_the_middle() -> None:
+    steps = np.tile([0.0, 0.0, 0.0, 5.0, 5.0, 5.0], 9)
+    assert np.allclose(crossings(steps, 2.5, 1.0).time % 6.0, 2.5)
+
+
+def test_ripple_within_the_band_counts_once() -> None:
+    at = np.linspace(0.0, 20.0 * np.pi, 40_000)
+    noisy = np.sin(at) + 0.05 * np.random.default_rng(1).standard_normal(at.size)
+    assert crossings(noisy, 0.0, 0.3).time.size in (9, 10)
+    assert crossings(noisy, 0.0, 0.0).time.size > 20
+
+
+@pytest.mark.parametrize("text", ["60-2", "36-1", "36-2-1", "12"])
+def test_teeth_are_found_between_samples(text: str) -> None:
+    wheel, times, signal = signal_of(text)
+    found = teeth_of_signal(signal, INTERVAL, wheel, threshold=2.5, edge="rising")
+    exact = times[: TURNS * wheel.teeth].reshape(TURNS, wheel.teeth)
+    assert found.teeth.turn.tolist() == list(range(TURNS))
+    assert found.teeth.faults == ()
+    # a hundredth of a sample: 0.03 % of a pitch of 60 at 3000 rpm
+    assert np.max(np.abs(found.teeth.time[:, :-1] - exact)) < 0.01 * INTERVAL
+
+
+def test_threshold_and_edge_are_chosen_and_told() -> None:
+    wheel, _, signal = signal_of()
+    found = teeth_of_signal(-signal, INTERVAL, wheel)
+    assert found.crossings.edge == "falling"  # the edge that repeats best over errors of the other
+    assert -5.0 < found.crossings.threshold < 0.0
+    assert found.remarks[0].startswith("threshold -")
+    assert len(found.teeth.turn) >= TURNS - 1
+
+
+def test_a_weak_tooth_needs_a_low_threshold() -> None:
+    """As inductive sensors show the first tooth after a gap."""
+    wheel, times, signal = signal_of()
+    at = INTERVAL * np.arange(signal.size)
+    for start in times[:-1].reshape(TURNS, wheel.teeth)[:, 0]:
+        here = (at > start - 1e-4) & (at < start + 2e-4)
+        signal[here] *= 0.18
+    found = teeth_of_signal(signal, INTERVAL, wheel)
+    assert found.crossings.threshold < 0.18 * 5.0
+    assert len(found.teeth.turn) >= TURNS - 1
+    assert found.teeth.faults == ()
+
+
+def test_noise_changes_times_by_what_the_slope_allows() -> None:
+    wheel, times, signal = signal_of()
+    noise = 0.02
+    rough = signal + noise * np.random.default_rng(3).standard_normal(signal.size)
+    found = teeth_of_signal(rough, INTERVAL, wheel, threshold=2.5, edge="rising")
+    exact = times[: TURNS * wheel.teeth].reshape(TURNS, wheel.teeth)
+    # the edge rises with 5 V tanh'(0) = 5 V/1e-4 s; the cubic passes noise on with up to 9/8
+    expected = noise / (5.0 / 1e-4)
+    assert 0.5 * expected < np.std(found.teeth.time[:, :-1] - exact) < 1.3 * expected
+
+
+def test_ten_million_samples_take_seconds() -> None:
+    wheel, _, signal = signal_of(turns=100)
+    long = np.tile(signal, 10_000_000 // signal.size + 1)[:10_000_000]
+    began = time.process_time()
+    found = teeth_of_signal(long, INTERVAL, wheel, threshold=2.5)
+    assert len(found.teeth.turn) > 0.95 * 10_000_000 * INTERVAL * ENGINE.mean / (2.0 * np.pi)
+    assert time.process_time() - began < 20.0  # some 3 on an idle machine
+
+
+def test_clipped_signals_are_told_and_read() -> None:
+    wheel, times, signal = signal_of()
+    found = teeth_of_signal(np.clip(signal, 1.0, 4.0), INTERVAL, wheel, threshold=2.5)
+    assert any("cut off above at 4" in remark for remark in found.remarks)
+    assert any("cut off below at 1" in remark for remark in found.remarks)
+    assert np.allclose(found.teeth.time[0, :-1], times[: wheel.teeth], atol=0.05 * INTERVAL)
+
+
+def test_too_few_samples_are_called_aliasing() -> None:
+    wheel, _, signal = signal_of(turns=30)
+    with pytest.raises(ValueError, match=r"samples from pulse to pulse.*aliasing|do not fit 60-2"):
+        teeth_of_signal(signal[::17], 17 * INTERVAL, wheel)
+    slow = teeth_of_signal(signal[::9], 9 * INTERVAL, wheel, threshold=2.5, edge="rising")
+    assert any("aliasing" in remark for remark in slow.remarks)
+
+
+@pytest.mark.parametrize(
+    ("signal", "said"),
+    [
+        (np.zeros(1000), "does not swing"),
+        (np.zeros(10), "10 samples"),
+        (np.append(np.ones(1000), np.nan), "sample 1001 is not a number"),
+        (np.sin(np.linspace(0.0, 30.0, 1000)), "fewer than 59 pulses"),
+        (np.ones((10, 100)), "samples"),
+    ],
+)
+def test_signals_without_teeth(signal: np.ndarray, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        teeth_of_signal(signal, 1e-5, wheel_from_text("60-2"))
+
+
+def stamps(text: str = "60-2") -> np.ndarray:
+    return tooth_times(ENGINE, wheel_from_text(text).width, TURNS)
+
+
+def test_a_doubled_tooth_costs_its_turn_and_is_named() -> None:
+    times = stamps()
+    place = 5 * 58 + 20
+    doubled = np.insert(times, place + 1, 0.6 * times[place] + 0.4 * times[place + 1])
+    found = find_turns(doubled, wheel_from_text("60-2"))
+    assert found.turn.tolist() == [n for n in range(TURNS) if n != 5]
+    assert len(found.faults) == 1
+    assert "turn 6" in found.faults[0]
+    assert "1 pulse too many" in found.faults[0]
+    assert "pulse 21 is followed after 0." in found.faults[0]
+
+
+def test_a_missed_tooth_costs_its_turn_and_is_named() -> None:
+    found = find_turns(np.delete(stamps(), 7 * 58 + 30), wheel_from_text("60-2"))
+    assert found.turn.tolist() == [n for n in range(TURNS) if n != 7]
+    assert "1 tooth missed" in found.faults[0]
+
+
+def test_many_faults_are_counted() -> None:
+    times = stamps()
+    gone = [58 * turn + 10 for turn in range(1, 8)]
+    long = np.concatenate(
+        [np.delete(times, gone), times[-1] + times[1:], 2 * times[-1] + times[1:]]
+    )
+    found = find_turns(long, wheel_from_text("60-2"))
+    assert found.turn.tolist() == [0, *range(8, 36)]
+    assert len(found.faults) == 1  # in a row
+
+
+@pytest.mark.parametrize(
+    ("real", "given", "said"),
+    [
+        ("36-1", "60-2", "a gap of 1 after every 35 teeth, as 36-1"),
+        ("60-2", "36-1", "a gap of 2 after every 58 teeth, as 60-2"),
+        ("60-2", "58", "has no gap"),
+        ("60", "60-2", "without a gap"),
+        ("36-2-1", "36-1", "gaps of"),
+    ],
+)
+def test_a_wrong_pattern_is_refused_with_what_was_found(real: str, given: str, said: str) -> None:
+    with pytest.raises(ValueError, match=said) as refused:
+        find_turns(stamps(real), wheel_from_text(given))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_reversed_wheel_is_refused_as_such() -> None:
+    """Only where the pattern is not symmetric can the sense be seen from one sensor."""
+    wheel = wheel_from_text("36-2-1")
+    backwards = tooth_times(ENGINE, wheel.reversed.width, TURNS)
+    with pytest.raises(ValueError, match="in reverse"):
+        find_turns(backwards, wheel)
+    assert len(find_turns(backwards, wheel.reversed).turn) == TURNS
+
+
+def test_uneven_wheels_are_found_by_their_own_teeth() -> None:
+    wheel = wheel_from_angles([0.0, 20.0, 60.0, 80.0, 150.0, 250.0])
+    errors = random_errors(wheel.width, 0.01, 4)
+    times = tooth_times(ENGINE, wheel.width, TURNS, 0.3, errors)
+    found = find_turns(times[3:], wheel)
+    assert len(found.turn) == TURNS - 1
+    assert found.time[0, 0] == times[wheel.teeth]
+
+
+def test_large_errors_and_fluctuation_are_no_faults() -> None:
+    wheel = wheel_from_text("60-2")
+    rough = TurningEngine(60.0, {0.5: (0.2, 0.0), 1.0: (0.15, 1.0)})
+    times = tooth_times(rough, wheel.width, TURNS, 0.0, random_errors(wheel.width, 0.05, 5))
+    found = find_turns(times, wheel)
+    assert len(found.turn) == TURNS
+    assert found.faults == ()
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ([0.0, 1.0, 1.0, 2.0], "number 3 "),
+        ([0.0, 1.0], "needs 59"),
+        ([0.0, float("inf")], "numbers"),
+    ],
+)
+def test_times_that_are_none(times: list[float], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        find_turns(np.array(times), wheel_from_text("60-2"))
+
+
+def test_crank_angle_at_any_time() -> None:
+    wheel = wheel_from_text("60-2")
+    errors = random_errors(wheel.width, 0.007, 6)
+    gap = 1.9
+    times = tooth_times(ENGINE, wheel.width, TURNS, gap, errors)
+    times = np.delete(times, 3 * 58 + 5)
+    found = find_turns(times, wheel)
+    angle = np.linspace(gap + 0.01, gap + 2 * np.pi * TURNS - 0.01, 5000)
+    back = found.angle_at(ENGINE.time(angle), gap, errors)
+    lost = (angle > gap + 6 * np.pi) & (angle < gap + 8 * np.pi)
+    assert np.isnan(back[lost]).all()
+    # cubic Hermite with parabolic slopes over the gap of 18 degrees: errors of 0.01 degree
+    assert np.max(np.abs(back - angle)[~lost]) < 0.02 * np.pi / 180.0
+    assert np.isnan(found.angle_at(np.array([times[0] - 1e-6, times[-1] + 1e-6]))).all()
