@@ -39,9 +39,9 @@ MISFIT = 0.003
 FIRST_END, LAST_END = -40.0 * DEGREE, -10.0 * DEGREE
 """Where the compression ends in the fit, at the earliest and at the latest: combustion begins."""
 
-MOST_RISE, STEPS_BACK = 1.0, 3
-"""Of the sum of squares when one more average is taken in: more is combustion. The fit then goes
-back so many averages."""
+MOST_RISE, MORE_WITH_NOISE, STEPS_BACK = 1.0, 4.0, 3
+"""Of the sum of squares when one more average is taken in: more is combustion, or noise where noise
+makes up the deviation. The fit then goes back so many averages."""
 
 ITERATIONS = 10
 GAS_START, WALL = 380.0, 430.0
@@ -73,7 +73,7 @@ class Priors:
 
     exponent: tuple[float, float] = (1.355, 0.015)
     exponent_slope: tuple[float, float] = (0.016, 0.012)
-    loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.3 * DEGREE)
+    loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.4 * DEGREE)
     expansion_exponent: tuple[float, float] = (1.28, 0.05)
     pegging: tuple[float, float] = (0.03, 0.02 * BAR)
     clearance: tuple[float, float] = (0.0, 0.02)
@@ -204,9 +204,12 @@ def fitted_shift(
         return _Fit(lines.until(end), geometry, priors).solved()
     # Longer and longer compressions, until an average does not fit the ones before.
     found: list[CompressionFit] = []
+    angles = lines.angle[lines.compression] - 0.5 * STEP
     for last in np.arange(FIRST_END, LAST_END + 0.5 * STEP, STEP):
         one = _Fit(lines.until(last + 0.5 * STEP), geometry, priors).solved()
-        if found and one.misfit - found[-1].misfit > MOST_RISE:
+        noisy = 1.0 - (MISFIT / lines.deviation[np.searchsorted(angles, last)]) ** 2
+        most = MOST_RISE + MORE_WITH_NOISE * noisy
+        if found and one.misfit - found[-1].misfit > most:
             return found[max(len(found) - STEPS_BACK, 0)]
         found.append(one)
     return found[-1]

@@ -40,10 +40,10 @@ __all__ = [
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """From which to which angle before dead centre the pressure of a motored cycle is largest."""
 
-LEAST_SHIFT = 1.2 * DEGREE
+LEAST_SHIFT = 1.3 * DEGREE
 """Smaller shifts are not suspected (fitted, see docs/measured_pressure.md)."""
 
-LEAST_RATIO = 1.6
+LEAST_RATIO = 1.4
 """Nor shifts of fewer standard uncertainties (fitted, see docs/measured_pressure.md)."""
 
 MOST_UNCERTAINTY = 2.0 * DEGREE

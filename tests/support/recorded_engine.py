@@ -1,7 +1,7 @@
 """Recorded cycles made without the package's own cycles and geometry: what they contain is known.
 
-One cylinder of 100 x 120 mm. Its closed part follows from the first law with a constant ratio of
-specific heats, Wiebe's combustion and a heat loss, integrated by scipy.
+One cylinder of 100 x 120 mm. Its closed part follows from the first law with Wiebe's combustion, a
+heat loss and a ratio of specific heats that falls with the temperature, integrated by scipy.
 """
 
 from __future__ import annotations
@@ -41,12 +41,18 @@ def burnt(angle: Any, start: float = -8.0, duration: float = 60.0) -> Any:
 
 
 def pressure(
-    angle: Any, heat: float = 1500.0, gamma: float = 1.36, loss: float = 30.0, inlet: float = 1e5
+    angle: Any,
+    heat: float = 1500.0,
+    gamma: float = 1.376,
+    fall: float = 0.028,
+    loss: float = 4.0,
+    inlet: float = 1e5,
 ) -> Any:
     """Pressure [Pa] at crank angles [rad] of a four-stroke cycle.
 
     `heat` [J] burns; `loss` [J per radian] goes to the walls while the cylinder is closed, in
-    proportion to the excess of p V over its value at the start.
+    proportion to the excess of p V over its value at the start and to p^0.7. The ratio of specific heats falls
+    from `gamma` by `fall` for each time that p V, and so the temperature, rises by that value.
     """
     grid = np.linspace(CLOSES, OPENS, 2701)
 
@@ -54,8 +60,9 @@ def pressure(
         step = 1e-5
         burning = heat * float(burnt(phi + step) - burnt(phi - step)) / (2.0 * step)
         work = p[0] * volume(phi) / (inlet * volume(CLOSES))
-        lost = loss * max(work - 1.0, 0.0)
-        rise = (gamma - 1.0) * (burning - lost) - gamma * p[0] * _slope(phi)
+        lost = loss * max(work - 1.0, 0.0) * (p[0] / inlet) ** 0.7
+        ratio = gamma - fall * (work - 1.0)
+        rise = (ratio - 1.0) * (burning - lost) - ratio * p[0] * _slope(phi)
         return [rise / volume(phi)]
 
     solution = solve_ivp(

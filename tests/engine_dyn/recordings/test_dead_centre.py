@@ -1,0 +1,195 @@
+"""Wrong dead centres are suspected, right ones are not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engine_dyn.pressure.first_law import FourStrokeCycle
+from engine_dyn.recordings.compression_fit import fitted_shift, lines_of
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import (
+    DeadCentre,
+    dead_centre_of_fired,
+    dead_centre_of_motored,
+    imep_of_tenth,
+    looks_motored,
+    peaks_of_motored,
+    text_of,
+)
+from engine_dyn.recordings.heat_release import mean_pressures
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.signal_checks import examine
+from engine_dyn.recordings.smoothing import shifted
+from engine_dyn.units import BAR
+from sweeps.reading.engine_files import catalogue, load_engine
+from tests.support import recorded_engine as engine
+from tests.support.cycles import CASES, built
+
+DEGREE = engine.DEGREE
+
+
+def recorded(diagram: object, shift: float = 0.0, step: float = 1.0) -> RecordedCycles:
+    """The pressure of a diagram, `shift` degrees late."""
+    period = diagram.period
+    angle = np.arange(0.0, period - 1e-9, step * DEGREE) - 0.5 * period
+    return RecordedCycles(angle, diagram(angle - shift * DEGREE)[None], period)
+
+
+def catalogue_diagrams() -> list:
+    """Each diagram of each engine of the catalogue; compression ratio where it is known."""
+    found = []
+    for name in catalogue():
+        own = load_engine(name)
+        if own.load_table is not None or own.driver_table is not None or "compressor" in name:
+            continue
+        values = own.values
+        ratios = {"ntua": 17.433233, "b112": 19.0}
+        for number, diagram in enumerate(own.family.diagrams):
+            cycle = own.cycles[number] if own.cycles else None
+            ratio = cycle.cycle.compression_ratio if cycle else ratios.get(name)
+            geometry = CylinderGeometry(
+                values["bore"], values["stroke"], values["crank_ratio"], ratio,
+                values.get("pin_offset", 0.0),
+            )  # fmt: skip
+            label = f"{name} at {own.family.loads[number]:g} percent"
+            found.append(pytest.param(diagram, geometry, id=label))
+    return found
+
+
+DIAGRAMS = catalogue_diagrams()
+
+
+@pytest.mark.parametrize(("diagram", "geometry"), DIAGRAMS)
+def test_the_catalogue_passes_without_a_word(diagram: object, geometry: CylinderGeometry) -> None:
+    assert examine(recorded(diagram), geometry) == []
+
+
+@pytest.mark.parametrize("shift", [-2.0, 2.0])
+@pytest.mark.parametrize(("diagram", "geometry"), DIAGRAMS)
+def test_two_degrees_are_found_in_the_catalogue(
+    diagram: object, geometry: CylinderGeometry, shift: float
+) -> None:
+    if geometry.compression_ratio is None:
+        pytest.skip("the compression ratio is not known: see the documentation")
+    found = dead_centre_of_fired(recorded(diagram, shift), geometry)
+    assert abs(found.shift / DEGREE - shift) < 2.0 * found.uncertainty / DEGREE
+    assert found.suspected
+
+
+@pytest.mark.parametrize("name", [n for n in CASES if "motored" not in n])
+@pytest.mark.parametrize("shift", [-2.0, 0.0, 2.0])
+def test_modelled_cycles(name: str, shift: float) -> None:
+    kind, values, wall = CASES[name]
+    from tests.support.cycles import WALL
+
+    cycle = built(kind, {**values, **WALL[wall]})
+    geometry = CylinderGeometry(
+        0.1, 0.12, values["crank_ratio"], values["compression_ratio"],
+        values.get("offset_ratio", 0.0) * 0.05,
+    )  # fmt: skip
+    found = dead_centre_of_fired(recorded(cycle.diagram(1.0), shift), geometry)
+    assert abs(found.shift / DEGREE - shift) < 1.0
+    assert found.suspected == (shift != 0.0)
+
+
+@pytest.mark.parametrize("shift", [-2.0, 0.0, 2.0])
+def test_a_cycle_that_is_none_of_the_package(shift: float) -> None:
+    found = dead_centre_of_fired(engine.cycles(0.5, shift=shift), engine.GEOMETRY)
+    assert found.shift / DEGREE == pytest.approx(shift, abs=0.7)
+    assert found.suspected == (shift != 0.0)
+
+
+def test_noise_enlarges_the_uncertainty() -> None:
+    clean = dead_centre_of_fired(engine.cycles(0.5), engine.GEOMETRY)
+    noisy = dead_centre_of_fired(engine.cycles(0.5, noise=2e4), engine.GEOMETRY)
+    many = dead_centre_of_fired(engine.cycles(0.5, 50, noise=2e4), engine.GEOMETRY)
+    assert noisy.uncertainty > 1.3 * clean.uncertainty
+    assert many.uncertainty < 0.9 * noisy.uncertainty
+
+
+@pytest.mark.parametrize("shift", [0.0, 2.0])
+def test_without_a_compression_ratio(shift: float) -> None:
+    geometry = CylinderGeometry(engine.BORE, engine.STROKE, engine.GEOMETRY.crank_ratio)
+    lines = lines_of(engine.cycles(0.5, shift=shift))
+    found = fitted_shift(lines, geometry, end=-20.0 * DEGREE)
+    given = fitted_shift(lines, engine.GEOMETRY, end=-20.0 * DEGREE)
+    # What the compression ratio does to both sides alike is no shift: little is lost.
+    assert found.shift_uncertainty < 1.2 * given.shift_uncertainty
+    assert abs(found.shift - shift * DEGREE) < 2.0 * found.shift_uncertainty
+    ratio = 1.0 + 11.0 * math.exp(-found.clearance)
+    assert ratio == pytest.approx(engine.RATIO, rel=0.1)
+
+
+def spark(shift: float) -> tuple[RecordedCycles, CylinderGeometry]:
+    kind, values, _ = CASES["spark, adiabatic"]
+    from tests.support.cycles import WALL
+
+    cycle: FourStrokeCycle = built(kind, {**values, **WALL["woschni"], "intake_pressure": 0.6,
+                                          "combustion_start": -28.0})  # fmt: skip
+    return recorded(cycle.diagram(1.0), shift), CylinderGeometry(0.1, 0.12, 0.28, 10.0)
+
+
+def test_what_would_explain_it_as_well_is_said() -> None:
+    recorded_cycles, geometry = spark(-2.0)
+    found = dead_centre_of_fired(recorded_cycles, geometry)
+    assert not math.isnan(found.pegging)
+    # It does explain it: with that pressure the lines fit a dead centre that is right.
+    other = RecordedCycles(
+        recorded_cycles.angle, recorded_cycles.pressure + found.pegging, recorded_cycles.period
+    )
+    assert not dead_centre_of_fired(other, geometry).suspected
+    text = text_of(found, 3e5)
+    assert "bar too low" in text and "suspicion" in text and "\n" not in text
+
+
+def test_imep_of_a_tenth_of_a_degree() -> None:
+    recorded_cycles = engine.cycles(0.5)
+    moved = mean_pressures(shifted(recorded_cycles, 0.5 * DEGREE), engine.GEOMETRY).net
+    change = moved - mean_pressures(recorded_cycles, engine.GEOMETRY).net
+    tenth = imep_of_tenth(recorded_cycles, engine.GEOMETRY)
+    assert tenth == pytest.approx(change[0] / 5.0, rel=0.05)
+    assert tenth > 0.0
+
+
+def motored(shift: float = 0.0, loss: float = 5.0, step: float = 0.5) -> RecordedCycles:
+    return engine.cycles(step, shift=shift, heat=0.0, loss=loss)
+
+
+@pytest.mark.parametrize("loss", [3.0, 7.0])
+@pytest.mark.parametrize("shift", [-2.0, -1.2, 0.0, 1.2, 2.0])
+def test_motored_cycles_measure_the_shift(shift: float, loss: float) -> None:
+    recorded_cycles = motored(shift, loss)
+    assert looks_motored(recorded_cycles)
+    found = dead_centre_of_motored(recorded_cycles, engine.GEOMETRY)
+    # The loss angle of this cycle, from p' = 0: gamma p V' = -(gamma - 1) loss (pV/pV0 - 1).
+    true = motored(0.0, loss, 0.1)
+    own = true.angle[np.argmax(true.pressure[0])]
+    assert -1.0 * DEGREE < own < -0.2 * DEGREE
+    assert found.peak == pytest.approx(own + shift * DEGREE, abs=0.06 * DEGREE)
+    assert abs(found.shift / DEGREE - shift) < 0.5
+    assert found.symmetry / DEGREE == pytest.approx(shift, abs=0.35)
+    assert found.suspected == (shift != 0.0)
+
+
+def test_fired_cycles_do_not_look_motored() -> None:
+    assert not looks_motored(engine.cycles(1.0, heat=300.0))
+    assert not looks_motored(spark(0.0)[0])
+
+
+def test_peaks_of_single_motored_cycles() -> None:
+    one = motored()
+    both = np.concatenate([one.pressure, shifted(one, 1.0 * DEGREE).pressure])
+    peaks = peaks_of_motored(RecordedCycles(one.angle, both))
+    assert np.diff(peaks)[0] == pytest.approx(1.0 * DEGREE, abs=0.02 * DEGREE)
+
+
+def test_the_text_names_shift_and_uncertainty() -> None:
+    found = DeadCentre(2.1 * DEGREE, 0.3 * DEGREE, True, math.nan, math.nan, 0.05 * BAR, -0.2)
+    assert text_of(found, 10.0 * BAR) == (
+        "compression and expansion look as if the pressure came 2.1 degree late (standard "
+        "uncertainty 0.3); without a motored cycle this is a suspicion; 0.1 degree is worth +0.05 "
+        "bar (+0.5%) of imep"
+    )
+    line = text_of(dead_centre_of_motored(motored(2.0), engine.GEOMETRY), -0.5 * BAR)
+    assert "motored" in line and "late" in line and "%" not in line
