@@ -6,22 +6,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.recordings.teeth import PassedTeeth
-from engine_dyn.recordings.tooth_errors import ToothErrors, speed_through_wheel
-from engine_dyn.recordings.wheel import TURN
-from engine_dyn.types import Floats
+from engine_dyn.recordings.tooth_errors import ToothErrors
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
     "Fluctuation",
+    "GapAngle",
     "cycles_of_turns",
     "find_gap_angle",
     "fluctuation",
     "likeness",
     "orders_of_samples",
+    "speed_over_angle",
 ]
 
 SHIFTS = 0.5 * np.pi / 180.0
 """Step of the angles that are tried for the gap [rad]; a parabola refines the best one."""
+
+NEAR = 12.0 * np.pi / 180.0
+"""How far from the greatest likeness of the raw speeds the gap is looked for without errors of
+teeth [rad]."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,26 @@ class Fluctuation:
     uncertainty: float
     of_cycles: float
     scatter: float
+
+
+@dataclass(frozen=True, eq=False)
+class GapAngle:
+    """Where a wheel is on its crankshaft, by the likeness of speeds.
+
+    Attributes
+    ----------
+    angle : float
+        Crank angle at which the first tooth after the longest gap passes [rad], -pi to pi.
+    turn : ndarray, shape (recordings,)
+        With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
+        `turn`.
+    correlation : ndarray, shape (recordings, turns)
+        Of measured and computed speed, for each turn that it could begin with.
+    """
+
+    angle: float
+    turn: Integers
+    correlation: Floats
 
 
 def cycles_of_turns(teeth: PassedTeeth, turns: int, first: int = 0) -> Floats:
@@ -134,38 +161,101 @@ def likeness(one: Floats, other: Floats, weight: Floats | None = None) -> tuple[
 
 
 def find_gap_angle(
-    raw: Floats, angle: Floats, speed: Floats, teeth: PassedTeeth, period: float
-) -> tuple[float, float]:
-    """Angle of the first tooth at which a computed speed is most like a measured one.
+    raw: Floats,
+    angle: Floats,
+    speed: Floats,
+    wheel: Wheel,
+    period: float,
+    gap_angle: float | None = None,
+) -> GapAngle:
+    """Angle of the first tooth at which computed speeds are most like measured ones.
 
     Parameters
     ----------
-    raw : ndarray, shape (turns * teeth,)
-        Mean raw speed of a cycle [rad/s].
-    angle, speed, period
-        The computed speed, as `tooth_errors.speed_between` takes it.
-    teeth : PassedTeeth
-        Whose wheel it is.
-
-    Returns
-    -------
-    gap_angle : float
-        [rad], from -period/2 to period/2.
-    correlation : float
-        There.
+    raw : ndarray, shape (recordings, turns * teeth)
+        Mean raw speed of a cycle [rad/s], which may begin with any of its turns.
+    angle : ndarray, shape (samples,)
+        Angles of the computed speeds [rad], uniform over one cycle, its end left out.
+    speed : ndarray, shape (recordings, samples)
+        Computed speeds [rad/s].
+    wheel : Wheel
+        The same for all recordings.
+    period : float
+        Angle of the cycle [rad].
+    gap_angle : float, optional
+        Where it is known, only the turn is looked for.
     """
-    shifts = np.arange(0.0, period, SHIFTS)
+    turns = round(period / TURN)
+    width = np.tile(wheel.width, turns)
+    edges = np.concatenate([[0.0], np.cumsum(width)])
+    count = round(TURN / SHIFTS) if gap_angle is None else 1
+    shifts = (0.0 if gap_angle is None else gap_angle) + TURN / count * np.arange(count)
+    shifts = (shifts + 0.5 * TURN) % TURN - 0.5 * TURN
+    shifts.sort()
+    found = np.empty((len(raw), turns, count))
+    for place, (measured, computed) in enumerate(zip(raw, speed, strict=True)):
+        fine, time = _clock(angle, computed, period)
+        for turn in range(turns):
+            for number, shift in enumerate(shifts):
+                start = (shift + TURN * turn - fine[0]) % period + fine[0]
+                seen = width / np.diff(np.interp(start + edges, fine, time))
+                found[place, turn, number] = likeness(measured, seen, width)[0]
+    best = int(np.argmax(found.max(axis=1).mean(axis=0)))
+    turn = found[:, :, best].argmax(axis=1)
+    shift = float(shifts[best])
+    if gap_angle is None:
+        shift = _without_errors(raw, angle, speed, wheel, period, shift + TURN * turn) + shift
+    return GapAngle(shift, turn, found[:, :, best])
 
-    def at(shift: float) -> float:
-        seen = speed_through_wheel(angle, speed, teeth.wheel, shift, period)
-        return likeness(raw, seen, np.tile(teeth.wheel.width, round(period / TURN)))[0]
 
-    found = np.array([at(float(shift)) for shift in shifts])
-    best = int(np.argmax(found))
-    before, here, after = found[best - 1], found[best], found[(best + 1) % found.size]
+def _without_errors(
+    raw: Floats, angle: Floats, speed: Floats, wheel: Wheel, period: float, starts: Floats
+) -> float:
+    """Change of the gap's angle that the part of the speeds asks for that no teeth can make.
+
+    Errors of the teeth are the same in all turns and recordings: the mean of the logarithms over
+    them is left out on both sides, docs/method.md (144). Where nothing is left, there is no change.
+    """
+    turns = round(period / TURN)
+    width = np.tile(wheel.width, turns)
+    edges = np.concatenate([[0.0], np.cumsum(width)])
+
+    def rest(speeds: Floats) -> Floats:
+        logs = np.log(speeds)
+        logs = (logs - logs.mean(axis=1, keepdims=True)).reshape(-1, wheel.teeth)
+        return np.asarray(logs - logs.mean(axis=0))
+
+    wanted = rest(raw)
+    if len(wanted) < 2:
+        return 0.0
+    clocks = [_clock(angle, one, period) for one in speed]
+    changes = NEAR * np.linspace(-1.0, 1.0, 2 * round(NEAR / SHIFTS) + 1)
+    alike = np.empty(changes.size)
+    for place, change in enumerate(changes):
+        shown = [
+            width / np.diff(np.interp((s + change - f[0]) % period + f[0] + edges, f, time))
+            for (f, time), s in zip(clocks, starts, strict=True)
+        ]
+        one = rest(np.array(shown))
+        alike[place] = np.sum(one * wanted * wheel.width) / np.sqrt(
+            np.sum(one * one * wheel.width) * np.sum(wanted * wanted * wheel.width) + 1e-300
+        )
+    best = int(np.argmax(alike))
+    if not 0 < best < changes.size - 1:
+        return 0.0
+    before, here, after = alike[best - 1 : best + 2]
     bend = before - 2.0 * here + after
-    shift = float(shifts[best]) + (0.5 * (before - after) / bend * SHIFTS if bend < 0.0 else 0.0)
-    return float((shift + 0.5 * period) % period - 0.5 * period), float(here)
+    return float(changes[best] + (0.5 * (before - after) / bend * SHIFTS if bend < 0.0 else 0.0))
+
+
+def _clock(angle: Floats, speed: Floats, period: float) -> tuple[Floats, Floats]:
+    """Time over the angle of two cycles, by trapezoids of a tenth of a degree or finer."""
+    parts = max(-(-3600 * round(period / TURN) // angle.size), 1)
+    count = angle.size * parts
+    fine = angle[0] + period / count * np.arange(2 * count + 1)
+    slow = np.interp(fine, angle, 1.0 / speed, period=period)
+    steps = 0.5 * (slow[1:] + slow[:-1]) * period / count
+    return fine, np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def orders_of_samples(
@@ -202,3 +292,39 @@ def orders_of_samples(
     solution, *_ = np.linalg.lstsq(waves * share, (speed * share[:, 0]).T, rcond=None)
     cosine, sine = solution[1 : 1 + orders.size].T, solution[1 + orders.size :].T
     return np.hypot(cosine, sine), np.arctan2(-sine, cosine)
+
+
+def speed_over_angle(means: Floats, edges: Floats, angle: Floats) -> Floats:
+    """Speed at any angles from means between teeth: the slope of a periodic spline through time.
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        Angle over time between the edges [rad/s].
+    edges : ndarray, shape (n + 1,)
+        Ascending [rad], over one cycle.
+    angle : ndarray
+        [rad], anywhere.
+
+    Returns
+    -------
+    ndarray
+        [rad/s]; its means between the edges are those given.
+    """
+    period = float(edges[-1] - edges[0])
+    width = np.diff(edges)
+    time = np.concatenate([[0.0], np.cumsum(width / means)])
+    slow = time[-1] / period
+    swing = time - slow * (edges - edges[0])
+    slope = periodic_spline_slopes(edges[:-1], swing[:-1], period)
+    slope = np.append(slope, slope[0])
+    at = (np.asarray(angle, dtype=float) - edges[0]) % period + edges[0]
+    place = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, width.size - 1)
+    u = (at - edges[place]) / width[place]
+    rise = (swing[place + 1] - swing[place]) / width[place]
+    derivative = (
+        6.0 * u * (1.0 - u) * rise
+        + (1.0 - u) * (1.0 - 3.0 * u) * slope[place]
+        + u * (3.0 * u - 2.0) * slope[place + 1]
+    )
+    return np.asarray(1.0 / (slow + derivative))

@@ -15,6 +15,7 @@ from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 from sweeps.reading.torque_tables import TorqueTables
+from sweeps.scene.measured import Measured
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Reference", "Scene"]
@@ -65,6 +66,8 @@ class Scene(GivenValues):
         The measured diagram that replaces the engine's own.
     characteristic : Characteristic, optional
         Torque over speed that the load follows.
+    measured : Measured, optional
+        Recordings of the speed to compare with.
     methods, inertia_models : tuple of str
         As asked for; one unless they are dimensions.
     tolerance : float
@@ -104,6 +107,7 @@ class Scene(GivenValues):
     torque_tables: TorqueTables
     indicator: Diagram | None
     characteristic: Characteristic | None
+    measured: Measured | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
     tolerance: float

@@ -32,6 +32,7 @@ from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.designs import read_designs_table
+from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reference import read_reference
 from sweeps.scene.solver import read_solver
@@ -156,6 +157,7 @@ def _assembled(
         labels=labels,
         indicator=_indicator(given, values, name, base),
         characteristic=read_characteristic(given, values, name),
+        measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
         arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),
         torque_tables=torque_tables,

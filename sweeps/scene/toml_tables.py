@@ -15,6 +15,7 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import Strict
 from sweeps.reading.silenced_warnings import SILENCED
+from sweeps.scene.measured import MeasuredTable
 
 __all__ = [
     "FAILURES",
@@ -113,6 +114,9 @@ class SceneFile(Strict):
         default=None, description="a table of equally long lists, or file = 'table.csv'"
     )
     indicator: File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    measured: MeasuredTable | None = Field(
+        default=None, description="a table with file, kind and wheel: recordings of the speed"
+    )
     characteristic: Characteristic | None = Field(
         default=None, description="a table with kind = 'diesel', or coefficients = [A, C]"
     )

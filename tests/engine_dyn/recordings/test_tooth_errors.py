@@ -14,6 +14,7 @@ from engine_dyn.recordings.measured_speed import (
     fluctuation,
     likeness,
     orders_of_samples,
+    speed_over_angle,
 )
 from engine_dyn.recordings.teeth import find_turns
 from engine_dyn.recordings.tooth_errors import (
@@ -128,16 +129,29 @@ def test_corrected_fluctuation_is_the_true_one() -> None:
 
 
 def test_the_gap_is_found_where_the_curves_are_most_alike() -> None:
-    times = tooth_times(ENGINE, WHEEL.width, 10, GAP, 0.1 * ERRORS)
-    teeth = find_turns(times, WHEEL)
-    raw = cycles_of_turns(teeth, 2).mean(axis=0)
-    found, correlation = find_gap_angle(raw, ANGLE, ENGINE.speed(ANGLE), teeth, CYCLE)
-    assert found == pytest.approx(GAP, abs=0.5 * np.pi / 180.0)
-    assert correlation > 0.99
-    other, _ = find_gap_angle(
-        cycles_of_turns(teeth, 2, 1).mean(axis=0), ANGLE, ENGINE.speed(ANGLE), teeth, CYCLE
-    )
-    assert other == pytest.approx(GAP - 2.0 * np.pi, abs=0.5 * np.pi / 180.0)
+    """Of two recordings of one wheel, which begin with the first and with the second turn."""
+    times = tooth_times(ENGINE, WHEEL.width, 11, GAP, ERRORS)
+    raw = [
+        cycles_of_turns(find_turns(part, WHEEL), 2).mean(axis=0)
+        for part in (times, times[WHEEL.teeth :])
+    ]
+    speed = np.broadcast_to(ENGINE.speed(ANGLE), (2, ANGLE.size))
+    found = find_gap_angle(np.array(raw), ANGLE, speed, WHEEL, CYCLE)
+    assert found.angle == pytest.approx(GAP, abs=0.5 * np.pi / 180.0)
+    assert found.turn.tolist() == [0, 1]
+    assert found.correlation[[0, 1], [0, 1]] == pytest.approx([0.93, 0.93], abs=0.04)
+    known = find_gap_angle(np.array(raw), ANGLE, speed, WHEEL, CYCLE, GAP + 2.0 * np.pi)
+    assert known.angle == pytest.approx(GAP)
+    assert known.turn.tolist() == [0, 1]
+
+
+def test_speed_over_angle_keeps_the_means() -> None:
+    raw = raw_cycles().mean(axis=0) * np.tile(1.0 + ERRORS, 2)
+    edges = GAP + np.concatenate([[0.0], np.cumsum(np.tile(WHEEL.width * (1.0 + ERRORS), 2))])
+    angle = np.linspace(-10.0, 10.0, 301)
+    found = speed_over_angle(raw, edges, angle)
+    # cubic spline of time over steps of 6 degrees, 18 at the gap; the waves go up to order 3
+    assert np.max(np.abs(found / ENGINE.speed(angle) - 1.0)) < 2e-4
 
 
 def test_orders_of_means_between_teeth_are_those_of_the_speed() -> None:

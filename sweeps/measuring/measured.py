@@ -1,0 +1,447 @@
+"""Measured speed beside the computed one, as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.recordings.measured_speed import (
+    Fluctuation,
+    cycles_of_turns,
+    find_gap_angle,
+    fluctuation,
+    likeness,
+    orders_of_samples,
+    speed_over_angle,
+)
+from engine_dyn.recordings.tooth_errors import ToothErrors, speed_through_wheel, tooth_errors
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import DEGREE, RPM
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError
+from sweeps.measuring.measured_files import SpeedRecord, records_of
+from sweeps.scene.measured import Measured
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDERS", "measured"]
+
+ORDERS = 0.5 * np.arange(1, 13)
+"""Orders of the crank's turn that are compared."""
+
+ROUNDS = 2
+"""Of estimating errors: the computed speed is first taken between the teeth as they should be."""
+
+POINT = 1e-9
+"""Width [rad] of a sample that is no mean over an interval."""
+
+FAR_SPEED = 0.01
+"""Relative difference of the mean speeds from which a remark says that they differ."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Curves:
+    """Measured and computed speeds of all recordings over the same intervals.
+
+    Each recording has its own order, from the first interval of its cycle; `order` sorts by angle.
+
+    Attributes
+    ----------
+    middle, width : ndarray, shape (intervals,)
+        Of the intervals in the order of the angle [rad].
+    order : list of ndarray
+        For each recording, its intervals in the order of the angle.
+    cycles : list of ndarray, shape (cycles, intervals)
+        Raw speed of each cycle [rad/s].
+    between : ndarray, shape (recordings, intervals)
+        Computed speed between the true teeth [rad/s].
+    errors, unsure : ndarray, shape (recordings, intervals)
+        Errors of the intervals and their standard errors; 0 where none are known.
+    edges : list of ndarray, shape (intervals + 1,)
+        True angles of the teeth [rad].
+    of_wheel : ToothErrors, optional
+        Estimated from all recordings.
+    gap_angle : float, optional
+        [rad].
+    """
+
+    middle: Floats
+    width: Floats
+    order: list[Integers]
+    cycles: list[Floats]
+    between: Floats
+    errors: Floats
+    unsure: Floats
+    edges: list[Floats]
+    of_wheel: ToothErrors | None = None
+    gap_angle: float | None = None
+
+    def sorted(self, rows: Sequence[Floats] | Floats) -> Floats:
+        """Values of all recordings in the order of the angle."""
+        return np.array([row[order] for row, order in zip(rows, self.order, strict=True)])
+
+
+def measured(
+    scene: str | Path | Mapping[str, Any] | Scene, *, computed: xr.Dataset | None = None
+) -> xr.Dataset:
+    """Put measured speeds beside the computed ones.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        A scene with the table [measured], see docs/measured_speed.md.
+    computed : Dataset, optional
+        Results of the same scene with `omega` over `crank_angle`; computed here unless given.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `recording`: delta, measured and computed, with uncertainty; correlation and relative
+        rms difference. Over `crank_angle`: measured speed with its standard deviation over cycles,
+        and the computed speed. Over `interval` (of teeth): raw speed, corrected speed, and the
+        computed speed seen through the wheel. Over `order`: amplitudes of both.
+
+    Raises
+    ------
+    SceneError
+        One line: a scene without [measured], recordings that cannot be read or do not fit the
+        wheel, and a scene whose designs the recordings do not tell apart.
+    """
+    given = read_scene(scene)
+    name = str(given.path or "scene")
+    if given.measured is None:
+        raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")
+    period = float(given.engine.period)
+    records = records_of(given.measured, period, name)
+    if computed is None:
+        from sweeps.running.in_memory import run
+
+        computed = run(replace(given, quantities=("omega", "delta"), reference=None))
+    angle, speeds = _computed_speeds(computed, given.measured, len(records), name)
+    try:
+        curves = _curves(given.measured, records, angle, speeds, period)
+    except ValueError as error:
+        raise SceneError(f"{name}: [measured] {error}") from None
+    return _dataset(given, given.measured, records, curves, angle, speeds, computed)
+
+
+def _computed_speeds(
+    computed: xr.Dataset, given: Measured, count: int, name: str
+) -> tuple[Floats, Floats]:
+    """Angles [rad] and, for each recording, the computed speed of the design it belongs to."""
+    if "omega" not in computed:
+        raise SceneError(f"{name}: the computed results have no omega; add it to [output]")
+    angle = np.asarray(computed["crank_angle"].values, dtype=float) * DEGREE
+    rows = []
+    for place in range(count):
+        here = _design_of(computed["omega"], given, place)
+        left = [str(d) for d in here.dims if d != "crank_angle" and here.sizes[d] > 1]
+        if left:
+            raise SceneError(
+                f"{name}: [measured] at: the scene also varies {', '.join(left)}; must say which "
+                "value belongs to each file, such as at = { load = [50] }"
+            )
+        values = np.asarray(here.values, dtype=float).reshape(-1)
+        if not np.isfinite(values).all():
+            raise SceneError(
+                f"{name}: the design of recording {place + 1} has no computed speed; its status "
+                "says why"
+            )
+        rows.append(values)
+    return angle, np.array(rows)
+
+
+def _design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray:
+    """Values of the design that a recording belongs to."""
+    for key, wanted in given.at.items():
+        if key not in values.dims:
+            continue  # an axis that nothing depends on
+        axis = values[key].values if key != DESIGN else np.arange(values.sizes[DESIGN])
+        values = values.isel({key: int(np.argmin(np.abs(axis - wanted[place])))})
+    return values
+
+
+def _curves(
+    given: Measured, records: Sequence[SpeedRecord], angle: Floats, speeds: Floats, period: float
+) -> _Curves:
+    """Speeds of all recordings on common intervals."""
+    if given.wheel is None:
+        return _curves_over_angle(records, angle, speeds, period)
+    wheel, turns = given.wheel, round(period / TURN)
+    cycles = [cycles_of_turns(r.teeth, turns) for r in records if r.teeth is not None]
+    raw = np.array([one.mean(axis=0) for one in cycles])
+    known = given.table.gap_angle
+    found = find_gap_angle(
+        raw, angle, speeds, wheel, period, None if known is None else known * DEGREE
+    )
+    starts = found.angle + TURN * found.turn
+
+    def between(errors: Floats) -> Floats:
+        """Computed speed between the true teeth, for the errors of each recording."""
+        seen = [
+            speed_through_wheel(angle, speed, wheel, float(start), period, one)
+            for speed, start, one in zip(speeds, starts, errors, strict=True)
+        ]
+        return np.array(seen) * np.tile(1.0 + errors, turns)
+
+    errors, unsure, of_wheel = _errors_of(given.errors, raw, between, wheel)
+    width = np.tile(wheel.width, turns)
+    begin = np.concatenate([[0.0], np.cumsum(width)[:-1]])
+    middles = (starts[:, None] + begin + 0.5 * width + 0.5 * period) % period - 0.5 * period
+    order = [np.argsort(one) for one in middles]
+    return _Curves(
+        middles[0][order[0]],
+        width[order[0]],
+        order,
+        cycles,
+        between(errors),
+        np.tile(errors, turns),
+        np.tile(unsure, turns),
+        [
+            start + np.concatenate([[0.0], np.cumsum(width * np.tile(1.0 + one, turns))])
+            for start, one in zip(starts, errors, strict=True)
+        ],
+        of_wheel,
+        found.angle,
+    )
+
+
+def _errors_of(
+    how: str | Floats, raw: Floats, between: Callable[[Floats], Floats], wheel: Wheel
+) -> tuple[Floats, Floats, ToothErrors | None]:
+    """Errors of the teeth for each recording, their uncertainty, and those of the wheel."""
+    count, zero = len(raw), np.zeros((len(raw), wheel.teeth))
+    if not isinstance(how, str):
+        return np.tile(how, (count, 1)), zero, ToothErrors(how, np.full(wheel.teeth, np.nan))
+    if how == "none":
+        return zero, zero, None
+    by_turn = raw.reshape(count, -1, wheel.teeth)
+    every = ToothErrors(zero[0], zero[0])
+    for _ in range(ROUNDS):
+        model = between(np.tile(every.error, (count, 1))).reshape(by_turn.shape)
+        every = tooth_errors(by_turn, model, wheel)
+    if how == "all":
+        each = [every] * count
+    else:
+        each = []
+        for place in range(count):
+            rest = np.arange(count) != place
+            each.append(tooth_errors(by_turn[rest], model[rest], wheel))
+    unsure = np.array([np.nan_to_num(one.uncertainty) for one in each])
+    return np.array([one.error for one in each]), unsure, every
+
+
+def _curves_over_angle(
+    records: Sequence[SpeedRecord], angle: Floats, speeds: Floats, period: float
+) -> _Curves:
+    """Speed over angle as it is: on the finest angles of the recordings, without a wheel."""
+    middle = max((r.angle for r in records if r.angle is not None), key=len)
+    cycles = [
+        np.array([np.interp(middle, r.angle, one, period=period) for one in r.cycles])
+        for r in records
+        if r.cycles is not None and r.angle is not None
+    ]
+    width = np.full(middle.size, period / middle.size)
+    between = np.array([np.interp(middle, angle, one, period=period) for one in speeds])
+    edges = np.append(middle, middle[0] + period) - 0.5 * width[0]
+    count, nothing = len(cycles), np.zeros(between.shape)
+    order = [np.arange(middle.size)] * count
+    return _Curves(middle, width, order, cycles, between, nothing, nothing, [edges] * count)
+
+
+def _dataset(
+    scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, angle: Floats,
+    speeds: Floats, computed: xr.Dataset,
+) -> xr.Dataset:  # fmt: skip
+    """Labels, units and what was done."""
+    import xarray as xr
+
+    recording, over, along = ("recording",), ("recording", "interval"), ("recording", "crank_angle")
+    count, period = range(len(records)), float(curves.width.sum())
+    raw = [one.mean(axis=0) for one in curves.cycles]
+    mean = curves.sorted(raw)
+    spread = curves.sorted([_deviation(one) for one in curves.cycles])
+    errors, between = curves.sorted(curves.errors), curves.sorted(curves.between)
+    corrected, through = mean * (1.0 + errors), between / (1.0 + errors)
+    smooth = np.array(
+        [speed_over_angle(raw[i] * (1.0 + curves.errors[i]), curves.edges[i], angle) for i in count]
+    )
+    around = np.array([np.interp(angle, curves.middle, one, period=period) for one in spread])
+    known = [likeness(mean[i], through[i], curves.width) for i in count]
+    plain = [likeness(corrected[i], between[i], curves.width) for i in count]
+    raw_delta = [fluctuation(one) for one in curves.cycles]
+    delta = [_corrected(one, curves, i) for i, one in enumerate(curves.cycles)]
+    orders = ORDERS[ORDERS * round(period / TURN) % 1 == 0]
+    size, phase = orders_of_samples(corrected, curves.middle, curves.width, orders)
+    own, own_phase = orders_of_samples(speeds, angle, np.full(angle.size, POINT), orders)
+    rad, one = "rad s-1", "1"
+    data: dict[str, Any] = {
+        "delta_measured": (recording, [d.delta for d in delta], one,
+                           "coefficient of speed fluctuation, measured"),
+        "delta_measured_uncertainty": (recording, [d.uncertainty for d in delta], one,
+                                       "standard error of delta_measured"),
+        "delta_measured_raw": (recording, [d.delta for d in raw_delta], one,
+                               "coefficient of speed fluctuation, measured, tooth errors in it"),
+        "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in raw_delta], one,
+                                           "standard error of delta_measured_raw"),
+        "delta_of_cycles": (recording, [d.of_cycles for d in delta], one,
+                            "mean of delta over single cycles, measured"),
+        "delta_of_cycles_std": (recording, [d.scatter for d in delta], one,
+                                "standard deviation of delta over cycles, measured"),
+        "delta": (recording, _computed_deltas(computed, given, speeds), one,
+                  "coefficient of speed fluctuation, computed"),
+        "delta_through_wheel": (recording, _fluctuations(through), one,
+                                "coefficient of speed fluctuation, computed, through the wheel"),
+        "correlation_raw": (recording, [k[0] for k in known], one,
+                            "correlation of raw speed and computed speed through the wheel"),
+        "rms_difference_raw": (recording, [k[1] for k in known], one,
+                               "rms difference of raw speed and computed speed through the wheel, "
+                               "over the mean"),
+        "correlation": (recording, [k[0] for k in plain], one,
+                        "correlation of corrected and computed speed"),
+        "rms_difference": (recording, [k[1] for k in plain], one,
+                           "rms difference of corrected and computed speed, over the mean"),
+        "omega_mean_measured": (recording, [float(c.mean()) for c in mean], rad,
+                                "mean speed over the angle, measured"),
+        "recorded_cycles": (recording, [len(c) for c in curves.cycles], one,
+                            "number of recorded cycles"),
+        "omega": (along, speeds, rad, "crank speed, computed"),
+        "omega_measured": (along, smooth, rad, "crank speed, measured, mean over cycles"),
+        "omega_measured_std": (along, around, rad,
+                               "standard deviation over cycles of the measured speed"),
+        "omega_raw": (over, mean, rad, "raw speed between teeth, mean over cycles"),
+        "omega_raw_std": (over, spread, rad, "standard deviation over cycles of the raw speed"),
+        "omega_corrected": (over, corrected, rad, "speed between teeth, tooth errors taken out"),
+        "omega_between_teeth": (over, between, rad, "computed speed between the teeth"),
+        "omega_through_wheel": (over, through, rad, "computed speed seen through the wheel"),
+        "omega_measured_order": (("recording", "order"), size, rad,
+                                 "amplitude of the measured speed"),
+        "omega_measured_phase": (("recording", "order"), phase / DEGREE, "degree",
+                                 "phase of the measured speed"),
+        "omega_order": (("recording", "order"), own, rad, "amplitude of the computed speed"),
+        "omega_phase": (("recording", "order"), own_phase / DEGREE, "degree",
+                        "phase of the computed speed"),
+    }  # fmt: skip
+    if curves.of_wheel is not None:
+        data["tooth_error"] = (("tooth",), curves.of_wheel.error, one,
+                               "relative error of the wheel's interval")  # fmt: skip
+        data["tooth_error_uncertainty"] = (("tooth",), curves.of_wheel.uncertainty, one,
+                                           "standard error of tooth_error")  # fmt: skip
+    variables = {
+        key: xr.Variable(dims, np.asarray(values), {"long_name": text, "units": units})
+        for key, (dims, values, units, text) in data.items()
+    }
+    return xr.Dataset(
+        variables,
+        coords=_coordinates(given, records, curves, angle, orders, computed),
+        attrs=_attributes(scene, given, records, curves, mean, speeds),
+    )
+
+
+def _deviation(cycles: Floats) -> Floats:
+    """Standard deviation over cycles; of one cycle there is none."""
+    return cycles.std(axis=0, ddof=1) if len(cycles) > 1 else np.full(cycles.shape[1], np.nan)
+
+
+def _corrected(cycles: Floats, curves: _Curves, place: int) -> Fluctuation:
+    """Fluctuation with the errors of the teeth taken out, where they are known."""
+    if not curves.errors[place].any():
+        return fluctuation(cycles)
+    return fluctuation(cycles, ToothErrors(curves.errors[place], curves.unsure[place]))
+
+
+def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> Floats:
+    """Delta as it was solved for; that of the samples where the results do not have it."""
+    found = _fluctuations(speeds)
+    if "delta" in computed:
+        for place in range(len(found)):
+            here = _design_of(computed["delta"], given, place).values
+            found[place] = float(np.asarray(here).reshape(-1)[0])
+    return found
+
+
+def _fluctuations(speeds: Floats) -> Floats:
+    return np.asarray(np.ptp(speeds, axis=1) / speeds.mean(axis=1))
+
+
+def _coordinates(
+    given: Measured, records: Sequence[SpeedRecord], curves: _Curves, angle: Floats,
+    orders: Floats, computed: xr.Dataset,
+) -> dict[str, Any]:  # fmt: skip
+    found: dict[str, Any] = {
+        "recording": ("recording", np.arange(len(records), dtype=np.int32),
+                      {"long_name": "number of the recording", "units": "1"}),
+        "file": ("recording", np.array([r.label for r in records], dtype=object),
+                 {"long_name": "recording", "units": "1"}),
+        "crank_angle": ("crank_angle", angle / DEGREE, dict(computed["crank_angle"].attrs)),
+        "interval": ("interval", curves.middle / DEGREE,
+                     {"long_name": "crank angle in the middle of the interval between teeth",
+                      "units": "degree"}),
+        "interval_width": ("interval", curves.width / DEGREE,
+                           {"long_name": "width of the interval between teeth",
+                            "units": "degree"}),
+        "order": ("order", orders, {"long_name": "order of the crank's turn", "units": "1"}),
+    }  # fmt: skip
+    if given.wheel is not None and curves.of_wheel is not None:
+        found["tooth"] = ("tooth", np.arange(1, given.wheel.teeth + 1, dtype=np.int32),
+                          {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
+    for key, values in given.at.items():
+        name = "design_number" if key == DESIGN else key
+        attributes = dict(computed[key].attrs) if key in computed.coords else {"units": "1"}
+        found[name] = ("recording", np.asarray(values), attributes)
+        if key == DESIGN:
+            for column, coordinate in computed.coords.items():
+                if coordinate.dims == (DESIGN,) and column != DESIGN:
+                    picked = coordinate.values[np.asarray(values, dtype=int)]
+                    found[str(column)] = ("recording", picked, dict(coordinate.attrs))
+    return found
+
+
+def _attributes(
+    scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, mean: Floats,
+    speeds: Floats,
+) -> dict[str, Any]:  # fmt: skip
+    """Texts and numbers that say what was done."""
+    remarks = [f"{r.label}: {line}" for r in records for line in r.remarks]
+    for record, one, other in zip(records, mean, speeds, strict=True):
+        ratio = one.mean() / other.mean()
+        if abs(ratio - 1.0) > FAR_SPEED:
+            remarks.append(
+                f"{record.label}: measured at {one.mean() / RPM:.1f} rpm, computed at "
+                f"{other.mean() / RPM:.1f} rpm: delta changes with the square of the speed; give "
+                "the measured speed to the scene"
+            )
+    how = given.errors if isinstance(given.errors, str) else "given"
+    said = {
+        "others": "estimated from the other recordings with their computed speeds",
+        "all": "estimated from these recordings with their computed speeds: what both have wrong "
+        "in whole orders is in them, and correlations are too good",
+        "none": "not taken out",
+        "given": "as given",
+    }
+    found: dict[str, Any] = {
+        "title": scene.title,
+        "measured_kind": given.table.kind,
+        "recordings": "\n".join(f"{r.label} sha256 {r.sha256}" for r in records),
+        "remarks": "\n".join(remarks),
+    }
+    if given.wheel is not None and curves.gap_angle is not None:
+        found |= {
+            "wheel": given.wheel.text,
+            "tooth_errors": said[how],
+            "gap_angle": curves.gap_angle / DEGREE,
+            "gap_angle_from": "the scene"
+            if given.table.gap_angle is not None
+            else "the likeness of measured and computed speed: found, not measured",
+        }
+        if given.table.end is not None:
+            found["end_of_shaft"] = given.table.end
+    return found

@@ -1,0 +1,269 @@
+"""Recordings of the speed as arrays: which column is which, units, teeth, cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from engine_dyn.recordings.encoder import teeth_of_signal
+from engine_dyn.recordings.teeth import PassedTeeth, find_turns
+from engine_dyn.recordings.wheel import TURN
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE, RPM
+from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
+from sweeps.reading.laboratory.recording import Recording, read_recording
+from sweeps.scene.measured import Measured, MeasuredTable
+
+__all__ = ["SpeedRecord", "records_of"]
+
+TIME = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6,
+        "μs": 1e-6, "ns": 1e-9, "min": 60.0}  # fmt: skip
+ANGLE = {"": DEGREE, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE,
+         "°ca": DEGREE, "degca": DEGREE, "deg ca": DEGREE, "ca": DEGREE, "rad": 1.0}  # fmt: skip
+SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
+         "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
+         "deg/s": DEGREE}  # fmt: skip
+
+UNEVEN = 0.5
+"""Of the time between samples: how far a sample may be from its place."""
+
+FEWEST = 12
+"""Samples of a cycle of speed over angle."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedRecord:
+    """One recording of the speed.
+
+    Attributes
+    ----------
+    label, sha256 : str
+        The file as the scene names it, and the hash of its bytes.
+    teeth : PassedTeeth, optional
+        Turns of the wheel; None for speed over angle.
+    angle : ndarray, shape (n,), or None
+        Of speed over angle: uniform angles [rad] from -period/2, its end left out.
+    cycles : ndarray, shape (cycles, n), or None
+        Speeds there [rad/s].
+    remarks : tuple of str
+        What was seen in it, a line each.
+    """
+
+    label: str
+    sha256: str
+    teeth: PassedTeeth | None
+    angle: Floats | None
+    cycles: Floats | None
+    remarks: tuple[str, ...]
+
+
+def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
+    """Read all recordings that a scene names.
+
+    Parameters
+    ----------
+    measured : Measured
+        The table [measured] of a scene.
+    period : float
+        Angle of the engine's cycle [rad].
+    name : str
+        The scene as messages call it.
+
+    Raises
+    ------
+    SceneError
+        One line: a file that cannot be read, a column that is not clear, a signal in which the
+        wheel is not found (with what was found).
+    """
+    return [
+        _record(measured, path, file, period, f"{name}: [measured] {file}")
+        for path, file in zip(measured.paths, measured.files, strict=True)
+    ]
+
+
+def _record(measured: Measured, path: Path, file: str, period: float, where: str) -> SpeedRecord:
+    table = measured.table
+    keys = {key: getattr(table, key) for key in ReadingChoices.model_fields}
+    recording = read_recording(path, where, ReadingChoices(**keys))
+    try:
+        if table.kind == "speed":
+            angle, cycles, remarks = _speed_over_angle(recording, table, period)
+            return SpeedRecord(file, recording.sha256, None, angle, cycles, remarks)
+        assert measured.wheel is not None
+        if table.kind == "teeth":
+            times = _flat(recording, _column(recording, table.column, "column", ("time",)))
+            times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
+            teeth = find_turns(times, measured.wheel)
+            return SpeedRecord(file, recording.sha256, teeth, None, None, teeth.faults)
+        signal, interval = _signal(recording, table)
+        found = teeth_of_signal(
+            signal, interval, measured.wheel, threshold=table.threshold,
+            hysteresis=table.hysteresis, edge=table.edge,
+        )  # fmt: skip
+        return SpeedRecord(file, recording.sha256, found.teeth, None, None, found.remarks)
+    except SceneError:
+        raise
+    except ValueError as error:
+        raise SceneError(f"{where}: {error}") from None
+
+
+def _column(
+    recording: Recording, wanted: str | int | None, key: str, words: tuple[str, ...] = (),
+    without: tuple[str, ...] = (),
+) -> str:  # fmt: skip
+    """Name of a column: as given, or the one that is clear."""
+    names = list(recording.columns)
+    if isinstance(wanted, int) and not isinstance(wanted, bool):
+        if not 1 <= wanted <= len(names):
+            raise SceneError(
+                f"{recording.label}: {key} = {wanted}; must be 1 to {len(names)}, or a name"
+            )
+        return names[wanted - 1]
+    if wanted is not None:
+        if wanted not in names:
+            raise SceneError(
+                f"{recording.label}: {key} = {shown(wanted)}: no such column"
+                f"{not_known(str(wanted), names)}"
+            )
+        return str(wanted)
+    named = [n for n in names if any(word in n.lower() for word in words)]
+    left = [n for n in names if n not in without]
+    if len(named) == 1:
+        return named[0]
+    if len(left) == 1:
+        return left[0]
+    listed = ", ".join(f"{i} {one_line(n, 40)}" for i, n in enumerate(names[:12], start=1))
+    raise SceneError(
+        f"{recording.label}: {key}: not clear which column; must be the name or number of one of: "
+        f"{listed}"
+    )
+
+
+def _flat(recording: Recording, name: str) -> Floats:
+    values = recording.numbers(name)
+    if values.ndim != 1:
+        raise SceneError(f"{recording.label}, column {shown(name)}: must be one row of values")
+    return values
+
+
+def _factor(
+    recording: Recording, wanted: str | int | None, words: tuple[str, ...], unit: str | None,
+    units: Mapping[str, float], what: str,
+) -> float:  # fmt: skip
+    """SI value of the unit that is given, or that the file states for the column."""
+    name = _column(recording, wanted, "column", words)
+    text = recording.columns[name].unit if unit is None else unit
+    plain = text.strip().strip("[]()").strip().lower()
+    if plain not in units:
+        known = ", ".join(key for key in units if key)
+        raise SceneError(
+            f"{recording.label}, column {shown(name)}: unit {shown(text)} is none of {what}; must "
+            f"be one of {known}"
+        )
+    return units[plain]
+
+
+def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float]:
+    """Samples of the signal and the time between them."""
+    time_name = None
+    if table.sample_rate is None:
+        time_name = _time_column(recording, table)
+    column = _column(recording, table.column, "column", ("encoder",), (time_name or "",))
+    if column == time_name:
+        raise SceneError(f"{recording.label}: column {shown(column)} is the time of the samples")
+    signal = _flat(recording, column)
+    if time_name is None:
+        assert table.sample_rate is not None
+        return signal, 1.0 / table.sample_rate
+    time = _flat(recording, time_name)
+    time = time * _factor(recording, time_name, (), None, TIME, "time")
+    if time.size < 2 or not time[-1] > time[0]:
+        raise SceneError(f"{recording.label}, column {shown(time_name)}: does not ascend")
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    off = np.abs(time - time[0] - interval * np.arange(time.size))
+    if off.max() > UNEVEN * interval:
+        place = int(np.argmax(np.abs(np.diff(time) - interval))) + 1
+        raise SceneError(
+            f"{recording.label}, column {shown(time_name)}, {recording.place(place)}: "
+            f"{time[place] - time[place - 1]:.6g} s after the sample before, others {interval:.6g} "
+            "s; samples must be equally far apart"
+        )
+    return signal, interval
+
+
+def _time_column(recording: Recording, table: MeasuredTable) -> str:
+    """The column with the time: as given, named so, or the only one that ascends throughout."""
+    if table.time_column is not None:
+        return _column(recording, table.time_column, "time_column")
+    named = [n for n in recording.columns if n.lower().strip() in ("t", "time", "zeit", "times")]
+    if len(named) == 1:
+        return named[0]
+    rising = [
+        name
+        for name, column in recording.columns.items()
+        if column.values.ndim == 1 and column.values.size > 1 and np.all(np.diff(column.values) > 0)
+    ]
+    if len(rising) == 1:
+        return rising[0]
+    raise SceneError(
+        f"{recording.label}: time_column: not clear which column is the time of the samples; name "
+        "it, or give sample_rate"
+    )
+
+
+def _speed_over_angle(
+    recording: Recording, table: MeasuredTable, period: float
+) -> tuple[Floats, Floats, tuple[str, ...]]:
+    """Cycles of speed on uniform angles from -period/2; angles may run on over many cycles."""
+    angle_name = _column(
+        recording, table.angle_column, "angle_column", ("angle", "crank", "°", "deg", "winkel")
+    )
+    column = _column(recording, table.column, "column", ("speed", "rpm", "omega", "drehzahl"),
+                     (angle_name,))  # fmt: skip
+    angle = _flat(recording, angle_name)
+    angle = angle * _factor(recording, angle_name, (), None, ANGLE, "angle")
+    angle = angle + table.angle_shift * DEGREE
+    speed = recording.numbers(column) * _factor(recording, column, (), table.unit, SPEED, "speed")
+    if speed.shape[-1] != angle.size:
+        raise SceneError(
+            f"{recording.label}: {angle.size} angles, {speed.shape[-1]} speeds in a cycle"
+        )
+    if angle.size > 1 and angle[-1] < angle[0]:
+        angle, speed = angle[::-1], speed[..., ::-1]
+    if np.any(np.diff(angle) <= 0.0):
+        place = int(np.flatnonzero(np.diff(angle) <= 0.0)[0]) + 1
+        raise SceneError(
+            f"{recording.label}, column {shown(angle_name)}, {recording.place(place)}: angles must "
+            "ascend throughout (over many cycles they run on), or descend throughout"
+        )
+    if not np.all(speed > 0.0):
+        place = int(np.argwhere(~(speed > 0.0))[0][-1])
+        raise SceneError(
+            f"{recording.label}, column {shown(column)}, {recording.place(place)}: a speed must be "
+            "more than 0"
+        )
+    step = float(np.median(np.diff(angle))) if angle.size > 1 else period
+    count = round(period / step)
+    if count < FEWEST or angle[-1] - angle[0] < period - 1.5 * step:
+        raise SceneError(
+            f"{recording.label}: angles span {(angle[-1] - angle[0]) / DEGREE:.6g} degrees in "
+            f"steps of {step / DEGREE:.4g}; must span a cycle of {period / DEGREE:g}, with "
+            f"{FEWEST} steps or more"
+        )
+    grid: Floats = -0.5 * period + period / count * np.arange(count, dtype=np.float64)
+    if speed.ndim == 2:
+        cycles = np.array([np.interp(grid, angle, one, period=period) for one in speed])
+        return grid, cycles, ()
+    # without a period at its ends a train of cycles is not bent into itself
+    if angle[-1] - angle[0] < period + 1.5 * step:
+        return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
+    first = np.ceil((angle[0] + 0.5 * period) / period - 1e-9)
+    whole = int(np.floor((angle[-1] + step * 1.01 - grid[0]) / period - first + 1e-9))
+    if whole < 1:
+        return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
+    places = grid + period * (first + np.arange(whole)[:, None])
+    return grid, np.interp(places, angle, speed), ()

@@ -1,0 +1,241 @@
+"""The table [measured] of a scene: recordings of the speed, and to which designs they belong.
+
+Recordings are read by `sweeps.measuring`, not with the scene: they may be large, and archives of
+computed results do not need them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from engine_dyn.recordings.wheel import Wheel, wheel_from_angles, wheel_from_text
+from engine_dyn.types import Floats
+from sweeps.checks import number
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError, shown
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
+from sweeps.reading.referred_files import referred
+from sweeps.scene.values import GivenValues
+
+__all__ = ["KINDS", "Measured", "MeasuredTable", "read_measured"]
+
+KINDS = ("speed", "teeth", "encoder")
+MOST_FILES = 1000
+
+ERRORS = ("others", "all", "none")
+
+
+class MeasuredTable(ReadingChoices):
+    """Measured speed beside the computed one."""
+
+    file: str | list[str] = Field(
+        description="a text: the path of a recording, or a list of them, one for each value of `at`"
+    )
+    kind: Literal["speed", "teeth", "encoder"] = Field(
+        description="'speed' (over crank angle), 'teeth' (times at which they pass) or 'encoder' "
+        "(sampled signal)"
+    )
+    wheel: str | list[float] | None = Field(
+        default=None,
+        description="a pattern such as '60-2', '36-1', '36-2-1', or the angles of all teeth in "
+        "degree, in the order in which they pass",
+    )
+    column: str | int | None = Field(
+        default=None, description="the name of the column with speed, times or signal, or its "
+        "number from 1",
+    )  # fmt: skip
+    angle_column: str | int | None = Field(
+        default=None, description="the name or number of the column with the crank angle"
+    )
+    time_column: str | int | None = Field(
+        default=None, description="the name or number of the column with the time of the samples"
+    )
+    unit: str | None = Field(
+        default=None, description="a text: the unit of the column, such as 'rpm', 'rad/s' or 'ms'"
+    )
+    sample_rate: float | None = Field(
+        default=None, description="a number of samples per second, more than 0", gt=0.0
+    )
+    gap_angle: float | None = Field(
+        default=None,
+        description="a number of degrees, -720 to 720: the crank angle at which the first tooth "
+        "after the longest gap passes",
+        ge=-720.0, le=720.0,
+    )  # fmt: skip
+    angle_shift: float = Field(
+        default=0.0,
+        description="a number of degrees, -720 to 720, added to the angles of the file",
+        ge=-720.0, le=720.0,
+    )  # fmt: skip
+    reversed: bool = Field(
+        default=False, description="true or false: whether the wheel turns against the order given"
+    )
+    end: Literal["free", "flywheel"] | None = Field(
+        default=None, description="'free' or 'flywheel': the end of the crankshaft with the wheel"
+    )
+    threshold: float | None = Field(default=None, description="a number in the signal's unit")
+    hysteresis: float | None = Field(
+        default=None, description="a number in the signal's unit, 0 or more", ge=0.0
+    )
+    edge: Literal["rising", "falling"] | None = Field(
+        default=None, description="'rising' or 'falling'"
+    )
+    tooth_errors: str | list[float] | None = Field(
+        default=None,
+        description="'others' (estimated from the other recordings), 'all', 'none', or a list of "
+        "relative errors of the wheel's intervals, from the first tooth after the gap",
+    )
+    at: dict[str, Any] = Field(
+        default={}, description="a table of axes: for each file, the value that it belongs to"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Recordings of the speed that a scene names.
+
+    Attributes
+    ----------
+    table : MeasuredTable
+        Columns, threshold and so on, as given.
+    paths : tuple of Path
+        The files.
+    files : tuple of str
+        As the scene names them.
+    wheel : Wheel, optional
+        Of teeth and signals.
+    errors : str or ndarray
+        `others`, `all`, `none`, or the relative errors of the intervals.
+    at : dict of ndarray
+        Values of axes that each file belongs to.
+    """
+
+    table: MeasuredTable
+    paths: tuple[Path, ...]
+    files: tuple[str, ...]
+    wheel: Wheel | None
+    errors: str | Floats
+    at: Mapping[str, Floats]
+
+
+def read_measured(
+    given: MeasuredTable | None, values: GivenValues, base: Path, name: str
+) -> Measured | None:
+    """Check the table [measured]; the recordings themselves are not read.
+
+    Raises
+    ------
+    SceneError
+        For files out of the scene's folder, no or a wrong pattern, and values of `at` that no axis
+        has.
+    """
+    if given is None:
+        return None
+    where = f"{name}: [measured]"
+    files = (given.file,) if isinstance(given.file, str) else tuple(given.file)
+    if not 1 <= len(files) <= MOST_FILES:
+        raise SceneError(f"{where} file: {len(files)} files; must be 1 to {MOST_FILES}")
+    paths = tuple(referred(base, file, f"{where} file") for file in files)
+    wheel = _wheel(given, where)
+    return Measured(
+        given, paths, files, wheel, _errors(given, wheel, len(files), where),
+        _places(given.at, values, len(files), where),
+    )  # fmt: skip
+
+
+def _wheel(given: MeasuredTable, where: str) -> Wheel | None:
+    """The wheel; speed over angle needs none."""
+    if given.kind == "speed":
+        if given.wheel is not None:
+            raise SceneError(
+                f"{where} wheel: not allowed with kind = 'speed', which has no teeth; kind must be "
+                "'teeth' or 'encoder'"
+            )
+        return None
+    if given.wheel is None:
+        raise SceneError(
+            f"{where} wheel: missing; kind = '{given.kind}' needs the pattern of the teeth, such "
+            "as '60-2'"
+        )
+    try:
+        wheel = (
+            wheel_from_text(given.wheel)
+            if isinstance(given.wheel, str)
+            else wheel_from_angles(given.wheel)
+        )
+    except ValueError as error:
+        raise SceneError(f"{where} {error}") from None
+    return wheel.reversed if given.reversed else wheel
+
+
+def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -> str | Floats:
+    """Which errors of teeth are taken out; from the other recordings where there are some."""
+    errors = given.tooth_errors
+    if errors is None:
+        return "others" if wheel is not None and files > 1 else "none"
+    if wheel is None:
+        raise SceneError(f"{where} tooth_errors: not allowed with kind = 'speed'")
+    if isinstance(errors, str):
+        if errors not in ERRORS:
+            raise SceneError(
+                f"{where} tooth_errors = {shown(errors)}: must be one of {', '.join(ERRORS)}, or a "
+                "list of numbers"
+            )
+        if errors == "others" and files < 2:
+            raise SceneError(
+                f"{where} tooth_errors = 'others': there is one file; must be 'all', 'none' or a "
+                "list of numbers"
+            )
+        return errors
+    found = np.array(errors, dtype=float)
+    if found.size != wheel.teeth or np.any(np.abs(found) >= 0.5):
+        raise SceneError(
+            f"{where} tooth_errors: {found.size} numbers; must be {wheel.teeth}, one for each "
+            f"interval of {wheel.text}, each between -0.5 and 0.5"
+        )
+    return found
+
+
+def _places(
+    at: Mapping[str, Any], values: GivenValues, files: int, where: str
+) -> dict[str, Floats]:
+    """Values of axes that the files belong to."""
+    if not at and files > 1:
+        count = len(next(iter(values.designs.values()), ()))
+        if count == files:
+            return {DESIGN: np.arange(count, dtype=float)}
+        raise SceneError(
+            f"{where} at: missing; {files} files need the value of an axis for each, such as "
+            "at = { load = [0, 50, 100] }"
+        )
+    found = {}
+    for key, raw in at.items():
+        given = list(raw) if isinstance(raw, list | np.ndarray) else [raw] * files
+        if len(given) != files:
+            raise SceneError(
+                f"{where} at {key}: {len(given)} values for {files} files; must be one for each"
+            )
+        numbers = np.array([number(one, f"{where} at {key}") for one in given])
+        if key == DESIGN:
+            axis = np.arange(1, len(next(iter(values.designs.values()), ())) + 1, dtype=float)
+        else:
+            axis = np.asarray(values.axes.get(key, ()))
+            if axis.size == 0 or axis.dtype.kind not in "if":
+                raise SceneError(
+                    f"{where} at {key}: not an axis of numbers of this scene; must be a key of "
+                    f"[axes]{', or design' if values.designs else ''}"
+                )
+        nearest = axis[np.argmin(np.abs(axis[:, None] - numbers), axis=0)] if axis.size else numbers
+        if axis.size == 0 or np.any(np.abs(nearest - numbers) > 1e-9 * np.abs(numbers)):
+            raise SceneError(
+                f"{where} at {key}: {shown(numbers.tolist())}: the axis has "
+                f"{shown(axis.tolist(), 200)}; must be among them"
+            )
+        found[key] = nearest - 1.0 if key == DESIGN else nearest
+    return found

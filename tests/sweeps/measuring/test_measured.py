@@ -1,0 +1,294 @@
+"""Measured speed beside computed: recordings of a synthetic engine whose speed is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+import sweeps
+from engine_dyn.recordings.wheel import wheel_from_text
+from sweeps.errors import SceneError
+from tests.support.teeth import pulses, random_errors
+
+LOADS = [20, 50, 80]
+GAP = 100.0  # degree
+WHEEL = wheel_from_text("60-2")
+ERRORS = random_errors(WHEEL.width, 0.005, 11)
+CYCLES = 12
+SCENE: dict[str, Any] = {
+    "engine": "ntua",
+    "set": {"speed": 1200},
+    "axes": {"load": LOADS},
+    "output": {"quantities": ["omega", "delta"]},
+}
+
+
+@pytest.fixture(scope="module")
+def computed() -> xr.Dataset:
+    return sweeps.run(SCENE)
+
+
+def clock(computed: xr.Dataset, load: int) -> CubicSpline:
+    """Time over the crank angle of many cycles, from a spline through 1/omega."""
+    omega = computed.omega.sel(load=load).values
+    angle = np.deg2rad(computed.crank_angle.values)
+    slow = CubicSpline(
+        np.append(angle, angle[0] + 4 * np.pi), 1 / np.append(omega, omega[0]), bc_type="periodic"
+    )
+    return slow.antiderivative()
+
+
+def stamps(computed: xr.Dataset, load: int, first_turn: int = 0, seed: int = 0) -> np.ndarray:
+    """Times of teeth; single cycles differ by a random factor on the speed of a tenth of a %."""
+    time = clock(computed, load)
+    within = np.cumsum(np.concatenate([[0.0], (WHEEL.width * (1 + ERRORS))[:-1]]))
+    turns = 2 * CYCLES + 1
+    angle = np.deg2rad(GAP) + 2 * np.pi * (first_turn + np.arange(turns))[:, None] + within
+    angle = np.append(angle.ravel(), angle[-1, 0] + 2 * np.pi)
+    start, period = float(time.x[0]), 4 * np.pi
+    whole = float(time(start + period) - time(start))
+    cycle = np.floor((angle - start) / period)
+    exact = time(angle - cycle * period) + cycle * whole
+    steps = np.diff(exact) * (
+        1 + 0.001 * np.random.default_rng(seed).standard_normal(exact.size - 1)
+    )
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def write_times(folder: Path, computed: xr.Dataset, loads: list[int]) -> list[str]:
+    names = []
+    for place, load in enumerate(loads):
+        times = stamps(computed, load, first_turn=place % 2, seed=load)
+        text = "time [s]\n" + "\n".join(f"{one:.9f}" for one in times) + "\n"
+        (folder / f"teeth_{load}.csv").write_text(text)
+        names.append(f"teeth_{load}.csv")
+    return names
+
+
+def scene_with(folder: Path, name: str = "scene.toml", **keys: Any) -> Path:
+    def text(value: Any) -> str:
+        if isinstance(value, bool):
+            return str(value).lower()
+        if isinstance(value, dict):
+            return "{ " + ", ".join(f"{k} = {text(v)}" for k, v in value.items()) + " }"
+        if isinstance(value, list):
+            return "[" + ", ".join(map(text, value)) + "]"
+        return f'"{value}"' if isinstance(value, str) else repr(value)
+
+    lines = ['engine = "ntua"', "[set]", "speed = 1200", "[axes]", f"load = {LOADS}", "[output]",
+             'quantities = ["delta"]', "[measured]"]  # fmt: skip
+    lines += [f"{key} = {text(value)}" for key, value in keys.items()]
+    path = folder / name
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def teeth(tmp_path_factory: pytest.TempPathFactory, computed: xr.Dataset) -> Path:
+    folder = tmp_path_factory.mktemp("teeth")
+    write_times(folder, computed, LOADS)
+    return folder
+
+
+FILES = [f"teeth_{load}.csv" for load in LOADS]
+
+
+@pytest.fixture(scope="module")
+def compared(teeth: Path) -> xr.Dataset:
+    path = scene_with(teeth, file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS})
+    return sweeps.measured(path)
+
+
+def test_computed_speed_is_found_again(compared: xr.Dataset, computed: xr.Dataset) -> None:
+    """Corrected delta agrees with the computed one within three standard errors, for each load."""
+    between = np.ptp(compared.omega_between_teeth.values, axis=1)
+    between /= compared.omega_between_teeth.values.mean(axis=1)
+    off = np.abs(compared.delta_measured.values - between)
+    assert np.all(off < 3 * compared.delta_measured_uncertainty.values + 3e-4)
+    assert np.all(compared.delta_measured_raw > compared.delta_measured)
+    assert np.allclose(compared.delta, computed.delta, rtol=1e-4)
+    assert np.all(compared.correlation > 0.995)
+    assert np.all(compared.correlation_raw > 0.995)
+    assert compared["load"].values.tolist() == LOADS
+    assert compared.recorded_cycles.values.tolist() == [CYCLES] * 3
+
+
+def test_curves_over_the_crank_angle(compared: xr.Dataset) -> None:
+    off = (compared.omega_measured - compared.omega) / compared.omega.mean("crank_angle")
+    assert float(np.abs(off).max()) < 0.004
+    assert float(off.std()) < 0.0008
+    # each interval has its own random time of 0.1 %
+    assert float(compared.omega_raw_std.mean() / compared.omega.mean()) == pytest.approx(
+        0.001, rel=0.1
+    )
+
+
+def test_gap_and_first_turn_are_found(compared: xr.Dataset) -> None:
+    assert compared.attrs["gap_angle"] == pytest.approx(GAP, abs=0.5)
+    assert "found, not measured" in compared.attrs["gap_angle_from"]
+
+
+def test_tooth_errors_are_found(compared: xr.Dataset) -> None:
+    off = compared.tooth_error.values - ERRORS
+    assert np.corrcoef(compared.tooth_error, ERRORS)[0, 1] > 0.98
+    assert np.std(off) < 0.2 * np.std(ERRORS)
+
+
+def test_orders_of_both(compared: xr.Dataset, computed: xr.Dataset) -> None:
+    omega = computed.omega.sel(load=80).values
+    angle = np.deg2rad(computed.crank_angle.values)
+    for order in (0.5, 1.0, 1.5, 6.0):
+        wave = 2 * np.mean(omega * np.exp(-1j * order * angle))
+        found = compared.isel(recording=2).sel(order=order)
+        assert float(found.omega_order) == pytest.approx(abs(wave), rel=1e-6)
+        assert float(found.omega_measured_order) == pytest.approx(
+            abs(wave), abs=0.002 * omega.mean() / np.sqrt(116 * CYCLES) * 6
+        )
+
+
+def test_a_known_gap_angle_is_taken(teeth: Path) -> None:
+    path = scene_with(
+        teeth, "known.toml", file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS},
+        gap_angle=GAP - 360.0, end="flywheel", tooth_errors="all",
+    )  # fmt: skip
+    found = sweeps.measured(path)
+    assert found.attrs["gap_angle"] == pytest.approx(GAP)
+    assert found.attrs["gap_angle_from"] == "the scene"
+    assert found.attrs["end_of_shaft"] == "flywheel"
+    assert np.all(found.correlation > 0.995)
+
+
+def test_given_errors_are_taken_out(teeth: Path) -> None:
+    path = scene_with(
+        teeth, "given.toml", file=FILES[0], kind="teeth", wheel="60-2", at={"load": 20},
+        gap_angle=GAP, tooth_errors=[float(one) for one in ERRORS],
+    )  # fmt: skip
+    found = sweeps.measured(path)
+    assert np.allclose(found.tooth_error, ERRORS)
+    assert float(found.correlation[0]) > 0.998
+
+
+def test_a_signal_gives_what_its_times_give(
+    tmp_path: Path, computed: xr.Dataset, compared: xr.Dataset
+) -> None:
+    times = stamps(computed, 50, seed=50)[: 58 * 9 + 1] + 0.002
+    interval = 2e-5
+    samples = round((times[-1] + 0.002) / interval)
+    signal = pulses(times, interval, samples, 2.5e-4)
+    at = interval * np.arange(samples)
+    rows = "\n".join(f"{t:.5f};{v:.5f}" for t, v in zip(at, signal, strict=True))
+    (tmp_path / "encoder.csv").write_text("Time [s];Encoder [V]\n" + rows + "\n")
+    path = scene_with(
+        tmp_path, file="encoder.csv", kind="encoder", wheel="60-2", at={"load": 50},
+        gap_angle=GAP, tooth_errors="none",
+    )  # fmt: skip
+    found = sweeps.measured(path)
+    assert int(found.recorded_cycles[0]) == 4
+    assert "threshold" in found.attrs["remarks"]
+    other = sweeps.measured(
+        scene_with(tmp_path, "t.toml", file="teeth_50.csv", kind="teeth", wheel="60-2",
+                   at={"load": 50}, gap_angle=GAP, tooth_errors="none")
+        if (tmp_path / "teeth_50.csv").write_text(
+            "time\n" + "\n".join(f"{one:.9f}" for one in times) + "\n"
+        )
+        else ""
+    )  # fmt: skip
+    assert np.allclose(found.omega_raw, other.omega_raw, rtol=5e-4)
+    assert float(found.delta_measured_raw[0]) == pytest.approx(
+        float(other.delta_measured_raw[0]), abs=5e-4
+    )
+
+
+@pytest.mark.parametrize("style", ["one cycle", "running on", "descending"])
+def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> None:
+    omega = computed.omega.sel(load=50).values
+    angle = computed.crank_angle.values
+    rpm = omega * 30 / np.pi
+    if style == "running on":
+        angle, rpm = np.arange(-100.0, 3 * 720 - 100.0), np.tile(rpm, 3)
+        rpm = np.roll(np.tile(omega, 3), 360 - 100 - 360 + 0)
+        rpm = np.interp(angle, computed.crank_angle.values, omega, period=720) * 30 / np.pi
+    if style == "descending":
+        angle, rpm = angle[::-1], rpm[::-1]
+    rows = "\n".join(f"{a:g},{v:.6f}" for a, v in zip(angle, rpm, strict=True))
+    (tmp_path / "speed.csv").write_text("crank angle [deg],speed [rpm]\n" + rows + "\n")
+    found = sweeps.measured(scene_with(tmp_path, file="speed.csv", kind="speed", at={"load": 50}))
+    assert float(found.correlation[0]) == pytest.approx(1.0, abs=1e-6)
+    assert float(found.delta_measured[0]) == pytest.approx(
+        float(computed.delta.sel(load=50)), rel=1e-3
+    )
+    assert int(found.recorded_cycles[0]) == (2 if style == "running on" else 1)
+    assert "tooth_error" not in found
+
+
+def test_another_mean_speed_is_told(teeth: Path, computed: xr.Dataset) -> None:
+    slow = stamps(computed, 50, seed=1) * 1.2
+    (teeth / "slow.csv").write_text("t\n" + "\n".join(f"{one:.9f}" for one in slow) + "\n")
+    found = sweeps.measured(
+        scene_with(teeth, "slow.toml", file="slow.csv", kind="teeth", wheel="60-2", at={"load": 50})
+    )
+    assert "delta changes with the square of the speed" in found.attrs["remarks"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"wheel": "36-1"}, "do not fit 36-1 .35 teeth a turn.; found: a gap of 2 after every 58"),
+        ({"wheel": "sixty"}, "is no pattern"),
+        ({"wheel": None}, "wheel: missing"),
+        ({"kind": "speed"}, "not allowed with kind = 'speed'"),
+        ({"kind": "sound"}, "kind"),
+        ({"file": "none.csv"}, "none.csv"),
+        ({"file": "../teeth.csv"}, "leads out of the folder"),
+        ({"at": {}}, "varies load"),
+        ({"at": {"load": 30}}, "must be among them"),
+        ({"at": {"inertia": 30}}, "not an axis"),
+        ({"at": {"load": [20, 50]}}, "2 values for 1 files"),
+        ({"tooth_errors": "others"}, "there is one file"),
+        ({"tooth_errors": "some"}, "must be one of others, all, none"),
+        ({"tooth_errors": [0.1]}, "must be 58"),
+        ({"column": 3}, "must be 1 to 1"),
+        ({"column": "teeth"}, "no such column"),
+        ({"unit": "furlong"}, "is none of time"),
+        ({"gap_angle": 1000.0}, "gap_angle"),
+        ({"colour": "red"}, "colour"),
+    ],
+)
+def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> None:
+    given = {"file": FILES[0], "kind": "teeth", "wheel": "60-2", "at": {"load": 20}, **keys}
+    path = scene_with(teeth, "bad.toml", **{k: v for k, v in given.items() if v is not None})
+    with pytest.raises(SceneError, match=said) as refused:
+        sweeps.measured(path)
+    assert "\n" not in str(refused.value)
+    assert "bad.toml" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "said"),
+    [
+        ("time [s]\n0.1\n0.3\n0.2\n", "teeth", "number 3 "),
+        ("time [s],a,b\n" + "0,1,2\n" * 5, "encoder", "not clear|does not ascend"),
+        ("time [s],encoder\n0,1\n1,1\n5,1\n", "encoder", "equally far apart"),
+        ("angle [deg],speed\n0,1\n1,1\n2,1\n", "speed", "must span a cycle"),
+        ("angle [deg],speed\n" + "".join(f"{i},0\n" for i in range(720)), "speed", "more than 0"),
+        ("angle [deg],speed\n0,1\n2,1\n1,1\n5,2\n", "speed", "must ascend"),
+    ],
+)
+def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said: str) -> None:
+    (tmp_path / "raw.csv").write_text(text)
+    keys: dict[str, Any] = {"file": "raw.csv", "kind": kind, "at": {"load": 20}}
+    if kind != "speed":
+        keys["wheel"] = "60-2"
+    with pytest.raises(SceneError, match=said) as refused:
+        sweeps.measured(scene_with(tmp_path, **keys))
+    assert "\n" not in str(refused.value)
+
+
+def test_scenes_without_recordings() -> None:
+    with pytest.raises(SceneError, match=r"\[measured\] is missing"):
+        sweeps.measured(SCENE)
