@@ -30,6 +30,8 @@ def files_of(scene: Scene) -> Iterator[Path]:
     table = (scene.source.get("designs") or {}).get("file")
     if isinstance(table, str):
         yield Path(scene.folder) / table
+    if scene.measured is not None:
+        yield from scene.measured.paths
 
 
 def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:

@@ -136,6 +136,8 @@ def run(
     # Before the run, which may take hours; results can only be told of afterwards.
     before = () if quiet else plausibility_warnings(plan)
     warn(before)
+    if read.measured is not None:
+        tell(f"[measured] is not compared here: engine-dyn measured {scene} -o OUT.nc")
     with writing(output):
         done = streaming.run(plan, output, options, scheduler or "", tell)
     if not quiet:

@@ -339,11 +339,14 @@ def _dataset(
         key: xr.Variable(dims, np.asarray(values), {"long_name": text, "units": units})
         for key, (dims, values, units, text) in data.items()
     }
-    return xr.Dataset(
+    dataset = xr.Dataset(
         variables,
         coords=_coordinates(given, records, curves, angle, orders, computed),
-        attrs=_attributes(scene, given, records, curves, mean, speeds),
+        attrs=_attributes(scene, given, records, curves, mean, speeds, computed),
     )
+    for coordinate in dataset.coords.values():
+        coordinate.encoding["_FillValue"] = None
+    return dataset
 
 
 def _deviation(cycles: Floats) -> Floats:
@@ -407,9 +410,9 @@ def _coordinates(
 
 def _attributes(
     scene: Scene, given: Measured, records: Sequence[SpeedRecord], curves: _Curves, mean: Floats,
-    speeds: Floats,
+    speeds: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
-    """Texts and numbers that say what was done."""
+    """Texts and numbers that say what was done, beside those of the computed results."""
     remarks = [f"{r.label}: {line}" for r in records for line in r.remarks]
     for record, one, other in zip(records, mean, speeds, strict=True):
         ratio = one.mean() / other.mean()
@@ -428,6 +431,7 @@ def _attributes(
         "given": "as given",
     }
     found: dict[str, Any] = {
+        **computed.attrs,
         "title": scene.title,
         "measured_kind": given.table.kind,
         "recordings": "\n".join(f"{r.label} sha256 {r.sha256}" for r in records),

@@ -89,7 +89,8 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
 
 def _size_line(dataset: xr.Dataset, name: str) -> str:
     """How large an archive is, in numbers and on the disk, and how it is stored."""
-    designs = math.prod(size for d, size in dataset.sizes.items() if d not in DIMENSIONS)
+    of_designs = [d for d in dataset.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
+    designs = math.prod(dataset.sizes[d] for d in of_designs)
     numbers = {str(v.dtype) for v in dataset.data_vars.values() if v.dtype.kind == "f"}
     levels = [v.encoding.get("complevel", 0) for v in dataset.data_vars.values()]
     parts = [

@@ -13,6 +13,8 @@ from scipy.interpolate import CubicSpline
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.errors import SceneError
+from sweeps.figures import draw
+from tests.support.commands import ok, refused
 from tests.support.teeth import pulses, random_errors
 
 LOADS = [20, 50, 80]
@@ -292,3 +294,54 @@ def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said:
 def test_scenes_without_recordings() -> None:
     with pytest.raises(SceneError, match=r"\[measured\] is missing"):
         sweeps.measured(SCENE)
+
+
+FIGURES = {
+    "measured_speed", "measured_speed_raw", "measured_difference", "measured_orders",
+    "measured_delta", "tooth_errors",
+}  # fmt: skip
+
+
+def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
+    """Each figure is drawn, and nothing of a comparison goes to the general kinds."""
+    paths = draw(compared, tmp_path, "svg")
+    assert {path.stem for path in paths} == FIGURES
+    text = (tmp_path / "measured_speed.svg").read_text()
+    assert "correlation" in text and "standard deviation over" in text
+
+
+def test_figures_without_a_wheel(tmp_path: Path, computed: xr.Dataset) -> None:
+    rows = "\n".join(
+        f"{a:g},{v:.6f}"
+        for a, v in zip(
+            computed.crank_angle.values, computed.omega.sel(load=50).values * 9.5493, strict=True
+        )
+    )
+    (tmp_path / "speed.csv").write_text("crank angle [deg],speed [rpm]\n" + rows + "\n")
+    found = sweeps.measured(scene_with(tmp_path, file="speed.csv", kind="speed", at={"load": 50}))
+    names = {path.stem for path in draw(found, tmp_path / "figures")}
+    assert names == FIGURES - {"measured_speed_raw", "tooth_errors"}
+
+
+def test_the_command_writes_an_archive(teeth: Path, tmp_path: Path) -> None:
+    path = scene_with(
+        teeth, "command.toml", file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS}
+    )
+    output = tmp_path / "out" / "compared.nc"
+    said = ok("measured", path, "-o", output)
+    assert said.splitlines()[0].split()[0] == "recording"
+    assert "found, not measured" in said
+    assert "exists" in refused("measured", path, "-o", output)
+    assert "read by the scene" in refused("measured", path, "-o", teeth / FILES[1], "--overwrite")
+    assert "3 designs" in ok("info", output)
+    assert {Path(line).stem for line in ok("plot", output).splitlines()} == FIGURES
+    with sweeps.open_archive(output) as archive:
+        assert archive.attrs["recordings"].count("sha256") == 3
+
+
+def test_a_refused_comparison_writes_nothing(teeth: Path, tmp_path: Path) -> None:
+    path = scene_with(
+        teeth, "wrong.toml", file=FILES, kind="teeth", wheel="36-1", at={"load": LOADS}
+    )
+    assert "do not fit 36-1" in refused("measured", path, "-o", tmp_path / "none.nc")
+    assert list(tmp_path.iterdir()) == []
