@@ -233,7 +233,10 @@ class _Fit:
         self.loss, self.loss_slope = self._loss()
 
     def _loss(self) -> tuple[Floats, Floats]:
-        """Fall of ln p by heat loss for a loss angle of one radian, and its slope, (165)."""
+        """Fall of ln p by a heat loss with a loss angle of one radian, and its slope.
+
+        docs/method.md (165).
+        """
         geometry, angle = self.geometry, self.lines.angle[self.compression]
         grid = np.append(np.arange(angle[0], 0.0, 1.0 * DEGREE), 0.0)
         volume = geometry.volume(grid)

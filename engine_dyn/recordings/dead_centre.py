@@ -186,7 +186,7 @@ def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -
 
 
 def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float, float]:
-    """Shift from ln p before less that behind dead centre: 2 n shift (ln V)' + loss, (167)."""
+    """Shift and its standard error from both sides of dead centre, docs/method.md (167)."""
     angle = np.arange(SYMMETRY[0], SYMMETRY[1], 1.0 * DEGREE)
     mean = cycles.mean
     if not np.all(mean[np.abs(cycles.angle) < 1.1 * SYMMETRY[1]] > 0.0):
@@ -194,20 +194,20 @@ def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float
     log_p = np.log(np.maximum(mean, 1.0))
     before, behind = (np.interp(side * angle, cycles.angle, log_p) for side in (-1.0, 1.0))
     volume, slope = geometry.volume(angle), geometry.volume_slope(angle)
-    exponent = float(np.polyfit(np.log(volume), 0.5 * (before + behind), 1)[0])
+    exponent = -float(np.polyfit(np.log(volume), 0.5 * (before + behind), 1)[0])
     # The heat loss of both sides, with the shape that Woschni's formula gives.
     pressure = (volume / volume[0]) ** -1.35
     rate = pressure**0.25 * volume**-0.45
     step = np.diff(angle, prepend=0.0)
     loss = 2.0 * np.cumsum(rate / rate[0] * step)
-    columns = np.stack([2.0 * exponent * slope / volume, loss], axis=1)
+    columns = np.stack([2.0 * exponent * slope / volume, -loss], axis=1)
     solution, *_ = np.linalg.lstsq(columns, behind - before, rcond=None)
     rest = behind - before - columns @ solution
     # Neighbours are not independent: every 5 degrees one is.
     count = (SYMMETRY[1] - SYMMETRY[0]) / (5.0 * DEGREE)
-    variance = float(rest @ rest) / len(rest) * len(rest) / max(count - 2.0, 1.0)
+    variance = float(rest @ rest) / (count - 2.0)
     covariance = np.linalg.inv(columns.T @ columns) * variance
-    return -float(solution[0]), math.sqrt(covariance[0, 0])
+    return float(solution[0]), math.sqrt(covariance[0, 0])
 
 
 def dead_centre_of_fired(

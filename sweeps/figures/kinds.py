@@ -44,6 +44,12 @@ from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.curves import curves
+from sweeps.figures.indicator import (
+    recorded_names,
+    recording_sheet,
+    work_diagrams,
+    work_names,
+)
 from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
 from sweeps.figures.orders import orders
@@ -121,6 +127,10 @@ KINDS = (
          _over_angle(*KINEMATICS), kinematics),
     Kind("indicator", "pressure over the crank angle, linear and logarithmic",
          _over_angle(*PRESSURE), indicator_diagrams),
+    Kind("work", "pressure over the volume, linear and logarithmic", work_names, work_diagrams,
+         shared=True),
+    Kind("recording", "sheet of a recorded pressure: cycles, work diagrams, heat release, spread",
+         recorded_names, recording_sheet),
     Kind("torque_components", "gas, inertia and friction torque with their sum",
          component_names, torque_components),
     Kind("torque_and_speed", "torque, load torque and speed of the nominal design",

@@ -51,8 +51,9 @@ def pressure(
     """Pressure [Pa] at crank angles [rad] of a four-stroke cycle.
 
     `heat` [J] burns; `loss` [J per radian] goes to the walls while the cylinder is closed, in
-    proportion to the excess of p V over its value at the start and to p^0.7. The ratio of specific heats falls
-    from `gamma` by `fall` for each time that p V, and so the temperature, rises by that value.
+    proportion to the excess of p V over its value at the start and to p^0.7. The ratio of specific
+    heats falls from `gamma` by `fall` for each time that p V, and so the temperature, rises by its
+    first value.
     """
     grid = np.linspace(CLOSES, OPENS, 2701)
 

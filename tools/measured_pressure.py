@@ -1,22 +1,26 @@
-"""How often a wrong dead centre of fired cycles is found, and how often a right one is suspected.
+"""Figure and rates of docs/measured_pressure.md: wrong dead centres of fired cycles.
 
-    python tools/dead_centre_rates.py [NUMBER]
+    python tools/measured_pressure.py figure           # docs/figures/recorded_pressure.png
+    python tools/measured_pressure.py rates [NUMBER]   # prints the tables
 
 Modelled engines are drawn at random (spark-ignition, diesel with and without charger, two-stroke,
 and cycles with constant exponents). Their pressure is shifted, gets an error of pegging and
 noise, and is judged with a wrong compression ratio; nothing of this is known to the check. The
 thresholds of `engine_dyn/recordings/dead_centre.py` were chosen with the engines of `CHOSEN_WITH`;
-the table of docs/measured_pressure.md is that of the others, drawn from wider ranges.
+the others are drawn from wider ranges.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
@@ -25,7 +29,11 @@ from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import DeadCentre, dead_centre_of_fired
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
+from sweeps.figures import draw
+from sweeps.reading.engine_files import load_engine
+from sweeps.reading.laboratory.evaluation import evaluated
 
 CHOSEN_WITH, HELD_OUT = 1, 2
 """Seeds of the random engines."""
@@ -134,9 +142,8 @@ def judged(case: Case, shift: float, rng: np.random.Generator) -> tuple[DeadCent
     recorded = RecordedCycles(
         angle, (pressure + noise * rng.standard_normal(len(angle)))[None], period
     )
-    given = case.geometry.with_compression_ratio(
-        1.0 + (case.geometry.compression_ratio - 1.0) * math.exp(rng.normal(0.0, 0.02))
-    )
+    clearance = case.geometry.clearance_volume * math.exp(rng.normal(0.0, 0.02))
+    given = case.geometry.with_compression_ratio(1.0 + case.geometry.swept_volume / clearance)
     right = RecordedCycles(angle, case.diagram(angle)[None], period)
     imep, true = (float(mean_pressures(c, given).net[0]) for c in (recorded, right))
     return dead_centre_of_fired(recorded, given), imep / true - 1.0
@@ -172,9 +179,35 @@ def table(number: int, seed: int, wide: float) -> str:
     return "\n".join(lines)
 
 
+def figure() -> None:
+    """The sheet of forty noisy cycles of a modelled diesel engine, two degrees late."""
+    rng = np.random.default_rng(3)
+    angle = np.arange(-360.0, 360.0, 0.5) * DEGREE
+    rows = []
+    cylinder = CylinderGeometry(0.14, 0.18, 0.18 / 0.7, 17.433233)
+    diagrams = load_engine("ntua").family.diagrams[1:]
+    for _ in range(40):
+        share = rng.normal(0.5, 0.15)
+        light, heavy = (one(angle - 2.0 * DEGREE) for one in diagrams)
+        rows.append(light + share * (heavy - light) + 0.03 * BAR * rng.standard_normal(angle.size))
+    cycles = RecordedCycles(angle, np.array(rows))
+    found = examine(cycles, cylinder)
+    title = "Recorded pressure, modelled diesel engine 140/180 mm, dead centre wrong by 2 degrees"
+    data = evaluated(cycles, cylinder, title=title, findings=found)
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {path.stem: path for path in draw(data, folder)}
+        with Image.open(paths["recorded_pressure"]) as picture:
+            small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2))
+            target = Path(__file__).parents[1] / "docs" / "figures" / "recorded_pressure.png"
+            small.quantize(256).save(target, optimize=True)
+
+
 if __name__ == "__main__":
-    many = int(sys.argv[1]) if len(sys.argv) > 1 else 300
-    print(f"engines that the thresholds were chosen with ({many}):\n")
-    print(table(many, CHOSEN_WITH, 1.0))
-    print(f"\nothers, ranges half as wide again ({many}):\n")
-    print(table(many, HELD_OUT, 1.5))
+    if sys.argv[1:2] == ["figure"]:
+        figure()
+    else:
+        many = int(sys.argv[2]) if len(sys.argv) > 2 else 500
+        print(f"engines that the thresholds were chosen with ({many}):\n")
+        print(table(many, CHOSEN_WITH, 1.0))
+        print(f"\nothers, ranges half as wide again ({many}):\n")
+        print(table(many, HELD_OUT, 1.5))

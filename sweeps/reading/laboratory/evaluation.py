@@ -1,0 +1,158 @@
+"""A recorded pressure as a Dataset: mean, cycles, volume, heat release, spread, what checks say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.findings import Finding
+from engine_dyn.recordings.heat_release import (
+    GAMMA,
+    coefficient_of_variation,
+    heat_release,
+    mean_pressures,
+    peak_pressures,
+    polytropic_exponent,
+)
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+
+__all__ = ["evaluated"]
+
+ANGLE, CYCLE = "crank_angle", "recorded_cycle"
+
+COMPRESSION, EXPANSION = (-95.0, -40.0), (65.0, 105.0)
+"""Where exponents are fitted [degree]; two-stroke cycles from -85 and to 95."""
+
+
+def evaluated(
+    cycles: RecordedCycles,
+    geometry: CylinderGeometry,
+    *,
+    title: str = "Recorded pressure",
+    gamma: float = GAMMA,
+    findings: Sequence[Finding] = (),
+) -> xr.Dataset:
+    """Evaluate recorded cycles for figures and reports.
+
+    Parameters
+    ----------
+    cycles : RecordedCycles
+        Absolute pressure.
+    geometry : CylinderGeometry
+        Without a compression ratio there is the displaced volume, and neither heat release nor
+        exponents.
+    title : str
+        Of the figure.
+    gamma : float
+        Ratio of specific heats of the heat release [1].
+    findings : sequence of Finding
+        What `engine_dyn.recordings.signal_checks.examine` found; written below the figure.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `crank_angle` [degree] and `recorded_cycle`: `pressure` (mean), `pressure_of_cycle`,
+        `cylinder_volume` or `displaced_volume`, `heat_release_rate`, `heat_released`,
+        `imep_of_cycle`, `peak_pressure_of_cycle`, `peak_angle_of_cycle`; and as numbers `imep`,
+        `imep_gross`, `imep_pumping`, `imep_variation`, `compression_exponent`,
+        `expansion_exponent`. `sweeps.figures.draw` makes the sheet of it.
+    """
+    mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
+    works = mean_pressures(cycles, geometry)
+    peak, at = peak_pressures(cycles)
+    data = xr.Dataset(
+        coords={
+            ANGLE: _named(ANGLE, cycles.angle / DEGREE, "crank angle", "degree", r"\varphi"),
+            CYCLE: _named(CYCLE, np.arange(1, cycles.cycles + 1), "recorded cycle", "1", ""),
+        },
+        attrs={"title": title, "findings": "\n".join(str(one) for one in findings)},
+    )
+    bar = "bar"
+    data["pressure"] = _named(
+        ANGLE, mean.pressure[0] / BAR, "absolute pressure, mean of the recorded cycles", bar, "p"
+    )
+    data["pressure_of_cycle"] = _named(
+        (CYCLE, ANGLE), cycles.pressure / BAR, "absolute pressure of a recorded cycle", bar, "p"
+    )
+    _add_volume(data, mean, geometry, gamma)
+    for name, values, said, unit, symbol in (
+        ("imep_of_cycle", works.net / BAR, "imep of a cycle", bar, "p_i"),
+        ("peak_pressure_of_cycle", peak / BAR, "largest pressure", bar, r"p_{max}"),
+        ("peak_angle_of_cycle", at / DEGREE, "angle of the largest pressure", "degree",
+         r"\varphi_{max}"),
+    ):  # fmt: skip
+        data[name] = _named(CYCLE, values, said, unit, symbol)
+    variation = coefficient_of_variation(works.net)
+    for name, value, said, unit, symbol in (
+        ("imep", works.net.mean() / BAR, "indicated mean effective pressure", bar, "p_i"),
+        ("imep_gross", works.gross.mean() / BAR,
+         "indicated mean effective pressure of compression and expansion", bar, r"p_{i,gross}"),
+        ("imep_pumping", works.pumping.mean() / BAR,
+         "indicated mean effective pressure of the gas exchange", bar, r"p_{i,pump}"),
+        ("imep_variation", variation, "coefficient of variation of imep", "1", ""),
+    ):  # fmt: skip
+        if np.isfinite(value):
+            data[name] = _named((), np.float64(value), said, unit, symbol)
+    data.attrs["summary"] = _summary(works.net, peak, variation)
+    return data
+
+
+def _named(
+    dims: str | Sequence[str], values: ArrayLike, said: str, unit: str, symbol: str
+) -> object:
+    attrs = {"long_name": said, "units": unit}
+    if symbol:
+        attrs["symbol"] = f"${symbol}$"
+    return (dims, values, attrs)
+
+
+def _add_volume(
+    data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float
+) -> None:
+    """Volume and what follows from it."""
+    angle = mean.angle
+    if geometry.compression_ratio is None:
+        data["displaced_volume"] = _named(
+            ANGLE, geometry.displaced(angle) * 1e6, "volume that the piston displaces", "cm3", "V"
+        )
+        return
+    data["cylinder_volume"] = _named(
+        ANGLE, geometry.volume(angle) * 1e6, "volume of the cylinder", "cm3", "V"
+    )
+    released = heat_release(mean, geometry, gamma)
+    for name, values, said, unit, symbol in (
+        ("heat_release_rate", released.rate[0] * DEGREE, "apparent net heat release rate",
+         "J degree-1", r"dQ/d\varphi"),
+        ("heat_released", released.heat[0], "apparent net heat release", "J", "Q"),
+    ):  # fmt: skip
+        whole = np.full(angle.shape, np.nan)
+        whole[np.isin(angle, released.angle)] = values
+        data[name] = _named(ANGLE, whole, said, unit, symbol)
+    four = mean.period == FOUR_STROKE
+    compression = COMPRESSION if four else (COMPRESSION[0] + 10.0, COMPRESSION[1])
+    expansion = EXPANSION if four else (EXPANSION[0], EXPANSION[1] - 10.0)
+    for name, (start, end) in (
+        ("compression_exponent", compression), ("expansion_exponent", expansion),
+    ):  # fmt: skip
+        try:
+            value = polytropic_exponent(mean, geometry, start * DEGREE, end * DEGREE).value[0]
+        except ValueError:  # too few samples, or not positive: `examine` says so
+            continue
+        data[name] = _named((), np.float64(value), name.replace("_", " "), "1", "n")
+        data[name].attrs.update(from_angle=start, to_angle=end)
+
+
+def _summary(imep: Floats, peak: Floats, variation: float) -> str:
+    """One line: what the cycles are on average, and their spread."""
+    parts = [f"imep {imep.mean() / BAR:.4g} bar", f"largest pressure {peak.mean() / BAR:.4g} bar"]
+    if np.isfinite(variation):
+        parts.insert(0, f"{len(imep)} cycles")
+        parts.append(f"coefficient of variation of imep {variation:.2%}")
+    return "; ".join(parts)

@@ -1,0 +1,125 @@
+"""Evaluated recordings as Datasets, and the sheet that is drawn of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.heat_release import mean_pressures
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.signal_checks import examine
+from sweeps.figures import draw
+from sweeps.figures.kinds import figures_of
+from sweeps.figures.study import study_of
+from sweeps.reading.laboratory.evaluation import evaluated
+from tests.support import recorded_engine as engine
+
+
+def figure(data: xr.Dataset) -> object:
+    return dict(figures_of(study_of(data, {})))["recorded_pressure"]
+
+
+def titles(data: xr.Dataset) -> list[str]:
+    return [panel.get_title() for panel in figure(data).axes if panel.get_visible()]
+
+
+def test_values_are_those_of_the_cycles() -> None:
+    cycles = engine.cycles(1.0, 5, noise=2e3, gamma=1.35, fall=0.0, loss=0.0, heat=1500.0)
+    data = evaluated(cycles, engine.GEOMETRY)  # with the same ratio of specific heats
+    works = mean_pressures(cycles, engine.GEOMETRY)
+    np.testing.assert_allclose(data.imep_of_cycle, works.net / 1e5)
+    np.testing.assert_allclose(data.cylinder_volume, engine.volume(cycles.angle) * 1e6)
+    assert float(data.imep) == pytest.approx(float(data.imep_gross + data.imep_pumping))
+    assert float(data.heat_released.max()) == pytest.approx(1500.0, rel=0.01)
+    assert data.pressure.dims == ("crank_angle",)
+    for name in data.data_vars:
+        assert {"long_name", "units"} <= set(data[name].attrs), name
+
+
+def test_it_is_an_archive_that_can_be_written(tmp_path: Path) -> None:
+    data = evaluated(engine.cycles(1.0, 2), engine.GEOMETRY)
+    data.to_netcdf(tmp_path / "recording.nc", engine="netcdf4")
+    with xr.open_dataset(tmp_path / "recording.nc", engine="netcdf4") as found:
+        xr.testing.assert_allclose(found, data)
+
+
+def test_the_sheet_of_many_cycles() -> None:
+    data = evaluated(engine.cycles(1.0, 30, noise=2e4), engine.GEOMETRY)
+    assert titles(data) == [
+        "Whole cycle", "Around firing dead centre", "p - V", "log p - log V",
+        "Rate of apparent heat release", "Apparent net heat released",
+        "Imep, mean and standard deviation", "Largest pressure over its angle",
+    ]  # fmt: skip
+
+
+def test_the_sheet_of_one_cycle_without_a_compression_ratio() -> None:
+    geometry = replace(engine.GEOMETRY, compression_ratio=None)
+    data = evaluated(engine.cycles(1.0), geometry)
+    assert "cylinder_volume" not in data
+    assert titles(data) == ["Whole cycle", "Around firing dead centre", "p - V"]
+
+
+def test_a_two_stroke_recording() -> None:
+    angle = np.arange(-180.0, 180.0, 1.0) * engine.DEGREE
+    volume = engine.volume(angle)
+    p = 1e5 * (volume.max() / volume) ** np.where(angle < 0.0, 1.35, 1.2)
+    cycles = RecordedCycles(angle, np.tile(p, (2, 1)), 2.0 * np.pi)
+    data = evaluated(cycles, engine.GEOMETRY)
+    assert data.compression_exponent.attrs["from_angle"] == -85.0
+    assert float(data.compression_exponent) == pytest.approx(1.35)
+    assert float(data.expansion_exponent) == pytest.approx(1.2)
+    figure(data)
+
+
+def test_findings_stand_below_the_figure() -> None:
+    cycles = engine.cycles(0.5, shift=2.0)
+    data = evaluated(cycles, engine.GEOMETRY, findings=examine(cycles, engine.GEOMETRY))
+    texts = " ".join(text.get_text().replace("\n", " ") for text in figure(data).texts)
+    assert "dead_centre: compression and expansion" in texts
+    assert "imep" in texts
+
+
+def test_pressures_that_are_not_positive_are_drawn_too(tmp_path: Path) -> None:
+    cycles = engine.cycles(1.0)
+    gauge = RecordedCycles(cycles.angle, cycles.pressure - 2e5)
+    data = evaluated(gauge, engine.GEOMETRY)
+    assert "compression_exponent" not in data
+    names = {path.stem for path in draw(data, tmp_path)}
+    assert "recorded_pressure" in names
+
+
+@pytest.mark.parametrize("ratio", [False, True])
+def test_work_diagrams_of_an_archive(ratio: bool) -> None:
+    angle = np.arange(-360.0, 360.0, 2.0)
+    travel = 1.0 - np.cos(np.radians(angle))
+    p = 1.0 + 50.0 * np.exp(-((angle / 40.0) ** 2))
+    axis = "compression_ratio" if ratio else "load"
+    values = [10.0, 16.0] if ratio else [50.0, 100.0]
+    data = xr.Dataset(
+        {
+            "pressure": ((axis, "crank_angle"), [p, 1.5 * p], {"long_name": "p", "units": "bar"}),
+            "position": ("crank_angle", travel, {"long_name": "x/r", "units": "1"}),
+        },
+        {axis: values, "crank_angle": angle},
+    )
+    drawn = dict(figures_of(study_of(data, {})))
+    found = next(figure for name, figure in drawn.items() if name.startswith("work_diagrams"))
+    panels = [panel for panel in found.axes if panel.lines]
+    assert len(panels) == 1 + ratio
+    x = np.asarray(panels[0].lines[0].get_xdata(), dtype=float)
+    lowest = 1.0 / (values[0] - 1.0) if ratio else 0.0
+    assert x.min() == pytest.approx(lowest, abs=1e-12)
+    assert x.max() == pytest.approx(lowest + 1.0)
+    if ratio:
+        assert panels[1].get_xscale() == panels[1].get_yscale() == "log"
+
+
+def test_a_geometry_may_be_given_without_a_ratio() -> None:
+    geometry = CylinderGeometry(0.1, 0.12, 0.28)
+    with pytest.raises(ValueError, match="compression_ratio"):
+        geometry.volume(0.0)
