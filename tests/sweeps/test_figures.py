@@ -344,6 +344,7 @@ def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert set(thesis_plates) == {
         "kinematics",
         "indicator_diagrams",
+        "work_diagrams",
         "torque_components",
         "torque_components_reciprocating_mass",
         "torque_components_crank_ratio",
