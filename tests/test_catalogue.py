@@ -125,7 +125,7 @@ def test_published_pressures_of_driven_machines(name: str) -> None:
     assert 0.5 < float(found["driver_factor"]) < 1.0  # the motor in the file is large enough
     raw = raw_of(catalogue()[name])
     table = raw["diagram"][0]
-    cycle = calibration.compressor_of(table, raw["values"])
+    cycle = calibration.cycle_of(table, raw["values"])
     fit = calibration.compressor(cycle, DRIVEN[name], calibration.PEAK[name])
     for key, text in fit.items():
         assert float(text) == pytest.approx(table[key], rel=1e-3)

@@ -7,7 +7,7 @@ mean effective pressure is that share of the rated one. Two-stroke diesel: heat 
 ratio are fitted to the mean effective pressure and the largest pressure; lower loads have that
 compression ratio, and the heat for their share of the mean effective pressure. Compressor:
 clearance and delivery pressure are fitted to the indicated mean effective and the largest pressure.
-All else is given or assumed, as they say.
+All else is given or assumed, as they say. The fits are those of `engine-dyn calibrate`.
 
     python tools/calibrate_catalogue.py    # writes the fitted numbers into
     sweeps/catalogue/engines/*.toml
@@ -18,19 +18,16 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
-from engine_dyn.geometry.slider_crank import velocity
-from engine_dyn.loads.friction import friction_mean_effective_pressure, mean_piston_speed
-from engine_dyn.pressure.compressor import FILE_UNITS, CompressorCycle
-from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabulate
-from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
+from engine_dyn.pressure.compressor import CompressorCycle
+from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.units import BAR, RPM
-from sweeps.reading.engine_files import catalogue
+from sweeps.measuring import cycle_fits
+from sweeps.reading.engine_files import PERIODS, catalogue, read_values
+from sweeps.reading.modelled_diagrams import modelled_cycle
 
 RATED = {
     "boxer_twin_101x70": 62.5e3,
@@ -54,88 +51,50 @@ TAKEN = {"compressor_79x83": 26.0 * 6894.757}
 HEAT_OF_CHARGE = 0.97 * 44.0e6 / (1.0 + 14.7)
 """Of a kilogram of gasoline and air, stoichiometric, 3 % unburnt [J/kg]."""
 
-GAS_CONSTANT = 287.0
-
 COLUMN = 40
 """Of the files, where comments begin."""
 
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
-    """Cycle of a [[diagram]], as `sweeps.reading.modelled_diagrams` makes it."""
-    kind = FourStrokeCycle if table["kind"] == "first_law" else TwoStrokeCycle
-    ratio = 0.5 * values["stroke"] / values["rod_length"]
-    known = {**values, "crank_ratio": ratio, **table}
-    wall = FIELDS_OF_WALL[table["wall"]]
-    others = {name for names in FIELDS_OF_WALL.values() for name in names} - set(wall)
-    names = [f.name for f in fields(kind) if f.name in known and f.name not in {*others, "wall"}]
-    return kind(wall=table["wall"], **{n: known[n] * kind.units[n][1] for n in names})
-
-
-def brake_mean_pressure(cycle: Any, values: dict[str, float]) -> float:
-    """Brake mean effective pressure [Pa]."""
-    angle, pressure = cycle.points()
-    indicated = 0.5 * cycle.period * float((pressure * velocity(angle, cycle.crank_ratio)).mean())
-    friction = friction_mean_effective_pressure(
-        values["friction_constant"] * BAR, values["friction_peak_pressure"],
-        values["friction_mean_piston_speed"] * BAR, pressure.max(),
-        mean_piston_speed(values["stroke"], values["speed"] * RPM),
-    )  # fmt: skip
-    return indicated - float(friction)
-
-
-def with_charge(cycle: FourStrokeCycle, intake: float) -> FourStrokeCycle:
-    """Return the cycle with this intake pressure [Pa], and the heat of what it then traps."""
-    empty = replace(cycle, intake_pressure=intake, heat=0.0)
-    values = {f.name: getattr(empty, f.name) for f in fields(empty)}
-    trapped = float(tabulate(FourStrokeCycle, values).trapped_pressure)
-    mass = trapped * float(cycle.volume(cycle.intake_closing))
-    mass /= GAS_CONSTANT * cycle.charge_temperature
-    return replace(empty, heat=HEAT_OF_CHARGE * mass)
+    """Cycle of a [[diagram]], as the reader of engine files makes it."""
+    rest = {key: item for key, item in table.items() if key not in ("load", "kind")}
+    own = read_values(values, "catalogue")
+    two = table["kind"] in ("two_stroke", "compressor")
+    period = PERIODS["two-stroke" if two else "four-stroke"]
+    return modelled_cycle(table["kind"], rest, "catalogue", period, own)[0]
 
 
 def spark_ignition(cycle: FourStrokeCycle, values: dict[str, float], goal: float) -> dict[str, str]:
     """Intake pressure and heat that make a mean effective pressure."""
 
-    def miss(intake: float) -> float:
-        return brake_mean_pressure(with_charge(cycle, intake), values) - goal
+    def charged(intake: float) -> FourStrokeCycle:
+        return cycle_fits.with_charge(cycle, intake, HEAT_OF_CHARGE)
 
-    found = with_charge(cycle, float(brentq(miss, 0.25e5, 1.6e5, xtol=1.0)))
+    friction = cycle_fits.friction_of(values, cycle.period)
+    found = cycle_fits.solved(charged, friction, goal, 0.25e5, 1.6e5, 1.0)
     return {
         "intake_pressure": f"{found.intake_pressure / BAR:.5f}",
         "heat": f"{found.heat / BAR:.4f}",
     }
 
 
-def heated(
-    cycle: TwoStrokeCycle, values: dict[str, float], goal: float, ratio: float
-) -> TwoStrokeCycle:
-    """Return the cycle with a compression ratio and the heat that makes a mean pressure."""
-    changed = replace(cycle, compression_ratio=ratio)
-
-    def miss(heat: float) -> float:
-        return brake_mean_pressure(replace(changed, heat=heat), values) - goal
-
-    return replace(changed, heat=float(brentq(miss, 0.5 * goal, 4.0 * goal, xtol=10.0)))
-
-
 def two_stroke(
     cycle: TwoStrokeCycle, values: dict[str, float], goal: float, peak: float
 ) -> dict[str, str]:
     """Heat and compression ratio that make a mean effective pressure and a largest pressure."""
-
-    def too_high(ratio: float) -> float:
-        return float(heated(cycle, values, goal, ratio).points()[1].max()) - peak
-
-    return two_stroke_at_part_load(
-        cycle, values, goal, float(brentq(too_high, 8.0, 30.0, xtol=1e-6))
-    )
+    friction = cycle_fits.friction_of(values, cycle.period)
+    return _of_two_stroke(cycle_fits.peak_of_two_stroke(cycle, friction, goal, peak))
 
 
 def two_stroke_at_part_load(
     cycle: TwoStrokeCycle, values: dict[str, float], goal: float, ratio: float
 ) -> dict[str, str]:
     """Heat that makes a mean effective pressure with a given compression ratio, and that ratio."""
-    found = heated(cycle, values, goal, ratio)
+    friction = cycle_fits.friction_of(values, cycle.period)
+    return _of_two_stroke(cycle_fits.heated(cycle, friction, goal, ratio))
+
+
+def _of_two_stroke(found: TwoStrokeCycle) -> dict[str, str]:
     return {
         "compression_ratio": f"{found.compression_ratio:.4f}",
         "heat": f"{found.heat / BAR:.4f}",
@@ -144,34 +103,11 @@ def two_stroke_at_part_load(
 
 def compressor(cycle: CompressorCycle, goal: float, peak: float) -> dict[str, str]:
     """Clearance and delivery pressure that make a mean effective and a largest pressure."""
-
-    def with_clearance(changed: CompressorCycle) -> CompressorCycle:
-        def miss(clearance: float) -> float:
-            made = replace(changed, clearance_ratio=clearance)
-            angle, pressure = made.points()
-            work = float((pressure * velocity(angle, made.crank_ratio)).mean())
-            return -math.pi * work - goal
-
-        return replace(changed, clearance_ratio=float(brentq(miss, 0.01, 0.08, xtol=1e-9)))
-
-    def too_high(delivery: float) -> float:
-        made = with_clearance(replace(cycle, delivery_pressure=delivery))
-        return float(made.points()[1].max()) - peak
-
-    found = with_clearance(
-        replace(cycle, delivery_pressure=float(brentq(too_high, 0.85 * peak, peak, xtol=1.0)))
-    )
+    found = cycle_fits.compressor_of_pressures(cycle, goal, peak)
     return {
         "clearance_ratio": f"{found.clearance_ratio:.5f}",
         "delivery_pressure": f"{found.delivery_pressure / BAR:.5f}",
     }
-
-
-def compressor_of(table: dict[str, Any], values: dict[str, float]) -> CompressorCycle:
-    """Cycle of a [[diagram]] of kind "compressor"."""
-    ratio = 0.5 * values["stroke"] / values["rod_length"]
-    known = {"crank_ratio": ratio, **table}
-    return CompressorCycle(**{n: known[n] * size for n, (_, size) in FILE_UNITS.items()})
 
 
 def main() -> None:
@@ -180,7 +116,7 @@ def main() -> None:
         path = catalogue()[name]
         text = path.read_text(encoding="utf-8")
         engine = tomllib.loads(text)
-        cycle = compressor_of(engine["diagram"][0], engine["values"])
+        cycle = cycle_of(engine["diagram"][0], engine["values"])
         for key, number in compressor(cycle, goal, PEAK[name]).items():
             line = f"{key} = {number}".ljust(COLUMN)
             text = re.sub(rf"(?m)^{key} = [0-9.]+ *(?=#)", line, text)

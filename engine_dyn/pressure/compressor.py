@@ -30,11 +30,12 @@ from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, turned, velocity_at
 from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.pressure.first_law_kernel import smooth_step
 from engine_dyn.types import Floats, Integers
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import DEGREE
 
-__all__ = ["FILE_UNITS", "CompressorCycle", "CompressorDiagrams", "tabulate"]
+__all__ = ["FILE_FIELDS", "FILE_UNITS", "CompressorCycle", "CompressorDiagrams", "tabulate"]
 
 
 LARGEST_STEP = 0.5 * DEGREE
@@ -43,24 +44,25 @@ STEPS_OF_RAMP = 12.0
 MOST_PASSES = 60
 REPEATS = 1e-12
 
-# Unit, its size in SI, lowest and highest value in that unit, whether both belong.
-_FIELDS: dict[str, tuple[str, float, float, float, bool]] = {
-    "clearance_ratio": ("1", 1.0, 0.0, 0.5, False),
-    "crank_ratio": ("1", 1.0, 0.0, 1.0, False),
-    "suction_pressure": ("bar", BAR, 0.0, 200.0, False),
-    "delivery_pressure": ("bar", BAR, 0.0, 400.0, False),
-    "suction_loss": ("bar", BAR, 0.0, 50.0, True),
-    "delivery_loss": ("bar", BAR, 0.0, 50.0, True),
-    "compression_exponent": ("1", 1.0, 1.0, 5.0 / 3.0, True),
-    "expansion_exponent": ("1", 1.0, 1.0, 5.0 / 3.0, True),
-    "valve_ramp": ("degree", DEGREE, 1.0, 45.0, False),
-    "valve_lag": ("degree", DEGREE, 0.25, 20.0, False),
+FILE_FIELDS: dict[str, FileField] = {
+    "clearance_ratio": FileField("1", 0.0, 0.5),
+    "crank_ratio": FileField("1", 0.0, 1.0),
+    "suction_pressure": FileField("bar", 0.0, 200.0),
+    "delivery_pressure": FileField("bar", 0.0, 400.0),
+    "suction_loss": FileField("bar", 0.0, 50.0, ends=True),
+    "delivery_loss": FileField("bar", 0.0, 50.0, ends=True),
+    "compression_exponent": FileField("1", 1.0, 5.0 / 3.0, ends=True),
+    "expansion_exponent": FileField("1", 1.0, 5.0 / 3.0, ends=True),
+    "valve_ramp": FileField("degree", 1.0, 45.0),
+    "valve_lag": FileField("degree", 0.25, 20.0),
 }
+"""Fields of the cycle in engine files."""
 
-FILE_UNITS: dict[str, tuple[str, float]] = {n: item[:2] for n, item in _FIELDS.items()}
+FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
 
 
+@documented("compressor", FILE_FIELDS)
 @dataclass(frozen=True, kw_only=True)
 class CompressorCycle:
     """Parameters of the compressor's cycle, in SI units and radians; 0 is top dead centre.
@@ -194,14 +196,15 @@ def tabulate(values: Mapping[str, ArrayLike], step_degrees: float = 0.5) -> Comp
         the cycle.
     """
     angle = table_angles(TWO_STROKE, step_degrees)
-    for name in {*values, *_FIELDS}:
-        if name not in _FIELDS:
+    for name in {*values, *FILE_FIELDS}:
+        if name not in FILE_FIELDS:
             raise ValueError(f"{name}: no field of CompressorCycle")
         if name not in values:
             raise ValueError(f"{name}: missing; CompressorCycle needs it")
-    wide = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in _FIELDS))
+    given = (np.asarray(values[name], dtype=np.float64) for name in FILE_FIELDS)
+    wide = np.broadcast_arrays(*given)
     shape = wide[0].shape
-    columns = {name: array.reshape(-1) for name, array in zip(_FIELDS, wide, strict=True)}
+    columns = {name: array.reshape(-1) for name, array in zip(FILE_FIELDS, wide, strict=True)}
     bad = np.zeros(columns["valve_lag"].size, dtype=np.bool_)
     for wrong, _ in _refusals(columns):
         bad |= wrong
@@ -252,13 +255,13 @@ def _refusals(columns: Mapping[str, Floats]) -> Iterator[tuple[NDArray[np.bool_]
         words = "" if unit == "1" else f" {unit}"
         return f"{name} = {value / size:.6g}{words}: must be {allowed}"
 
-    for name, (unit, size, low, high, ends) in _FIELDS.items():
+    for name, item in FILE_FIELDS.items():
+        low, high, ends, size = item.low, item.high, item.ends, item.size
         value = columns[name]
         within = (value >= low * size) & (value <= high * size)
         if not ends:
             within &= (value != low * size) & (value != high * size)
-        words = "" if unit == "1" else f" {unit}"
-        yield ~within, said(name, ~within, f"between {low:.6g} and {high:.6g}{words}")
+        yield ~within, said(name, ~within, f"between {low:.6g} and {high:.6g}{item.words}")
     bad = ~(columns["delivery_pressure"] > columns["suction_pressure"])
     yield bad, said("delivery_pressure", bad, "above suction_pressure")
     bad = columns["suction_loss"] > 0.5 * columns["suction_pressure"]

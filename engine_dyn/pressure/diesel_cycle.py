@@ -23,10 +23,11 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.slider_crank import dead_centres, position, velocity
 from engine_dyn.given_numbers import given_number
+from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import DEGREE
 
-__all__ = ["FILE_UNITS", "DieselCycle"]
+__all__ = ["FILE_FIELDS", "FILE_UNITS", "DieselCycle"]
 
 
 # Wiebe's constant for a duration that ends when 99.9 % have burnt (Heywood: a = 5 and 6.9 occur).
@@ -35,35 +36,38 @@ WIEBE = math.log(1000.0)
 # Largest step of the integration. Its error is of sixth order, lost in rounding, but for the step
 # in which a combustion starts: some 1e-8 of the pressure there.
 LARGEST_STEP = 0.125 * DEGREE
-# Combustion shorter than this would fall between the points of that step.
-SHORTEST = 1.0 * DEGREE
-
-# Unit in which an engine file gives each field, and its size in SI.
-FILE_UNITS: dict[str, tuple[str, float]] = {
-    "compression_ratio": ("1", 1.0),
-    "crank_ratio": ("1", 1.0),
-    "intake_pressure": ("bar", BAR),
-    "exhaust_pressure": ("bar", BAR),
-    "intake_loss": ("bar", BAR),
-    "exhaust_loss": ("bar", BAR),
-    "compression_exponent": ("1", 1.0),
-    "expansion_exponent": ("1", 1.0),
-    "heat": ("bar", BAR),
-    "premixed_share": ("1", 1.0),
-    "premixed_start": ("degree", DEGREE),
-    "premixed_duration": ("degree", DEGREE),
-    "premixed_form": ("1", 1.0),
-    "diffusion_start": ("degree", DEGREE),
-    "diffusion_duration": ("degree", DEGREE),
-    "diffusion_form": ("1", 1.0),
-    "intake_closing": ("degree", DEGREE),
-    "exhaust_opening": ("degree", DEGREE),
-    "valve_ramp": ("degree", DEGREE),
-    "valve_lag": ("degree", DEGREE),
-    "offset_ratio": ("1", 1.0),
+FILE_FIELDS: dict[str, FileField] = {
+    "compression_ratio": FileField("1", 1.5, 40.0),
+    "crank_ratio": FileField("1", 0.0, 1.0),
+    "intake_pressure": FileField("bar", 0.0, 20.0),
+    "exhaust_pressure": FileField("bar", 0.0, 20.0),
+    "intake_loss": FileField("bar", 0.0, 10.0, ends=True),
+    "exhaust_loss": FileField("bar", 0.0, 10.0, ends=True),
+    "compression_exponent": FileField("1", 1.0, 5.0 / 3.0),
+    "expansion_exponent": FileField("1", 1.0, 5.0 / 3.0),
+    "heat": FileField("bar", 0.0, 200.0, ends=True),
+    "premixed_share": FileField("1", 0.0, 1.0, ends=True),
+    "premixed_start": FileField("degree", -90.0, 90.0),
+    # A shorter combustion would fall between the points of a step.
+    "premixed_duration": FileField("degree", 1.0, 180.0),
+    # Below 1 the rate of heat release has a corner that no spline follows.
+    "premixed_form": FileField("1", 1.0, 10.0, ends=True),
+    "diffusion_start": FileField("degree", -90.0, 90.0),
+    "diffusion_duration": FileField("degree", 1.0, 270.0),
+    "diffusion_form": FileField("1", 1.0, 10.0, ends=True),
+    "intake_closing": FileField("degree", -180.0, -45.0),
+    "exhaust_opening": FileField("degree", 45.0, 180.0),
+    "valve_ramp": FileField("degree", 0.0, 90.0),
+    "valve_lag": FileField("degree", 0.5, 45.0),
+    "offset_ratio": FileField("1", -10.0, 10.0),
 }
+"""Fields of the cycle in engine files."""
+
+FILE_UNITS = file_units(FILE_FIELDS)
+"""Unit in which an engine file gives each field, and its size in SI."""
 
 
+@documented("diesel_cycle", FILE_FIELDS)
 @dataclass(frozen=True)
 class DieselCycle:
     """Parameters of the modelled cycle, in SI units and radians.
@@ -145,25 +149,11 @@ class DieselCycle:
             value = given_number(item.name, getattr(self, item.name))
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
-        half_turn = math.pi
-        limits = {
-            "compression_ratio": (1.5, 40.0),
-            "crank_ratio": (0.0, 1.0),
-            "intake_pressure": (0.0, 20.0 * BAR),
-            "exhaust_pressure": (0.0, 20.0 * BAR),
-            "compression_exponent": (1.0, 5.0 / 3.0),
-            "expansion_exponent": (1.0, 5.0 / 3.0),
-            "premixed_duration": (SHORTEST, half_turn),
-            "diffusion_duration": (SHORTEST, 1.5 * half_turn),
-            "valve_ramp": (0.0, 0.5 * half_turn),
-            "valve_lag": (0.5 * DEGREE, 0.25 * half_turn),
-            "exhaust_opening": (0.25 * half_turn, half_turn),
-            "intake_closing": (-half_turn, -0.25 * half_turn),
-            "premixed_start": (-0.5 * half_turn, 0.5 * half_turn),
-            "diffusion_start": (-0.5 * half_turn, 0.5 * half_turn),
-        }
-        for name, (low, high) in limits.items():
-            if not low < getattr(self, name) < high:
+        for name, item in FILE_FIELDS.items():
+            if name in ("intake_loss", "exhaust_loss", "offset_ratio"):
+                continue  # limited by other fields, below
+            low, high, value = item.low * item.size, item.high * item.size, getattr(self, name)
+            if not (low <= value <= high if item.ends else low < value < high):
                 raise ValueError(self._refusal(name, f"between {_show(name, low, high)}"))
         if not self.crank_ratio * (1.0 + abs(self.offset_ratio)) < 1.0:
             raise ValueError(
@@ -171,14 +161,6 @@ class DieselCycle:
                     "offset_ratio", "such that the crank turns: with the crank radius below the rod"
                 )
             )
-        for name in ("premixed_form", "diffusion_form"):
-            # Below 1 the rate of heat release has a corner that no spline follows.
-            if not 1.0 <= getattr(self, name) <= 10.0:
-                raise ValueError(self._refusal(name, "between 1 and 10"))
-        if not 0.0 <= self.premixed_share <= 1.0:
-            raise ValueError(self._refusal("premixed_share", "between 0 and 1"))
-        if not 0.0 <= self.heat <= 200.0 * BAR:
-            raise ValueError(self._refusal("heat", f"between {_show('heat', 0.0, 200.0 * BAR)}"))
         for name, largest in (
             ("intake_loss", 0.5 * self.intake_pressure),
             ("exhaust_loss", 0.5 * self.exhaust_pressure),

@@ -36,8 +36,11 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.file_fields import documented
 from engine_dyn.pressure.first_law_fields import (
+    FOUR_STROKE_FIELDS,
     FOUR_STROKE_UNITS,
+    TWO_STROKE_FIELDS,
     TWO_STROKE_UNITS,
     closing_angle,
     refusals,
@@ -189,6 +192,7 @@ class _ClosedCycle:
         return found
 
 
+@documented("first_law", FOUR_STROKE_FIELDS)
 @dataclass(frozen=True, kw_only=True)
 class FourStrokeCycle(_ClosedCycle):
     """Parameters of a modelled four-stroke cycle, in SI units and radians.
@@ -206,8 +210,9 @@ class FourStrokeCycle(_ClosedCycle):
     the walls of a disc-shaped chamber, A = pi B^2/2 + 4 V/B ("woschni"). The pressure p_m of the
     motored engine that his formula wants is integrated beside p.
 
-    While a valve is open the pressure relaxes to the manifold's exactly as in `cycle.DieselCycle`;
-    on the ramps between, exponent and loss stay as at the end of the closed part.
+    While a valve is open the pressure relaxes to the manifold's exactly as in
+    `diesel_cycle.DieselCycle`; on the ramps between, exponent and loss stay as at the end of the
+    closed part.
 
     Attributes
     ----------
@@ -262,6 +267,7 @@ class FourStrokeCycle(_ClosedCycle):
     units: ClassVar[dict[str, tuple[str, float]]] = FOUR_STROKE_UNITS
 
 
+@documented("two_stroke", TWO_STROKE_FIELDS)
 @dataclass(frozen=True, kw_only=True)
 class TwoStrokeCycle(_ClosedCycle):
     """Parameters of a modelled two-stroke cycle, in SI units and radians.

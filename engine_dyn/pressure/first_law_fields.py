@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.pressure.file_fields import FileField, file_units
 from engine_dyn.pressure.first_law_kernel import POLYTROPIC, WOSCHNI
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE, RPM
 
 __all__ = [
     "FIELDS_OF_WALL",
+    "FOUR_STROKE_FIELDS",
     "FOUR_STROKE_UNITS",
+    "TWO_STROKE_FIELDS",
     "TWO_STROKE_UNITS",
     "WALLS",
     "closing_angle",
@@ -28,72 +30,53 @@ WALLS = ("adiabatic", "polytropic", "woschni")
 """Models of the heat that goes to the walls."""
 
 
-class _Field(NamedTuple):
-    """Unit of a field in files and its range there; `ends` says whether the range's ends belong."""
-
-    unit: str
-    low: float
-    high: float
-    ends: bool = False
-
-
-_SIZES = {
-    "1": 1.0,
-    "bar": BAR,
-    "degree": DEGREE,
-    "K": 1.0,
-    "K-1": 1.0,
-    "m": 1.0,
-    "rpm": RPM,
-}
-
 _GAS = {
-    "compression_ratio": _Field("1", 1.5, 40.0),
-    "crank_ratio": _Field("1", 0.0, 1.0),
-    "intake_pressure": _Field("bar", 0.0, 20.0),
-    "exhaust_pressure": _Field("bar", 0.0, 20.0),
-    "charge_temperature": _Field("K", 200.0, 700.0),
-    "heat": _Field("bar", 0.0, 200.0, ends=True),
-    "combustion_start": _Field("degree", -90.0, 90.0),
-    "combustion_duration": _Field("degree", 2.0, 270.0),
+    "compression_ratio": FileField("1", 1.5, 40.0),
+    "crank_ratio": FileField("1", 0.0, 1.0),
+    "intake_pressure": FileField("bar", 0.0, 20.0),
+    "exhaust_pressure": FileField("bar", 0.0, 20.0),
+    "charge_temperature": FileField("K", 200.0, 700.0),
+    "heat": FileField("bar", 0.0, 200.0, ends=True),
+    "combustion_start": FileField("degree", -90.0, 90.0),
+    "combustion_duration": FileField("degree", 2.0, 270.0),
     # Below 1 the rate of heat release has a corner that no spline follows.
-    "combustion_form": _Field("1", 1.0, 10.0, ends=True),
-    "valve_ramp": _Field("degree", 2.0, 90.0),
-    "valve_lag": _Field("degree", 0.5, 45.0),
+    "combustion_form": FileField("1", 1.0, 10.0, ends=True),
+    "valve_ramp": FileField("degree", 2.0, 90.0),
+    "valve_lag": FileField("degree", 0.5, 45.0),
 }
 _FURTHER = {
-    "offset_ratio": _Field("1", -10.0, 10.0),
-    "premixed_share": _Field("1", 0.0, 1.0, ends=True),
-    "premixed_start": _Field("degree", -90.0, 90.0),
-    "premixed_duration": _Field("degree", 2.0, 180.0),
-    "premixed_form": _Field("1", 1.0, 10.0, ends=True),
-    "wiebe_factor": _Field("1", 1.0, 20.0),
-    "gamma_300": _Field("1", 1.0, 5.0 / 3.0, ends=True),
-    "gamma_slope": _Field("K-1", 0.0, 3e-4, ends=True),
+    "offset_ratio": FileField("1", -10.0, 10.0),
+    "premixed_share": FileField("1", 0.0, 1.0, ends=True),
+    "premixed_start": FileField("degree", -90.0, 90.0),
+    "premixed_duration": FileField("degree", 2.0, 180.0),
+    "premixed_form": FileField("1", 1.0, 10.0, ends=True),
+    "wiebe_factor": FileField("1", 1.0, 20.0),
+    "gamma_300": FileField("1", 1.0, 5.0 / 3.0, ends=True),
+    "gamma_slope": FileField("K-1", 0.0, 3e-4, ends=True),
 }
 _OF_WALL = {
     POLYTROPIC: {
-        "compression_exponent": _Field("1", 1.0, 5.0 / 3.0),
-        "expansion_exponent": _Field("1", 1.0, 5.0 / 3.0),
+        "compression_exponent": FileField("1", 1.0, 5.0 / 3.0),
+        "expansion_exponent": FileField("1", 1.0, 5.0 / 3.0),
     },
     WOSCHNI: {
-        "wall_temperature": _Field("K", 200.0, 1200.0),
-        "wall_factor": _Field("1", 0.0, 10.0, ends=True),
-        "bore": _Field("m", 0.0, 3.0),
-        "stroke": _Field("m", 0.0, 6.0),
-        "speed": _Field("rpm", 0.0, 30000.0),
+        "wall_temperature": FileField("K", 200.0, 1200.0),
+        "wall_factor": FileField("1", 0.0, 10.0, ends=True),
+        "bore": FileField("m", 0.0, 3.0),
+        "stroke": FileField("m", 0.0, 6.0),
+        "speed": FileField("rpm", 0.0, 30000.0),
     },
 }
 _VALVES = {
-    "intake_loss": _Field("bar", 0.0, 10.0, ends=True),
-    "exhaust_loss": _Field("bar", 0.0, 10.0, ends=True),
-    "intake_closing": _Field("degree", -180.0, -45.0),
-    "exhaust_opening": _Field("degree", 45.0, 180.0),
+    "intake_loss": FileField("bar", 0.0, 10.0, ends=True),
+    "exhaust_loss": FileField("bar", 0.0, 10.0, ends=True),
+    "intake_closing": FileField("degree", -180.0, -45.0),
+    "exhaust_opening": FileField("degree", 45.0, 180.0),
 }
 _PORTS = {
-    "exhaust_opening": _Field("degree", 45.0, 180.0),
-    "scavenge_opening": _Field("degree", 45.0, 180.0),
-    "exhaust_closing": _Field("degree", -180.0, -45.0),
+    "exhaust_opening": FileField("degree", 45.0, 180.0),
+    "scavenge_opening": FileField("degree", 45.0, 180.0),
+    "exhaust_closing": FileField("degree", -180.0, -45.0),
 }
 FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
     word: tuple(_OF_WALL.get(code, ())) for code, word in enumerate(WALLS)
@@ -103,13 +86,13 @@ FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
 _WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
 
 
-def _units(*parts: Mapping[str, _Field]) -> dict[str, tuple[str, float]]:
-    return {n: (item.unit, _SIZES[item.unit]) for part in parts for n, item in part.items()}
-
-
-FOUR_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _VALVES)
+FOUR_STROKE_FIELDS: Mapping[str, FileField] = {**_GAS, **_FURTHER, **_WALL_FIELDS, **_VALVES}
+"""Fields of a FourStrokeCycle in engine files."""
+TWO_STROKE_FIELDS: Mapping[str, FileField] = {**_GAS, **_FURTHER, **_WALL_FIELDS, **_PORTS}
+"""Fields of a TwoStrokeCycle in engine files."""
+FOUR_STROKE_UNITS = file_units(FOUR_STROKE_FIELDS)
 """Unit in which an engine file gives each number of a FourStrokeCycle, and its size in SI."""
-TWO_STROKE_UNITS = _units(_GAS, _FURTHER, _WALL_FIELDS, _PORTS)
+TWO_STROKE_UNITS = file_units(TWO_STROKE_FIELDS)
 """The same of a TwoStrokeCycle."""
 
 
@@ -142,8 +125,8 @@ def refusals(period: float, columns: Mapping[str, Floats], wall: int) -> Iterato
 
         return message
 
-    for name, (unit, low, high, ends) in ranges.items():
-        size, words = _SIZES[unit], "" if unit == "1" else f" {unit}"
+    for name, item in ranges.items():
+        low, high, ends, size, words = item.low, item.high, item.ends, item.size, item.words
         value = columns[name]
         within = (value >= low * size) & (value <= high * size)
         if not ends:

@@ -24,27 +24,29 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.given_numbers import given_number
 from engine_dyn.pressure.diagram import Diagram, table_angles
+from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import BAR
 
-__all__ = ["FILE_UNITS", "PumpCycle"]
+__all__ = ["FILE_FIELDS", "FILE_UNITS", "PumpCycle"]
 
 
-# Unit, its size in SI, lowest and highest value in that unit, whether both belong.
-_FIELDS: dict[str, tuple[str, float, float, float, bool]] = {
-    "crank_ratio": ("1", 1.0, 0.0, 1.0, False),
-    "suction_pressure": ("bar", BAR, 0.0, 200.0, False),
-    "delivery_pressure": ("bar", BAR, 0.0, 4000.0, False),
-    "suction_loss": ("bar", BAR, 0.0, 50.0, True),
-    "delivery_loss": ("bar", BAR, 0.0, 50.0, True),
-    "valve_ramp": ("degree", DEGREE, 3.0, 90.0, False),
-    "offset_ratio": ("1", 1.0, -10.0, 10.0, False),
+FILE_FIELDS: dict[str, FileField] = {
+    "crank_ratio": FileField("1", 0.0, 1.0),
+    "suction_pressure": FileField("bar", 0.0, 200.0),
+    "delivery_pressure": FileField("bar", 0.0, 4000.0),
+    "suction_loss": FileField("bar", 0.0, 50.0, ends=True),
+    "delivery_loss": FileField("bar", 0.0, 50.0, ends=True),
+    "valve_ramp": FileField("degree", 3.0, 90.0),
+    "offset_ratio": FileField("1", -10.0, 10.0),
 }
+"""Fields of the cycle in engine files."""
 
-FILE_UNITS: dict[str, tuple[str, float]] = {name: item[:2] for name, item in _FIELDS.items()}
+FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
 
 
+@documented("pump", FILE_FIELDS)
 @dataclass(frozen=True, kw_only=True)
 class PumpCycle:
     """Parameters of the pump's cycle, in SI units and radians; 0 is top dead centre.
@@ -81,12 +83,12 @@ class PumpCycle:
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""
         for item in fields(self):
-            unit, size, low, high, ends = _FIELDS[item.name]
-            value = given_number(item.name, getattr(self, item.name)) / size
-            words = "" if unit == "1" else f" {unit}"
+            field = FILE_FIELDS[item.name]
+            low, high, words = field.low, field.high, field.words
+            value = given_number(item.name, getattr(self, item.name)) / field.size
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
-            if not (low <= value <= high if ends else low < value < high):
+            if not (low <= value <= high if field.ends else low < value < high):
                 raise ValueError(
                     f"{item.name} = {value:.6g}{words}: must be between {low:g} and {high:g}{words}"
                 )

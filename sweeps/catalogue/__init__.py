@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["ENGINES", "PACKAGE", "SCENES"]
+__all__ = ["ENGINES", "ENGINE_TEMPLATE", "PACKAGE", "SCENES"]
 
 PACKAGE = Path(__file__).resolve().parents[1]
 """Folder of the package `sweeps`."""
@@ -14,3 +14,6 @@ ENGINES = Path(__file__).resolve().parent / "engines"
 
 SCENES = Path(__file__).resolve().parent / "scenes"
 """Folder of the built-in scenes."""
+
+ENGINE_TEMPLATE = Path(__file__).resolve().parent / "templates" / "engine.toml"
+"""A commented engine file to start from."""

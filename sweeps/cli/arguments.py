@@ -26,6 +26,7 @@ __all__ = [
     "new_points",
     "output_option",
     "overwrite_option",
+    "percentages",
     "quiet_option",
     "resume_option",
     "shard_number",
@@ -133,6 +134,16 @@ def difference(text: str) -> float:
             f"--tolerance {one_line(text, 60)}: must be a number of 0 or more, such as 1e-6"
         )
     return limit
+
+
+def percentages(text: str) -> list[float]:
+    """Return the numbers of "25,50,100"."""
+    try:
+        return [plain_number(part) for part in text.split(",")]
+    except ValueError:
+        raise SceneError(
+            f"--loads {one_line(text, 60)}: must be percentages with commas, such as 25,50,100"
+        ) from None
 
 
 def axis_slice(text: str) -> tuple[str, float | str]:

@@ -17,6 +17,7 @@ __all__ = [
     "BAD_INPUT",
     "DESIGNS_FAILED",
     "FAILURE",
+    "announce_compiling",
     "end",
     "guarded",
     "open_closed_streams",
@@ -54,6 +55,13 @@ def warn(lines: Iterable[str]) -> None:
     """Print plausibility warnings on stderr, one line each."""
     for line in lines:
         say(f"warning: {line}", err=True)
+
+
+def announce_compiling(quiet: bool) -> None:
+    """Print one line when kernels must be compiled, which takes a while; nothing if `quiet`."""
+    from engine_dyn.compilation import COMPILING, on_compiling
+
+    on_compiling(lambda: None if quiet else click.echo(COMPILING, err=True))
 
 
 def end(message: str, exit_status: int) -> NoReturn:

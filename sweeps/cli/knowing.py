@@ -52,27 +52,51 @@ def list_(what: str | None) -> None:
 
 
 @click.command()
+@click.option("--engine", "of_engine", is_flag=True, help="That of engine files instead.")
 @guarded
-def schema() -> None:
+def schema(of_engine: bool) -> None:
     """Print the JSON schema of scenes, for editors and for programs that write scenes."""
     import json
 
-    from sweeps.scene.json_schema import scene_schema
+    if of_engine:
+        from sweeps.scene.engine_schema import engine_schema
 
-    click.echo(json.dumps(scene_schema(), indent=2, ensure_ascii=False))
+        made = engine_schema()
+    else:
+        from sweeps.scene.json_schema import scene_schema
+
+        made = scene_schema()
+    click.echo(json.dumps(made, indent=2, ensure_ascii=False))
 
 
 @click.command()
 @click.argument("file", required=False, type=PATH)
+@click.option(
+    "--engine",
+    "of_engine",
+    is_flag=True,
+    help="Write an engine file instead: a data sheet, with other ways to a diagram as comments.",
+)
+@click.option(
+    "--for",
+    "engine",
+    metavar="ENGINE",
+    help="Engine that the scene is about: a name of the catalogue, or an engine file.",
+)
 @guarded
-def new(file: Path | None) -> None:
+def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
     """Write a commented scene to start from, which runs as it is.
 
     It is written to FILE, or to the terminal if no FILE is given.
     """
-    from sweeps.scene.reading import built_in_scenes
+    if of_engine and engine is not None:
+        raise SceneError("--for: not together with --engine; it names the engine of a scene")
+    if of_engine:
+        from sweeps.catalogue import ENGINE_TEMPLATE
 
-    text = built_in_scenes()["first"].read_text(encoding="utf-8")
+        text = ENGINE_TEMPLATE.read_text(encoding="utf-8")
+    else:
+        text = _starting_scene(engine, file)
     if file is None:
         click.echo(text, nl=False)
         return
@@ -83,4 +107,25 @@ def new(file: Path | None) -> None:
         raise SceneError(f"{file}: exists; it is not overwritten") from None
     except (OSError, ValueError) as error:
         raise not_written(file, error) from None
-    say(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
+    if of_engine:
+        say(f"{file}: fill it in, and take it with `engine-dyn calibrate {file} -o fitted.toml`")
+    else:
+        say(f"{file}: run it with `engine-dyn run {file} -o out.nc`")
+
+
+def _starting_scene(engine: str | None, file: Path | None) -> str:
+    """Text of a scene about an engine, as a scene in this file names it."""
+    from sweeps.scene.starting import starting_scene
+
+    if engine is None:
+        return starting_scene()
+    from sweeps.reading.engine_files import catalogue, load_engine
+
+    found = load_engine(engine, None, "--for")
+    named = engine
+    if engine not in catalogue() and file is not None:
+        # A scene names files of its own folder from there, and all others from the root.
+        path, folder = Path(engine).resolve(), file.parent.resolve()
+        inside = path.is_relative_to(folder)
+        named = path.relative_to(folder).as_posix() if inside else str(path)
+    return starting_scene(found, named)

@@ -28,13 +28,21 @@ __all__ = ["compare", "export", "info", "plot"]
 @untrusted_option
 @guarded
 def info(what: str) -> None:
-    """Describe WHAT: an archive (netCDF) or an engine (its name or its TOML file).
+    """Describe WHAT: an archive (netCDF), or an engine or a scene (its name or its TOML file).
 
     For the folder OUTPUT.partial of an interrupted run, info tells how much of it is finished.
     """
     from sweeps.reading.engine_files import catalogue, load_engine
+    from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 
-    if what.endswith(".toml") or (what in catalogue() and not Path(what).exists()):
+    toml = what.endswith(".toml")
+    built_in = not toml and not Path(what).exists()
+    if (toml and is_scene(Path(what))) or (built_in and what in built_in_scenes()):
+        from sweeps.presenting.scenes import scene_text
+
+        say(scene_text(read_scene(what), what))
+        return
+    if toml or (built_in and what in catalogue()):
         from sweeps.presenting.engines import engine_text
 
         say(engine_text(load_engine(what)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import click
 
+from sweeps.cli.calibrating import calibrate
 from sweeps.cli.exits import open_closed_streams
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.looking import compare, export, info, plot
@@ -30,6 +31,7 @@ def main() -> None:
 
 
 for command in (
-    run, extend, merge, rerun, measured, compare, export, info, plot, plan, list_, schema, new,
+    run, extend, merge, rerun, calibrate, measured, compare, export, info, plot, plan, list_, schema,
+    new,
 ):  # fmt: skip
     main.add_command(command)

@@ -25,7 +25,7 @@ from sweeps.cli.arguments import (
     threads_option,
     untrusted_option,
 )
-from sweeps.cli.exits import DESIGNS_FAILED, end, guarded, say, warn
+from sweeps.cli.exits import DESIGNS_FAILED, announce_compiling, end, guarded, say, warn
 from sweeps.cli.files import check_output, files_of, writing
 from sweeps.errors import SceneError, counted, size_text
 
@@ -110,7 +110,7 @@ def run(
     from sweeps.running import streaming
     from sweeps.running.options import Options
 
-    _announce_compiling(quiet)
+    announce_compiling(quiet)
     plan = make_plan(read)
     if part is not None:
         plan = shard_of(plan, *part)
@@ -172,7 +172,7 @@ def extend(
     from sweeps.joining.extend import extend as add_points
     from sweeps.running.options import Options
 
-    _announce_compiling(quiet)
+    announce_compiling(quiet)
     again = ["engine-dyn", "extend", str(archive), "--axis", axis]
     again += [] if level is None else ["--compression", str(level)]
     options = Options(
@@ -238,7 +238,7 @@ def rerun(
     from sweeps.joining.rerun import rerun as run_again
     from sweeps.running.options import Options
 
-    _announce_compiling(quiet)
+    announce_compiling(quiet)
     again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
     options = Options(
         overwrite=overwrite, resume=resume, level=level, threads=threads, command=_command_line(),
@@ -267,13 +267,6 @@ def _warn_of(output: Path) -> None:
     from sweeps.archive.warnings import lines_of
 
     warn(lines_of(output))
-
-
-def _announce_compiling(quiet: bool) -> None:
-    """Print one line when kernels must be compiled, which takes a while; nothing if `quiet`."""
-    from engine_dyn.compilation import COMPILING, on_compiling
-
-    on_compiling(lambda: None if quiet else click.echo(COMPILING, err=True))
 
 
 def _shows_progress(quiet: bool) -> bool:

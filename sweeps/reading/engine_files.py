@@ -5,8 +5,8 @@ else `sweeps.reading.cylinder_keys` knows of single cylinders; `load_table` and 
 `sweeps.reading.torque_tables`; `[values]` with the keys of a scene; one
 `[[diagram]]` for each load, or each load at each `speed`, modelled (see
 `sweeps.reading.modelled_diagrams`) or read from a CSV file (`kind = "points"`); optional
-`[pressure_scale]` over speed; `[assumed]` with a reason for every value that the sources do not
-give; `[[source]]` with the citations.
+`[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
+for every value that the sources do not give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
@@ -33,7 +32,6 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import RPM
 from sweeps.catalogue import ENGINES
 from sweeps.checks import (
-    Strict,
     check_range,
     check_structure,
     known_key,
@@ -43,55 +41,21 @@ from sweeps.checks import (
 )
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, cylinders_of_keys, read_cylinder_keys
+from sweeps.reading.engine_tables import DIAGRAMS, EngineFile, PressureScale
 from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.reading.indicator_files import read_indicator
 from sweeps.reading.modelled_diagrams import KINDS, modelled_diagram, no_more, taken
 from sweeps.reading.referred_files import keep, kept, kept_files, referred
-from sweeps.reading.silenced_warnings import SILENCED, read_silenced
+from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = ["catalogue", "load_engine"]
+__all__ = ["PERIODS", "catalogue", "load_engine", "read_cylinders", "read_values"]
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
 
-_PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
-
-
-class _Scale(Strict):
-    speed: list[float] = Field(description="a list of speeds in rpm, ascending")
-    scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
-
-
-class _Source(Strict):
-    text: str = Field(description="a text: one citation")
-
-
-class _EngineFile(Strict):
-    name: str | None = Field(default=None, description="a text: the engine's short name")
-    title: str = Field(description="a text: one line about the engine")
-    cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
-    firing_order: list[int] | None = Field(
-        default=None, description="a list of cylinder numbers in the order in which they fire"
-    )
-    arrangement: Any = Field(default=None, description=CYLINDER_KEYS["arrangement"])
-    firing_angles: Any = Field(default=None, description=CYLINDER_KEYS["firing_angles"])
-    pressure_factor: Any = Field(default=None, description=CYLINDER_KEYS["pressure_factor"])
-    mass_factor: Any = Field(default=None, description=CYLINDER_KEYS["mass_factor"])
-    radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
-    load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
-    driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
-    silenced_warnings: list[str] = Field(default=[], description=SILENCED)
-    values: dict[str, Any] = Field(description="a table of parameters")
-    diagram: list[dict[str, Any]] = Field(
-        description="tables [[diagram]], one for each load", min_length=1
-    )
-    pressure_scale: _Scale | None = Field(default=None, description="a table of speed and scale")
-    assumed: dict[str, str] = Field(
-        default={}, description="a table with a reason, a text, for each assumed value"
-    )
-    source: list[_Source] = Field(default=[], description="tables [[source]] with a text each")
+PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 
 
 def catalogue() -> dict[str, Path]:
@@ -146,9 +110,12 @@ def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
 
 def _read_engine(path: Path, name: str) -> Engine:
     raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
-    given = check_structure(_EngineFile, raw, name)
-    period = _PERIODS[given.cycle]
-    values = _values(given.values, name)
+    given = check_structure(EngineFile, raw, name)
+    period = PERIODS[given.cycle]
+    if not given.diagram:
+        hint = " (`engine-dyn calibrate` makes them of [data_sheet])" if given.data_sheet else ""
+        raise SceneError(f"{name}: diagram: missing; must be {DIAGRAMS}{hint}")
+    values = read_values(given.values, name)
     diagrams = [
         _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
         for i, table in enumerate(given.diagram, start=1)
@@ -159,21 +126,10 @@ def _read_engine(path: Path, name: str) -> Engine:
             raise SceneError(f"{name}: [values] {key}: missing; must be a number")
     scale = _scale(given.pressure_scale, name)
     _check_own_point(values, family, scale, name)
-    order = None
-    if given.firing_order is not None:
-        order = tuple(given.firing_order)
-        cylinders = int(values["cylinders"])
-        if sorted(order) != list(range(1, cylinders + 1)):
-            raise SceneError(
-                f"{name}: firing_order = {list(order)}: must name each of the cylinders "
-                f"1 to {cylinders} once"
-            )
-    own = _cylinders(given, order, int(values["cylinders"]), period, name)
+    order, own = read_cylinders(given, values["cylinders"], period, name)
     torque_tables = read_torque_tables(
         given.model_dump(include=set(TORQUE_TABLE_KEYS)), path.parent, f"{name}: "
     )
-    if order is None and own is not None and own.arrangement is not None:
-        order = own.arrangement.firing_order
     return Engine(
         name=given.name or path.stem,
         title=one_line(given.title),
@@ -192,8 +148,14 @@ def _read_engine(path: Path, name: str) -> Engine:
     )
 
 
-def _values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Read [values]; a rod's length becomes the crank ratio, which a stroke keeps."""
+def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
+    """Read [values]; a rod's length becomes the crank ratio, which a stroke keeps.
+
+    Raises
+    ------
+    SceneError
+        For unknown keys, keys that exclude each other and values outside their range.
+    """
     values: dict[str, float] = {}
     for key, item in raw.items():
         where = f"{name}: [values] {key}"
@@ -236,21 +198,38 @@ def _crank_ratio(rod: float, values: Mapping[str, float], name: str) -> float:
     return crank / rod
 
 
-def _cylinders(
-    given: _EngineFile, order: tuple[int, ...] | None, count: int, period: float, name: str
-) -> Cylinders | None:
-    """Cylinders that the file describes; None where it says nothing of them."""
+def read_cylinders(
+    given: EngineFile, cylinders: float, period: float, name: str
+) -> tuple[tuple[int, ...] | None, Cylinders | None]:
+    """Firing order, and cylinders that the file describes; None where it says nothing of them.
+
+    Raises
+    ------
+    SceneError
+        For an order or an arrangement that does not have these cylinders.
+    """
+    order, count = None, int(cylinders)
+    if given.firing_order is not None:
+        order = tuple(given.firing_order)
+        if sorted(order) != list(range(1, count + 1)):
+            raise SceneError(
+                f"{name}: firing_order = {list(order)}: must name each of the cylinders "
+                f"1 to {count} once"
+            )
     keys = read_cylinder_keys(given.model_dump(include=set(CYLINDER_KEYS)), f"{name}: ")
     if order is not None:
         for key in ("arrangement", "firing_angles"):
             if key in keys.given:
                 raise SceneError(f"{name}: has both firing_order and {key}: give one of them")
     if order is None and not keys.given:
-        return None
-    return cylinders_of_keys(keys, even_cylinders(count, period, order), count, f"{name}: ")
+        return None, None
+    own = cylinders_of_keys(keys, even_cylinders(count, period, order), count, f"{name}: ")
+    if order is None and own.arrangement is not None:
+        order = own.arrangement.firing_order
+    return order, own
 
 
-def _scale(given: _Scale | None, name: str) -> tuple[Any, Any] | None:
+def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
     """[pressure_scale] as arrays of speed [rpm] and factor."""
     if given is None:
         return None

@@ -18,13 +18,18 @@ from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
+from engine_dyn.pressure.file_fields import FileField
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
-from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
+from engine_dyn.pressure.first_law_fields import (
+    FIELDS_OF_WALL,
+    FOUR_STROKE_FIELDS,
+    TWO_STROKE_FIELDS,
+)
 from engine_dyn.pressure.pump import PumpCycle
 from sweeps.checks import mentioned, number
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["KINDS", "Kind", "modelled_diagram", "no_more", "taken"]
+__all__ = ["KINDS", "OF_ENGINE", "Kind", "modelled_cycle", "modelled_diagram", "no_more", "taken"]
 
 
 class Kind(NamedTuple):
@@ -36,13 +41,13 @@ class Kind(NamedTuple):
         Dataclass of the cycle; its fields are keys of the table.
     period : float
         Of the engines that may have it [rad].
-    units : mapping
-        Unit of each key in files, and its size in SI units.
+    fields : mapping
+        Unit and range of each key in files.
     """
 
     cycle: type[Any]
     period: float
-    units: Mapping[str, tuple[str, float]]
+    fields: Mapping[str, FileField]
 
     @property
     def by_first_law(self) -> bool:
@@ -51,18 +56,19 @@ class Kind(NamedTuple):
 
 
 KINDS: Mapping[str, Kind] = {
-    "diesel_cycle": Kind(DieselCycle, FOUR_STROKE, diesel_cycle.FILE_UNITS),
-    "first_law": Kind(FourStrokeCycle, FOUR_STROKE, FourStrokeCycle.units),
-    "two_stroke": Kind(TwoStrokeCycle, TWO_STROKE, TwoStrokeCycle.units),
-    "compressor": Kind(CompressorCycle, TWO_STROKE, compressor.FILE_UNITS),
-    "pump": Kind(PumpCycle, TWO_STROKE, pump.FILE_UNITS),
+    "diesel_cycle": Kind(DieselCycle, FOUR_STROKE, diesel_cycle.FILE_FIELDS),
+    "first_law": Kind(FourStrokeCycle, FOUR_STROKE, FOUR_STROKE_FIELDS),
+    "two_stroke": Kind(TwoStrokeCycle, TWO_STROKE, TWO_STROKE_FIELDS),
+    "compressor": Kind(CompressorCycle, TWO_STROKE, compressor.FILE_FIELDS),
+    "pump": Kind(PumpCycle, TWO_STROKE, pump.FILE_FIELDS),
 }
 """Kinds of modelled diagrams by their names in files."""
 
 STEP = 0.5
 """Degrees between two points of a diagram."""
 
-_OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
+OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed")
+"""Fields of cycles that come from [values] where a diagram does not have them."""
 
 
 def modelled_diagram(
@@ -96,6 +102,21 @@ def modelled_diagram(
         For a kind that does not suit the engine's cycle, unknown and missing keys, and values that
         no cycle can have.
     """
+    cycle, step = modelled_cycle(name, rest, where, period, values)
+    try:
+        again = ModelledDiagram(cycle, step) if KINDS[name].by_first_law else None
+        return _diagram_of(cycle, step), again
+    except ValueError as error:
+        raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def modelled_cycle(
+    name: str, rest: Mapping[str, Any], where: str, period: float, values: Mapping[str, float]
+) -> tuple[Any, float]:
+    """Cycle of a [[diagram]] table, and the step [degree] in which it is tabulated.
+
+    Parameters and errors are those of `modelled_diagram`.
+    """
     kind = KINDS[name]
     if period != kind.period:
         stroke = "four-stroke" if kind.period == FOUR_STROKE else "two-stroke"
@@ -112,9 +133,7 @@ def modelled_diagram(
         fields_given["offset_ratio"] = ratio
     step = number(rest["step"], f"{where} step") if "step" in rest else STEP
     try:
-        cycle = kind.cycle(**fields_given)
-        again = ModelledDiagram(cycle, step) if kind.by_first_law else None
-        return _diagram_of(cycle, step), again
+        return kind.cycle(**fields_given), step
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
 
@@ -125,7 +144,7 @@ def _fields(
     """Fields of the cycle in SI units: those of the table, or else those of the engine."""
     found: dict[str, Any] = {}
     of_wall: tuple[str, ...] = ()
-    usable = list(kind.units)
+    usable = list(kind.fields)
     if kind.by_first_law:
         wall = rest.get("wall", "adiabatic")
         if not isinstance(wall, str) or wall not in FIELDS_OF_WALL:
@@ -140,14 +159,14 @@ def _fields(
         key = item.name
         if key not in usable:
             continue
-        unit, size = kind.units[key]
+        field = kind.fields[key]
         if key in rest:
-            found[key] = number(rest[key], f"{where} {key}") * size
-        elif kind.cycle is not DieselCycle and key in _OF_ENGINE and key in values:
-            found[key] = values[key] * size
+            found[key] = number(rest[key], f"{where} {key}") * field.size
+        elif kind.cycle is not DieselCycle and key in OF_ENGINE and key in values:
+            found[key] = values[key] * field.size
         elif item.default is MISSING or (key in of_wall and key != "wall_factor"):
-            also = "" if key not in _OF_ENGINE else ", here or in [values]"
-            words = "" if unit == "1" else f" in {unit}"
+            also = "" if key not in OF_ENGINE else ", here or in [values]"
+            words = "" if field.unit == "1" else f" in {field.unit}"
             raise SceneError(f"{where} {key}: missing; must be a number{words}{also}")
     return found
 

@@ -39,7 +39,7 @@ from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import GivenValues
 
-__all__ = ["built_in_scenes", "read_scene", "scene_of"]
+__all__ = ["built_in_scenes", "is_scene", "read_scene", "scene_of"]
 
 MOST_DESIGNS = 10**15
 
@@ -47,6 +47,15 @@ MOST_DESIGNS = 10**15
 def built_in_scenes() -> dict[str, Path]:
     """Scenes that come with the package: name and file."""
     return {path.stem: path for path in sorted(SCENES.glob("*.toml"))}
+
+
+def is_scene(path: Path) -> bool:
+    """Whether a TOML file is a scene, and no engine file; False for a file that cannot be read."""
+    try:
+        raw = parse_toml(path, str(path), "a scene (TOML)")
+    except SceneError:
+        return False
+    return "engine" in raw or "output" in raw
 
 
 def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:

@@ -1,0 +1,124 @@
+"""What a scene is about, as a text: its engine, what varies, what is computed, and its sources."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from sweeps.errors import counted, one_line
+
+if TYPE_CHECKING:
+    from sweeps.scene.model import Scene
+
+__all__ = ["scene_text"]
+
+FEW = 8
+"""Values that are listed; of more, the ends and the number."""
+
+
+def scene_text(scene: Scene, name: str) -> str:
+    """Describe a scene without computing anything.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, read.
+    name : str
+        The scene as the user named it.
+    """
+    engine = scene.engine
+    lines = [f"{name}: {scene.title}"]
+    lines += [f"  {line}" for line in _comment(scene.path)]
+    assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
+    named = scene.source.get("engine", engine.name)
+    lines += ["", "engine", f"  {named}: {engine.title}"]
+    lines.append(f"  its values, sources and assumptions: engine-dyn info {named}{assumed}")
+    if scene.settings:
+        lines += ["", "set"]
+        lines += [f"  {key} = {value:.10g} {_about(key)}" for key, value in scene.settings.items()]
+    words = {k: v for k, v in scene.source.get("set", {}).items() if k not in scene.settings}
+    lines += [f"  {key} = {one_line(value, 200)}" for key, value in words.items()]
+    lines += ["", f"varies, {counted(_designs(scene), 'design')}", *_varying(scene)]
+    lines += _driven(scene)
+    lines += ["", "computes"]
+    for quantity in scene.quantities:
+        node = QUANTITIES[quantity]
+        source = f" ({node.source})" if node.source else ""
+        lines.append(f"  {quantity} [{node.unit or 'no single unit'}] {node.long_name}{source}")
+    lines.append(f"  by method {', '.join(scene.methods)}, closure {scene.closure}")
+    if scene.reference is not None:
+        columns = ", ".join(scene.reference.columns)
+        lines += ["", "published values beside them"]
+        lines.append(f"  {one_line(scene.reference.file, 200)}: {columns}")
+    if engine.sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    return "\n".join(lines)
+
+
+def _comment(path: Path | None) -> list[str]:
+    """Comment at the head of the scene's file."""
+    if path is None:
+        return []
+    found = []
+    for line in path.read_text(encoding="utf-8-sig").splitlines():
+        if not line.startswith("#"):
+            break
+        found.append(line.removeprefix("#").strip())
+    return found
+
+
+def _about(key: str) -> str:
+    node = PARAMETERS[key]
+    unit = f"[{node.unit}] " if node.unit not in ("", "1") else ""
+    return f"{unit}{node.long_name}"
+
+
+def _designs(scene: Scene) -> int:
+    columns = [*scene.designs.values()]
+    count = len(columns[0]) if columns else 1
+    for values in scene.axes.values():
+        count *= len(values)
+    return count
+
+
+def _varying(scene: Scene) -> list[str]:
+    """Lines of the axes and of the columns of [designs]."""
+    lines = []
+    for key, values in scene.axes.items():
+        about = _about(key) if key in PARAMETERS else ""
+        lines.append(f"  {key} = {_listed(values)} {about}".rstrip())
+    if scene.designs:
+        first = next(iter(scene.designs.values()))
+        lines.append(f"  together, {counted(len(first), 'design')}:")
+        for label, texts in scene.labels.items():
+            lines.append(f"    {label}: {_listed(texts)}")
+        for key, values in scene.designs.items():
+            lines.append(f"    {key} = {_listed(values)} {_about(key)}")
+    return lines or ["  nothing"]
+
+
+def _driven(scene: Scene) -> list[str]:
+    """Lines of the measured diagram and of the curve that the load follows."""
+    lines = []
+    if scene.indicator is not None:
+        lines.append(f"  one diagram for all: {scene.source['indicator']['file']}")
+    if scene.characteristic is not None:
+        lines.append(f"  the load follows a curve over speed: {scene.characteristic.source}")
+    return ["", "pressure and load", *lines] if lines else []
+
+
+def _listed(values: Any) -> str:
+    """Values of an axis: all, or the ends and how many."""
+    array = np.asarray(values)
+    texts = [f"{v:.6g}" for v in array] if array.dtype.kind in "iuf" else [str(v) for v in array]
+    texts = [one_line(text, 60) for text in texts]
+    distinct = list(dict.fromkeys(texts))
+    if len(distinct) <= FEW:
+        return ", ".join(distinct)
+    if array.dtype.kind in "iuf":
+        low, high = np.nanmin(array), np.nanmax(array)
+        return f"{len(distinct)} values from {low:.6g} to {high:.6g}"
+    return f"{', '.join(distinct[:FEW])} ... ({len(distinct)})"

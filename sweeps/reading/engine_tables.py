@@ -1,0 +1,88 @@
+"""The tables of an engine file, as pydantic models: which keys there are, and their types.
+
+Whether values are allowed is checked where a table is read. The JSON schema of engine files
+(`sweeps.reading.engine_schema`) is made from these models.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from sweeps.checks import Strict
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+from sweeps.reading.silenced_warnings import SILENCED
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+
+__all__ = ["DIAGRAMS", "DataSheet", "EngineFile", "PressureScale", "Source"]
+
+DIAGRAMS = "tables [[diagram]], one for each load"
+"""What is said where they are missing."""
+
+
+class PressureScale(Strict):
+    """Factors on the diagrams over speed."""
+
+    speed: list[float] = Field(description="a list of speeds in rpm, ascending")
+    scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
+
+
+class Source(Strict):
+    """A citation."""
+
+    text: str = Field(description="a text: one citation")
+
+
+class DataSheet(Strict):
+    """What a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
+
+    kind: str | None = Field(
+        default=None, description="a text: the kind of engine, such as 'diesel'"
+    )
+    power: float | None = Field(default=None, description="a number in kW: the rated brake power")
+    speed: float | None = Field(default=None, description="a number in rpm: the rated speed")
+    peak_pressure: float | None = Field(
+        default=None, description="a number in bar, absolute: the largest pressure at rated power"
+    )
+    fuel_consumption: float | None = Field(
+        default=None, description="a number in g/kWh: the consumption at rated power"
+    )
+    loads: list[float] | None = Field(
+        default=None, description="a list of percentages of the rated mean effective pressure"
+    )
+    cycle: dict[str, Any] = Field(
+        default={},
+        description="a table of what is known of the cycle, with the keys of kind = 'first_law'",
+    )
+
+
+class EngineFile(Strict):
+    """Tables and keys of an engine file, before values and diagrams are looked at."""
+
+    name: str | None = Field(default=None, description="a text: the engine's short name")
+    title: str = Field(description="a text: one line about the engine")
+    cycle: Literal["four-stroke", "two-stroke"] = Field(description="'four-stroke' or 'two-stroke'")
+    firing_order: list[int] | None = Field(
+        default=None, description="a list of cylinder numbers in the order in which they fire"
+    )
+    arrangement: Any = Field(default=None, description=CYLINDER_KEYS["arrangement"])
+    firing_angles: Any = Field(default=None, description=CYLINDER_KEYS["firing_angles"])
+    pressure_factor: Any = Field(default=None, description=CYLINDER_KEYS["pressure_factor"])
+    mass_factor: Any = Field(default=None, description=CYLINDER_KEYS["mass_factor"])
+    radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
+    load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
+    driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
+    silenced_warnings: list[str] = Field(default=[], description=SILENCED)
+    values: dict[str, Any] = Field(description="a table of parameters")
+    data_sheet: DataSheet | None = Field(
+        default=None, description="a table of published numbers, for `engine-dyn calibrate`"
+    )
+    diagram: list[dict[str, Any]] = Field(default=[], description=DIAGRAMS, min_length=1)
+    pressure_scale: PressureScale | None = Field(
+        default=None, description="a table of speed and scale"
+    )
+    assumed: dict[str, str] = Field(
+        default={}, description="a table with a reason, a text, for each assumed value"
+    )
+    source: list[Source] = Field(default=[], description="tables [[source]] with a text each")

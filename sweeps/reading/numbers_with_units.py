@@ -1,0 +1,95 @@
+"""A number with a unit, as a person writes it: "36.4 kW", "2700 rpm", "75bar", or a plain number.
+
+Units are those of pint's registry. Only the unit goes to pint, never an expression: "9**9**9 W" of
+a stranger would otherwise be computed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+from typing import Any
+
+from sweeps.errors import SceneError, shown
+
+__all__ = ["number_with_unit"]
+
+_NUMBER = re.compile(
+    r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
+)
+_UNIT = re.compile(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", re.ASCII)
+
+_OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    registry = pint.UnitRegistry()
+    registry.define("metric_hp = metric_horsepower = PS = ps = CV")
+    return registry
+
+
+def number_with_unit(raw: Any, where: str, unit: str) -> float:
+    """Return a number in `unit`; a plain number is already in it.
+
+    Parameters
+    ----------
+    raw : str or float
+        "36.4 kW", "36.4" or 36.4.
+    where : str
+        What messages begin with, such as "--power".
+    unit : str
+        As pint writes it: "kW", "rpm", "bar", "g/kWh".
+
+    Raises
+    ------
+    SceneError
+        For a text that is no number with a unit, a unit of something else, or a unit where pint is
+        not installed.
+    """
+    if isinstance(raw, int | float) and not isinstance(raw, bool):
+        return _finite(float(raw), raw, where, unit)
+    found = _NUMBER.match(raw) if isinstance(raw, str) else None
+    if found is None:
+        raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
+    number, text = float(found[1]), raw[found.end() :].strip()
+    if text:
+        number *= _factor(text, raw, where, unit)
+    return _finite(number, raw, where, unit)
+
+
+def _factor(text: str, raw: str, where: str, unit: str) -> float:
+    """Size of a unit of a person's in `unit`."""
+    if text == unit:
+        return 1.0
+    if _UNIT.fullmatch(text) is None:
+        raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
+    try:
+        registry = _registry()
+    except ImportError:
+        raise SceneError(
+            f"{where} = {shown(raw)}: units need the package pint (pip install 'engine-dyn[lab]'); "
+            f"without it, give a plain number in {unit}"
+        ) from None
+    try:
+        text = re.sub(r"([a-z])(-?\d)$", r"\1^\2", f"1{text}" if text.startswith("/") else text)
+        given = registry.Quantity(1.0, registry.parse_units(text))
+        if unit == "rpm" and not any(word in str(given.units) for word in _OF_TURNS):
+            # pint counts radians where none are named: 2700/min would be 430 rpm.
+            return float(given.to("1/minute").magnitude)
+        return float(given.to(unit).magnitude)
+    except Exception:  # pint raises errors of its own, of Python's tokenizer and of arithmetic
+        raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}") from None
+
+
+def _finite(number: float, raw: Any, where: str, unit: str) -> float:
+    if not math.isfinite(number):
+        raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
+    return number
+
+
+def _wanted(unit: str) -> str:
+    return f"must be a number in {unit}, or a number with a unit, such as 10 {unit}"

@@ -1,0 +1,138 @@
+"""JSON schema of engine files: all keys, their units, and what is allowed.
+
+The structure comes from the models that read engine files, names, units and ranges from the table
+of parameters and from the fields of the modelled cycles: nothing is said twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields
+
+from engine_dyn.plausibility.usual_ranges import NAMES
+from engine_dyn.pressure.diesel_cycle import DieselCycle
+from engine_dyn.pressure.file_fields import MEANINGS, FileField
+from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
+from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
+from sweeps.reading.engine_tables import EngineFile
+from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
+from sweeps.reading.silenced_warnings import ALL
+from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.schema_parts import (
+    Schema,
+    closed,
+    key_of_cylinders,
+    plain_schema,
+    reference,
+    text_schema,
+    value_schema,
+)
+
+__all__ = ["engine_schema"]
+
+_NOT_OF_ENGINES = (*CYCLE_KEYS, *OF_CYLINDER, *SOLVER_COLUMNS, "wanted_delta")
+
+
+def engine_schema() -> Schema:
+    """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
+    schema: Schema = plain_schema(EngineFile.model_json_schema())
+    tables: dict[str, Schema] = schema.pop("$defs")
+    written_out = plain_schema(ArrangementTable.model_json_schema())
+    tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
+    parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in _NOT_OF_ENGINES}
+    properties = schema["properties"]
+    properties["values"] |= closed({name: reference(name) for name in parameters})
+    for name in CYLINDER_KEYS:
+        properties[name] = key_of_cylinders(name)
+    for name, about in TORQUE_TABLE_KEYS.items():
+        properties[name] = text_schema(about)
+    properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
+    head: Schema = {"load": reference("load"), "speed": reference("speed")}
+    tables["PointsDiagram"] = {
+        "type": "object",
+        "description": "a measured diagram",
+        **closed(
+            {
+                **head,
+                "kind": {"const": "points"},
+                "file": text_schema(
+                    "path of a CSV file: columns crank_angle_deg (0 is firing top dead centre) and "
+                    "pressure_bar (absolute)"
+                ),
+            }
+        ),
+        "required": ["load", "kind", "file"],
+    }
+    for name, kind in KINDS.items():
+        tables[_name_of(name)] = _diagram(name, kind, head)
+    properties["diagram"]["items"] = {
+        "oneOf": [reference("PointsDiagram"), *(reference(_name_of(name)) for name in KINDS)]
+    }
+    first = KINDS["first_law"]
+    tables["DataSheet"]["properties"]["cycle"] |= closed(
+        {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Engine file of engine-dyn",
+        **schema,
+        "anyOf": [{"required": ["diagram"]}, {"required": ["data_sheet"]}],
+        "$defs": {**tables, **parameters},
+    }
+
+
+def _of_values(kind: Kind) -> tuple[str, ...]:
+    """Fields that come from [values] where a diagram does not have them."""
+    return ("offset_ratio",) if kind.cycle is DieselCycle else ("offset_ratio", *OF_ENGINE)
+
+
+def _name_of(kind: str) -> str:
+    return "".join(part.capitalize() for part in kind.split("_")) + "Diagram"
+
+
+def _diagram(name: str, kind: Kind, head: Schema) -> Schema:
+    """[[diagram]] of a modelled kind."""
+    numbers = {key: _number(key, field, kind) for key, field in kind.fields.items()}
+    more: Schema = {
+        "step": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "maximum": 10,
+            "description": "step of the table [degree]; the cycle must be a multiple of it",
+        }
+    }
+    if kind.by_first_law:
+        words = ", ".join(f"'{w}' needs {', '.join(n)}" for w, n in FIELDS_OF_WALL.items() if n)
+        more["wall"] = {
+            "enum": list(FIELDS_OF_WALL),
+            "default": "adiabatic",
+            "description": f"loss of heat to the walls; {words}",
+        }
+    needed = [
+        item.name
+        for item in fields(kind.cycle)
+        if item.default is MISSING and item.name not in _of_values(kind)
+    ]
+    return {
+        "type": "object",
+        "description": f"a modelled diagram: engine_dyn's {kind.cycle.__name__}",
+        **closed({"kind": {"const": name}, **more, **numbers, **head}),
+        "required": ["load", "kind", *needed],
+    }
+
+
+def _number(key: str, field: FileField, kind: Kind) -> Schema:
+    """A number of a cycle with its unit and range."""
+    about = MEANINGS[key]
+    ends = ("minimum", "maximum") if field.ends else ("exclusiveMinimum", "exclusiveMaximum")
+    if key in _of_values(kind):
+        about += "; that of [values] if not given"
+    return {
+        "type": "number",
+        "description": f"{about} [{field.unit}]",
+        ends[0]: field.low,
+        ends[1]: field.high,
+    }

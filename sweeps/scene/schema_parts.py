@@ -1,0 +1,98 @@
+"""Parts of JSON schemas (draft 2020-12) that scenes and engine files share."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from engine_dyn.quantities.node import Node
+from sweeps.checks import allowed
+from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+
+__all__ = [
+    "ONE_ARRANGEMENT",
+    "Schema",
+    "closed",
+    "key_of_cylinders",
+    "list_of",
+    "plain_schema",
+    "reference",
+    "text_schema",
+    "unit_text",
+    "value_schema",
+]
+
+Schema = dict[str, Any]
+
+
+def plain_schema(schema: Any) -> Any:
+    """Without titles that repeat names, and without null, which TOML has not."""
+    if isinstance(schema, list):
+        return [plain_schema(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    found = {
+        key: {name: plain_schema(item) for name, item in value.items()}
+        if key in ("properties", "$defs")
+        else plain_schema(value)
+        for key, value in schema.items()
+        if key != "title" and not (key == "default" and value is None)
+    }
+    some = [item for item in found.get("anyOf", []) if item != {"type": "null"}]
+    if len(some) == 1:
+        del found["anyOf"]
+        found = {**some[0], **found}
+    elif some:
+        found["anyOf"] = some
+    return found
+
+
+def value_schema(node: Node) -> Schema:
+    """One value of a parameter."""
+    number: Schema = {"type": "number"}
+    if node.whole:
+        number["multipleOf"] = 2 if node.even else 1
+    if node.low > -math.inf:
+        number["minimum" if node.low_included else "exclusiveMinimum"] = node.low
+    if node.high < math.inf:
+        number["maximum" if node.high_included else "exclusiveMaximum"] = node.high
+    about = {"description": f"{node.long_name}: {allowed(node)}"}
+    if node.named:
+        return {**about, "anyOf": [number, {"enum": [name for name, _ in node.named]}]}
+    return {**about, **number}
+
+
+def unit_text(node: Node) -> str:
+    """Unit of a quantity in brackets."""
+    return f"[{node.unit}]" if node.unit else ""  # none where it follows an exponent
+
+
+def reference(name: str) -> Schema:
+    """Reference to a definition."""
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def list_of(items: Schema) -> Schema:
+    """List of one item or more."""
+    return {"type": "array", "minItems": 1, "items": items}
+
+
+def text_schema(about: str) -> Schema:
+    """Text that is not empty."""
+    return {"type": "string", "minLength": 1, "description": about}
+
+
+ONE_ARRANGEMENT: Schema = {"anyOf": [{"type": "string"}, reference("ArrangementTable")]}
+"""One arrangement of the cylinders, by its name or written out."""
+
+
+def key_of_cylinders(name: str) -> Schema:
+    """Schema of a key of single cylinders."""
+    if name == "arrangement":
+        return {**ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
+    return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
+
+
+def closed(properties: Schema) -> Schema:
+    """Nothing but these."""
+    return {"properties": properties, "additionalProperties": False}
