@@ -149,11 +149,11 @@ class DieselCycle:
             value = given_number(item.name, getattr(self, item.name))
             if not math.isfinite(value):
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
-        for name, item in FILE_FIELDS.items():
+        for name, field in FILE_FIELDS.items():
             if name in ("intake_loss", "exhaust_loss", "offset_ratio"):
                 continue  # limited by other fields, below
-            low, high, value = item.low * item.size, item.high * item.size, getattr(self, name)
-            if not (low <= value <= high if item.ends else low < value < high):
+            low, high, value = field.low * field.size, field.high * field.size, getattr(self, name)
+            if not (low <= value <= high if field.ends else low < value < high):
                 raise ValueError(self._refusal(name, f"between {_show(name, low, high)}"))
         if not self.crank_ratio * (1.0 + abs(self.offset_ratio)) < 1.0:
             raise ValueError(

@@ -56,7 +56,8 @@ def calibrate(
     writes one to fill in. Modelled cycles are fitted to rated power and speed, and to the largest
     pressure and the fuel consumption where they are known. What is assumed is listed.
     """
-    from sweeps.measuring.calibration import fit, published
+    from sweeps.measuring.calibration import fit
+    from sweeps.measuring.rated_point import published
     from sweeps.reading.data_sheets import files_named, read_data_sheet
 
     shares = None if loads is None else percentages(loads)

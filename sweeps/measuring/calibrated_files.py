@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.errors import one_line
+from sweeps.measuring.calibration_model import Calibration
 from sweeps.reading.modelled_diagrams import KINDS
-
-if TYPE_CHECKING:
-    from sweeps.measuring.calibration import Calibration
 
 __all__ = ["engine_file"]
 

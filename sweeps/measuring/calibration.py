@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from engine_dyn.geometry.firing_orders import customary_order
 from engine_dyn.pressure.first_law import FourStrokeCycle
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.checks import number
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.checks import mentioned
+from sweeps.errors import SceneError
+from sweeps.measuring.calibrated_files import engine_file
+from sweeps.measuring.calibration_model import Calibration, Point, Published
 from sweeps.measuring.cycle_fits import (
     Friction,
     NotReached,
@@ -32,20 +34,13 @@ from sweeps.measuring.cycle_fits import (
     trapped_mass,
     with_charge,
 )
+from sweeps.measuring.rated_point import published
 from sweeps.measuring.usual_engines import KINDS, VALUES, EngineKind
 from sweeps.reading.data_sheets import PERIOD, Sheet, described, read_data_sheet
 from sweeps.reading.engine_files import read_values
 from sweeps.reading.modelled_diagrams import modelled_cycle
-from sweeps.reading.numbers_with_units import number_with_unit
 
-__all__ = ["LOADS", "Calibration", "Point", "Published", "calibrate", "fit", "published"]
-
-LOADS = (10.0, 25.0, 50.0, 75.0, 100.0)
-"""Loads that get a diagram unless others are asked for [percent]."""
-
-LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
-
-DEFAULT_KIND = "diesel"
+__all__ = ["Calibration", "calibrate", "fit"]
 
 STARTS = 9
 """Starts of the combustion between which a largest pressure is looked for."""
@@ -53,130 +48,8 @@ STARTS = 9
 WALL_FACTORS = 0.2, 5.0
 """Factors on Woschni's heat transfer that a fuel consumption is fitted by."""
 
-# Of numbers that data sheets have: unit, least and largest, in words that complete "must be".
-_RANGES = {
-    "power": ("kW", 0.05, 2e5),
-    "speed": ("rpm", 10.0, 30000.0),
-    "peak": ("bar", 5.0, 400.0),
-    "fuel_consumption": ("g/kWh", 100.0, 2000.0),
-}
-
 GRAMS_PER_KWH = 1e-3 / 3.6e6
 """kg/J in 1 g/kWh."""
-
-
-@dataclass(frozen=True)
-class Published:
-    """What is known of the rated point.
-
-    Attributes
-    ----------
-    kind : str
-        Of `KINDS`.
-    power, speed : float
-        Brake power [kW] and speed [rpm].
-    peak : float, optional
-        Largest pressure, absolute [bar].
-    fuel_consumption : float, optional
-        [g/kWh].
-    loads : tuple of float
-        Percentages of the rated mean effective pressure that get a diagram, ascending, 100 among
-        them.
-    places : dict
-        Where each number stands, as messages call it.
-    """
-
-    kind: str
-    power: float
-    speed: float
-    peak: float | None
-    fuel_consumption: float | None
-    loads: tuple[float, ...]
-    places: Mapping[str, str]
-
-
-class Point(NamedTuple):
-    """A fitted diagram, and what the numbers as they are written make.
-
-    Attributes
-    ----------
-    load : float
-        Percent.
-    table : dict
-        The [[diagram]] in the units of files.
-    power, goal : float
-        Brake power and the one that was aimed at [kW].
-    imep, bmep : float
-        Mean effective pressures [bar].
-    peak, peak_angle : float
-        Largest pressure [bar] and where [degree].
-    compression : float
-        Largest pressure without combustion [bar].
-    air_fuel_ratio : float
-        [1].
-    fuel_consumption : float
-        [g/kWh].
-    """
-
-    load: float
-    table: dict[str, Any]
-    power: float
-    goal: float
-    imep: float
-    bmep: float
-    peak: float
-    peak_angle: float
-    compression: float
-    air_fuel_ratio: float
-    fuel_consumption: float
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """An engine that was fitted to its data sheet.
-
-    Attributes
-    ----------
-    sheet : Sheet
-        What was read.
-    published : Published
-        What it was fitted to.
-    values : dict
-        [values] of the engine, given and assumed.
-    order : tuple of int, optional
-        Firing order that was assumed.
-    points : tuple of Point
-        The diagrams, by load.
-    assumed : dict
-        Reason for each number that is assumed.
-    fitted : dict
-        What each fitted number was fitted to.
-    """
-
-    sheet: Sheet
-    published: Published
-    values: dict[str, float]
-    order: tuple[int, ...] | None
-    points: tuple[Point, ...]
-    assumed: dict[str, str]
-    fitted: dict[str, str]
-
-    @property
-    def kind(self) -> EngineKind:
-        """Kind of the engine."""
-        return KINDS[self.published.kind]
-
-    @property
-    def rated(self) -> Point:
-        """Point of full load."""
-        return next(point for point in self.points if point.load == 100.0)
-
-    @property
-    def text(self) -> str:
-        """The engine file."""
-        from sweeps.measuring.calibrated_files import engine_file
-
-        return engine_file(self)
 
 
 def calibrate(
@@ -226,95 +99,6 @@ def calibrate(
     return fit(sheet, given)
 
 
-def published(
-    sheet: Sheet, prefix: str, given: Mapping[str, float | str | None], kind: str | None,
-    loads: list[float] | None,
-) -> Published:  # fmt: skip
-    """Put together what options say, or else [data_sheet].
-
-    Parameters
-    ----------
-    sheet : Sheet
-        The data sheet.
-    prefix : str
-        Of the names of `given` in messages: "--" for options.
-    given : mapping
-        Numbers, or texts with a unit, by the names that `calibrate` has.
-    kind, loads
-        As `calibrate`.
-
-    Raises
-    ------
-    SceneError
-        For missing numbers and numbers out of any engine's range.
-    """
-    inside = sheet.published
-    of_sheet = {
-        "power": inside.power,
-        "speed": inside.speed,
-        "peak": inside.peak_pressure,
-        "fuel_consumption": inside.fuel_consumption,
-    }
-    found: dict[str, float | None] = {}
-    places: dict[str, str] = {}
-    for name, (unit, low, high) in _RANGES.items():
-        raw: Any = given.get(name)
-        option = prefix + name.replace("_", "-") if prefix else name
-        places[name] = option
-        if raw is None and of_sheet[name] is not None:
-            raw = of_sheet[name]
-            key = "peak_pressure" if name == "peak" else name
-            places[name] = f"{sheet.name}: [data_sheet] {key}"
-        if raw is None and name == "speed" and "speed" in sheet.values:
-            raw, places[name] = sheet.values["speed"], f"{sheet.name}: [values] speed"
-        if raw is None:
-            if name in ("power", "speed"):
-                raise SceneError(
-                    f"{sheet.name}: [data_sheet] {name}: missing; must be a number in {unit}, here "
-                    f"or as {option}"
-                )
-            found[name] = None
-            continue
-        value = number_with_unit(raw, places[name], unit)
-        if not low <= value <= high:
-            raise SceneError(
-                f"{places[name]} = {shown(raw)}: must be between {low:g} and {high:g} {unit}"
-            )
-        found[name] = value
-    where = f"{prefix}kind"
-    if kind is None:
-        kind, where = inside.kind, f"{sheet.name}: [data_sheet] kind"
-    places["kind"] = where
-    if kind is None:
-        kind, places["kind"] = DEFAULT_KIND, ""
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise SceneError(
-            f"{where} = {shown(kind)}: unknown kind of engine{not_known(str(kind), KINDS)}"
-        )
-    where = f"{prefix}loads" if loads is not None else f"{sheet.name}: [data_sheet] loads"
-    wanted = _loads(loads if loads is not None else inside.loads, where)
-    power, speed = found["power"], found["speed"]
-    assert power is not None and speed is not None
-    return Published(kind, power, speed, found["peak"], found["fuel_consumption"], wanted, places)
-
-
-def _loads(raw: Any, where: str) -> tuple[float, ...]:
-    """Loads, ascending and each once; the rated one is among them."""
-    if raw is None:
-        return LOADS
-    if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
-        raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
-    found = {100.0}
-    for item in raw:
-        load = number(item, where)
-        if not LEAST_LOAD <= load <= MOST_LOAD:
-            raise SceneError(
-                f"{where} = {load:g}: must be between {LEAST_LOAD:g} and {MOST_LOAD:g} percent"
-            )
-        found.add(load)
-    return tuple(sorted(found))
-
-
 def fit(sheet: Sheet, given: Published) -> Calibration:
     """Fit the diagrams of a data sheet; parameters as `read_data_sheet` and `published` make them.
 
@@ -343,11 +127,18 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
             f"{min(given.loads):g} to {max(given.loads):g} percent"
         )
     fitting = _Fitting(sheet, given, kind, own, friction_of(own, PERIOD))
-    rated = fitting.at_full_load()
-    points = tuple(
-        fitting.point(load, rated if load == 100.0 else fitting.at_load(load, rated))
-        for load in given.loads
-    )
+    try:
+        rated = fitting.at_full_load()
+        points = tuple(
+            fitting.point(load, rated if load == 100.0 else fitting.at_load(load, rated))
+            for load in given.loads
+        )
+    except SceneError:
+        raise
+    except ValueError as error:  # gas that becomes too hot, a cylinder that is not emptied
+        raise SceneError(
+            f"{sheet.name}: [data_sheet.cycle]: cannot make this power: {mentioned(error)}"
+        ) from None
     if not given.places["kind"]:
         assumed["kind"] = f"Not given: taken as a {kind.title}."
     for key in points[0].table:
@@ -355,7 +146,8 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
         if usual is not None and key not in sheet.known and key not in fitting.fitted:
             assumed[key] = usual.reason
     assumed["fuel"] = f"{kind.fuel.name}: {kind.fuel.source}."
-    return Calibration(sheet, given, values, order, points, assumed, fitting.fitted)
+    made = Calibration(sheet, given, values, order, points, assumed, fitting.fitted)
+    return replace(made, text=engine_file(made))
 
 
 def _completed(

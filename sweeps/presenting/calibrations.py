@@ -10,7 +10,7 @@ from sweeps.measuring.calibrated_files import heading
 from sweeps.reading.modelled_diagrams import KINDS
 
 if TYPE_CHECKING:
-    from sweeps.measuring.calibration import Calibration
+    from sweeps.measuring.calibration_model import Calibration
 
 __all__ = ["calibration_text"]
 

@@ -27,8 +27,9 @@ _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
 def _registry() -> Any:
     import pint
 
-    registry = pint.UnitRegistry()
+    registry: Any = pint.UnitRegistry()
     registry.define("metric_hp = metric_horsepower = PS = ps = CV")
+    registry.define("@alias revolution = rev")
     return registry
 
 

@@ -32,16 +32,14 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         "speed": f"{values['speed']:g}                    # rpm",
         "load": f"{[float(f'{load:g}') for load in loads or [values['load']]]}    # percent",
     }
-    if "inertia" in values:
-        low, high = (float(f"{values['inertia'] * factor:.3g}") for factor in (0.5, 4.0))
+    lines = {key: f"{key} = {line}" for key, line in lines.items()}
+    key = next((key for key in ("inertia", "flywheel_inertia") if key in values), None)
+    if key is not None:
+        low, high = (float(f"{values[key] * factor:.3g}") for factor in (0.5, 4.0))
         lines["inertia"] = (
-            f'{{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; the '
-            f"engine's own is {values['inertia']:g}"
+            f'{key} = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
+            f"the engine's own is {values[key]:g}"
         )
-    text = re.sub(
-        r"(?m)^(\w+) = .*$",
-        lambda found: f"{found[1]} = {lines.pop(found[1])}" if found[1] in lines else found[0],
-        text,
-    )
+    text = re.sub(r"(?m)^(\w+) = .*$", lambda found: lines.get(found[1], found[0]), text)
     counts = f"{len(loads) or 1} x 25 designs"
     return text.replace("3 x 25 designs", counts)

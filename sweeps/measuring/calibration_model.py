@@ -1,0 +1,122 @@
+"""What a calibration is fitted to, and what comes out of it: plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from sweeps.measuring.usual_engines import KINDS, EngineKind
+from sweeps.reading.data_sheets import Sheet
+
+__all__ = ["Calibration", "Point", "Published"]
+
+
+@dataclass(frozen=True)
+class Published:
+    """What is known of the rated point.
+
+    Attributes
+    ----------
+    kind : str
+        Of `KINDS`.
+    power, speed : float
+        Brake power [kW] and speed [rpm].
+    peak : float, optional
+        Largest pressure, absolute [bar].
+    fuel_consumption : float, optional
+        [g/kWh].
+    loads : tuple of float
+        Percentages of the rated mean effective pressure that get a diagram, ascending, 100 among
+        them.
+    places : dict
+        Where each number stands, as messages call it.
+    """
+
+    kind: str
+    power: float
+    speed: float
+    peak: float | None
+    fuel_consumption: float | None
+    loads: tuple[float, ...]
+    places: Mapping[str, str]
+
+
+class Point(NamedTuple):
+    """A fitted diagram, and what the numbers as they are written make.
+
+    Attributes
+    ----------
+    load : float
+        Percent.
+    table : dict
+        The [[diagram]] in the units of files.
+    power, goal : float
+        Brake power and the one that was aimed at [kW].
+    imep, bmep : float
+        Mean effective pressures [bar].
+    peak, peak_angle : float
+        Largest pressure [bar] and where [degree].
+    compression : float
+        Largest pressure without combustion [bar].
+    air_fuel_ratio : float
+        [1].
+    fuel_consumption : float
+        [g/kWh].
+    """
+
+    load: float
+    table: dict[str, Any]
+    power: float
+    goal: float
+    imep: float
+    bmep: float
+    peak: float
+    peak_angle: float
+    compression: float
+    air_fuel_ratio: float
+    fuel_consumption: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """An engine that was fitted to its data sheet.
+
+    Attributes
+    ----------
+    sheet : Sheet
+        What was read.
+    published : Published
+        What it was fitted to.
+    values : dict
+        [values] of the engine, given and assumed.
+    order : tuple of int, optional
+        Firing order that was assumed.
+    points : tuple of Point
+        The diagrams, by load.
+    assumed : dict
+        Reason for each number that is assumed.
+    fitted : dict
+        What each fitted number was fitted to.
+    text : str
+        The engine file.
+    """
+
+    sheet: Sheet
+    published: Published
+    values: dict[str, float]
+    order: tuple[int, ...] | None
+    points: tuple[Point, ...]
+    assumed: dict[str, str]
+    fitted: dict[str, str]
+    text: str = ""
+
+    @property
+    def kind(self) -> EngineKind:
+        """Kind of the engine."""
+        return KINDS[self.published.kind]
+
+    @property
+    def rated(self) -> Point:
+        """Point of full load."""
+        return next(point for point in self.points if point.load == 100.0)

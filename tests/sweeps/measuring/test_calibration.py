@@ -1,0 +1,381 @@
+"""Calibration: engines out of data sheets, and what cannot be reached."""
+
+from __future__ import annotations
+
+import math
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from engine_dyn.geometry.slider_crank import position
+from sweeps.errors import SceneError
+from sweeps.measuring import cycle_fits
+from sweeps.measuring.usual_engines import KINDS
+from sweeps.reading.engine_files import catalogue, load_engine
+from tests.support.commands import invoke, ok, refused
+
+RPM = math.pi / 30.0
+GASOLINE = 0.97 * 44.0e6
+DIESEL = 0.98 * 42.5e6
+
+SHEET = """\
+title = "An engine known by its data sheet"
+cycle = "four-stroke"
+
+[values]
+bore = 0.087
+stroke = 0.1024
+cylinders = 4
+"""
+
+RATED: dict[str, dict[str, Any]] = {
+    "diesel": {"power": 36.4, "speed": 2700},
+    "turbocharged-diesel": {"power": 60.0, "speed": 2600},
+    "spark-ignition": {"power": 90.0, "speed": 5000},
+    "turbocharged-spark-ignition": {"power": 150.0, "speed": 5200},
+}
+
+
+def sheet(folder: Path, more: str = "", values: str = "") -> Path:
+    path = folder / "sheet.toml"
+    path.write_text(SHEET + values + more, encoding="utf-8")
+    return path
+
+
+def fitted(folder: Path, more: str = "", values: str = "", **given: Any) -> Any:
+    """The calibration, and its engine file beside the sheet."""
+    made = sweeps.calibrate(sheet(folder, more, values), **given)
+    (folder / "fitted.toml").write_text(made.text, encoding="utf-8")
+    return made
+
+
+# --- what is made ---------------------------------------------------------------------------------
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("more", [{}, {"peak": 90.0}], ids=["power", "peak"])
+def test_an_engine_runs_with_the_power_of_its_data_sheet(
+    kind: str, more: dict[str, Any], tmp_path: Path
+) -> None:
+    """Another route than the fit's: the whole chain of a scene, from the written file."""
+    made = fitted(tmp_path, kind=kind, **RATED[kind], **more)
+    loads = np.array([point.load for point in made.points])
+    found = sweeps.run(
+        {
+            "engine": str(tmp_path / "fitted.toml"),
+            "axes": {"load": loads.tolist()},
+            "output": {"quantities": ["brake_power", "peak_pressure", "imep", "delta"]},
+        }
+    )
+    goal = 1e3 * RATED[kind]["power"] * loads / 100.0
+    np.testing.assert_allclose(found["brake_power"], goal, rtol=1e-4)
+    np.testing.assert_allclose(found["imep"], [p.imep for p in made.points], rtol=1e-4)
+    np.testing.assert_allclose(found["peak_pressure"], [p.peak for p in made.points], rtol=1e-3)
+    if "peak" in more:
+        assert float(found["peak_pressure"].sel(load=100)) == pytest.approx(90.0, rel=1e-3)
+    assert (found["status"] == 0).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fuel_and_air_are_those_of_the_diagram(kind: str, tmp_path: Path) -> None:
+    """Ideal gas at the closing of the intake, from the table of the written file."""
+    made = fitted(tmp_path, kind=kind, **RATED[kind])
+    engine = load_engine(tmp_path / "fitted.toml")
+    heat_of_fuel = DIESEL if KINDS[kind].fuel.name == "diesel fuel" else GASOLINE
+    swept = 0.25 * math.pi * 0.087**2 * 0.1024
+    for point, diagram in zip(made.points, engine.family.diagrams, strict=True):
+        table = point.table
+        closing = math.radians(table["intake_closing"])
+        clearance = swept / (table["compression_ratio"] - 1.0)
+        volume = clearance + swept / 2.0 * float(position(closing, engine.values["crank_ratio"]))
+        angle = np.append(diagram.angle, diagram.angle[0] + 4.0 * math.pi)
+        pressure = np.interp(closing, angle, np.append(diagram.pressure, diagram.pressure[0]))
+        mass = pressure * volume / (287.0 * table["charge_temperature"])
+        fuel = table["heat"] * 1e5 * swept / heat_of_fuel
+        air = mass - fuel if heat_of_fuel == GASOLINE else mass
+        assert air / fuel == pytest.approx(point.air_fuel_ratio, rel=1e-3)
+        # Each of four cylinders burns this every two turns.
+        rate = 4.0 * fuel * RATED[kind]["speed"] / 120.0
+        consumption = rate * 1e3 * 3600.0 / point.power
+        assert consumption == pytest.approx(point.fuel_consumption, rel=1e-6)
+    if KINDS[kind].throttled:
+        assert all(p.air_fuel_ratio == pytest.approx(14.7, rel=1e-4) for p in made.points)
+
+
+def test_the_catalogue_comes_out_again(tmp_path: Path) -> None:
+    """With all that `si_four_87x101` says of its cycle, the same charge makes the same power."""
+    raw = tomllib.loads(catalogue()["si_four_87x101"].read_text("utf-8"))
+    table = raw["diagram"][-1]
+    fits = ("load", "kind", "wall", "heat", "intake_pressure")
+    text = 'title = "x"\ncycle = "four-stroke"\n[values]\n'
+    text += "".join(f"{k} = {v}\n" for k, v in raw["values"].items())
+    text += "[data_sheet.cycle]\n"
+    text += "".join(f"{k} = {v}\n" for k, v in table.items() if k not in fits)
+    path = tmp_path / "sheet.toml"
+    path.write_text(text, encoding="utf-8")
+    made = sweeps.calibrate(path, power="112kW", kind="spark-ignition", loads=[100])
+    for key in ("heat", "intake_pressure"):
+        assert made.rated.table[key] == pytest.approx(table[key], rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["diesel", "spark-ignition"])
+def test_known_numbers_are_found_again(kind: str, tmp_path: Path) -> None:
+    """Power, peak and consumption of an engine whose timing and wall factor are known."""
+    first = sweeps.calibrate(sheet(tmp_path), kind=kind, **RATED[kind], loads=[100]).rated
+    second = fitted(
+        tmp_path, kind=kind, **RATED[kind], loads=[100], peak=first.peak,
+        fuel_consumption=first.fuel_consumption,
+    )  # fmt: skip
+    table = second.rated.table
+    assert table["wall_factor"] == pytest.approx(1.0, abs=2e-3)
+    for key in ("combustion_start", "heat", "intake_pressure"):
+        assert table[key] == pytest.approx(first.table[key], rel=1e-3)
+    assert set(second.fitted) >= {"combustion_start", "wall_factor", "heat"}
+
+
+def test_a_larger_peak_burns_earlier_and_more_fuel_loses_more_heat(tmp_path: Path) -> None:
+    path = sheet(tmp_path)
+    starts = [
+        sweeps.calibrate(path, **RATED["diesel"], peak=p).rated.table["combustion_start"]
+        for p in (60.0, 70.0, 80.0)
+    ]
+    assert starts[0] > starts[1] > starts[2]
+    factors = [
+        sweeps.calibrate(path, **RATED["diesel"], fuel_consumption=b).rated.table["wall_factor"]
+        for b in (245.0, 265.0, 285.0)
+    ]
+    assert factors[0] < factors[1] < factors[2]
+
+
+def test_units_do_not_matter(tmp_path: Path) -> None:
+    path = sheet(tmp_path)
+    plain = sweeps.calibrate(path, power=36.4, speed=2700, peak=75, fuel_consumption=245)
+    texts = sweeps.calibrate(
+        path, power="36400 W", speed="45 rev/s", peak="7.5MPa", fuel_consumption="0.245 kg/kWh"
+    )
+    for one, other in zip(plain.points, texts.points, strict=True):
+        assert one.table["heat"] == pytest.approx(other.table["heat"], rel=1e-5)
+        assert one.power == pytest.approx(other.power, rel=1e-5)
+
+
+# --- what is written ------------------------------------------------------------------------------
+
+
+def test_every_number_says_where_it_comes_from(tmp_path: Path) -> None:
+    made = fitted(
+        tmp_path, "[data_sheet.cycle]\ncompression_ratio = 21.5\n", "inertia = 0.5\n",
+        **RATED["diesel"], peak=80,
+    )  # fmt: skip
+    raw = tomllib.loads(made.text)
+    lines = made.text.splitlines()
+    assert "compression_ratio = 21.5" in made.text
+    for line in lines:
+        key, _, rest = line.partition(" = ")
+        whose = rest.partition("# ")[2]
+        if whose.endswith("assumed"):
+            assert len(raw["assumed"][key]) > 8, line
+    for key in ("bore", "inertia", "compression_ratio"):
+        found = [line for line in lines if line.startswith(f"{key} = ")]
+        assert found and all(line.endswith("given") for line in found)
+    assert [line for line in lines if line.startswith("combustion_start")][-1].endswith("fitted")
+    assert "inertia" not in raw["assumed"]
+    assert "36.4 kW at 2700 rpm" in lines[2]
+    engine = load_engine(tmp_path / "fitted.toml")
+    assert set(engine.assumed) == set(raw["assumed"])
+    assert engine.firing_order == (1, 3, 4, 2)
+
+
+def test_a_fitted_file_makes_itself_again(tmp_path: Path) -> None:
+    made = fitted(tmp_path, **RATED["turbocharged-diesel"], kind="turbocharged-diesel", peak=100)
+    again = sweeps.calibrate(tmp_path / "fitted.toml")
+    assert [p.table for p in again.points] == [p.table for p in made.points]
+
+
+def test_what_else_the_file_says_is_kept(tmp_path: Path) -> None:
+    more = (
+        '[assumed]\ninertia = "Weighed \\"by hand\\"."\ndiagram = "None."\n'
+        '[[source]]\ntext = "Data sheet of the maker"\n'
+    )
+    path = tmp_path / "sheet.toml"
+    head = 'arrangement = "V4 90 shared-pin 1-3-4-2"\nsilenced_warnings = ["inertia"]\n'
+    path.write_text(head + SHEET + "inertia = 0.4\n" + more, encoding="utf-8")
+    made = sweeps.calibrate(path, **RATED["diesel"])
+    raw = tomllib.loads(made.text)
+    assert raw["arrangement"] == "V4 90 shared-pin 1-3-4-2" and "firing_order" not in raw
+    assert raw["assumed"]["inertia"] == 'Weighed "by hand".'
+    assert raw["assumed"]["diagram"].startswith("Modelled")
+    assert raw["source"][0]["text"] == "Data sheet of the maker"
+    assert raw["silenced_warnings"] == ["inertia"]
+
+
+def test_reciprocating_mass_and_load_laws_leave_nothing_to_assume(tmp_path: Path) -> None:
+    values = "reciprocating_mass = 1.2\nload_linear = 1.0\nflywheel_inertia = 0.3\n"
+    made = fitted(tmp_path, values=values, **RATED["diesel"])
+    for key in ("piston_mass", "rod_mass", "load_exponent", "inertia"):
+        assert key not in made.values
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
+    path = sheet(tmp_path, '[data_sheet]\nkind = "diesel"\npower = 36.4\nspeed = 2700\n')
+    output = tmp_path / "deep" / "fitted.toml"
+    told = ok("calibrate", path, "-o", output, "--loads", "50")
+    assert "naturally aspirated diesel engine" in told
+    for key in ("rod_length = 0.177 m", "compression_ratio = 18", "friction_constant", "fuel"):
+        assert f"\n  {key}" in told
+    engine = load_engine(output)
+    assert engine.family.loads.tolist() == [50.0, 100.0]
+    assert "exists" in refused("calibrate", path, "-o", output)
+    assert ok("calibrate", path, "-o", output, "--overwrite", "-q") == ""
+    assert "data sheet itself" in refused("calibrate", path, "-o", path, "--overwrite")
+
+
+def test_a_catalogue_engine_gets_new_diagrams(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(catalogue()["si_four_87x101"].read_text("utf-8"), encoding="utf-8")
+    told = ok(
+        "calibrate", path, "--power", "100kW", "--speed", "5000", "--kind", "spark-ignition",
+        "-o", tmp_path / "other.toml",
+    )  # fmt: skip
+    assert "2 diagrams of the file replaced" in told
+    assert "5200 rpm in the file; 5000 rpm is written" in told
+
+
+def test_files_beside_the_sheet_keep_the_output_there(tmp_path: Path) -> None:
+    (tmp_path / "pump.csv").write_text("crank_angle_deg,torque\n0,10\n180,20\n")
+    head = 'load_table = "pump.csv"\n'
+    path = tmp_path / "sheet.toml"
+    path.write_text(head + SHEET, encoding="utf-8")
+    options = ("--power", "36.4", "--speed", "2700", "-o", tmp_path / "other" / "fitted.toml")
+    assert "pump.csv" in refused("calibrate", path, *options)
+
+
+# --- refusals -------------------------------------------------------------------------------------
+
+KW = {"power": 36.4, "speed": 2700}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"speed": 2700}, "power: missing; must be a number in kW"),
+        ({"power": 36.4}, "speed: missing"),
+        ({**KW, "power": "36,4 kW"}, "power = '36,4 kW': must be a number in kW"),
+        ({**KW, "power": "36.4 bar"}, "must be a number in kW, or a number with a unit"),
+        ({**KW, "power": -1}, "power = -1: must be between 0.05 and 200000 kW"),
+        ({**KW, "power": math.nan}, "power = nan: must be a number in kW"),
+        ({**KW, "power": 36400}, "power = 36400 kW: more than the charge allows; must be at most"),
+        ({**KW, "power": 80}, "or kind = 'turbocharged-diesel'"),
+        ({**KW, "power": 80, "peak": 90}, "more than the charge allows"),
+        ({**KW, "power": 500, "kind": "turbocharged-diesel"}, "intake pressure of 0.9 to 4.5 bar"),
+        ({**KW, "power": 90, "kind": "spark-ignition"}, "'turbocharged-spark-ignition'"),
+        ({**KW, "power": 0.06, "kind": "turbocharged-diesel"}, "must be at least"),
+        ({**KW, "peak": 40}, "compression alone makes 46.7 bar (compression_ratio = 18, assumed"),
+        ({**KW, "peak": 300}, "peak = 300 bar: must be between 46.7 and"),
+        ({**KW, "peak": 3}, "peak = 3: must be between 5 and 400 bar"),
+        ({**KW, "fuel_consumption": 150}, "150 g/kWh: must be between about"),
+        ({**KW, "fuel_consumption": 450}, "g/kWh at this power: the air-fuel ratio would be"),
+        (
+            {**KW, "kind": "spark-ignition", "fuel_consumption": 900},
+            "900 g/kWh: must be between",
+        ),
+        ({**KW, "kind": "steam"}, "kind = 'steam': unknown kind of engine. Allowed: diesel"),
+        ({**KW, "loads": [0]}, "loads = 0: must be between 5 and 120 percent"),
+        ({**KW, "loads": ["x"]}, "loads = 'x': must be a finite number"),
+        ({**KW, "loads": []}, "must be a list of 1 to 20 percentages"),
+        ({**KW, "power": 47, "loads": [120]}, "loads = 120: must be between 0 and 10"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_could(
+    given: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(SceneError) as error:
+        sweeps.calibrate(sheet(tmp_path), **given)
+    assert said in str(error.value)
+    assert str(error.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("bore = 0.087\n", "", "[values] bore: missing; must be a number in m"),
+        ("bore = 0.087", "bore = -1", "[values] bore = -1"),
+        ("four-stroke", "two-stroke", "cycle = 'two-stroke': must be 'four-stroke'"),
+        ("cylinders = 4", "cylinders = 4\nload = 3", "load = 3: must be within the loads"),
+        ("cylinders = 4", "cylinders = 4\nheat = 3", "not allowed; belongs to a [[diagram]]"),
+        ("cylinders = 4", "cylinders = 4\n[data_sheet]\npowr = 3", "unknown key; did you mean"),
+        ("cylinders = 4", "cylinders = 4\n[data_sheet]\npower = 'x'", "must be a number in kW"),
+        (
+            "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\ncompression_ratio = 200",
+            "compression_ratio = 200: must be between 1.5 and 40",
+        ),
+        (
+            "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\nheat = 20",
+            "heat: not allowed; it is fitted",
+        ),
+        (
+            "cylinders = 4", "cylinders = 4\n[data_sheet.cycle]\nintake_loss = 9",
+            "intake_loss = 9 bar: must be at most half of intake_pressure",
+        ),
+        ("title", 'firing_order = [1, 2]\ntitle', "must name each of the cylinders"),
+        ("title", 'pressure_factor = [1, 1, 1, 0.9]\ntitle', "pressure_factor: not allowed here"),
+        ("title", "arrangement = 2026-11-23\ntitle", "arrangement"),
+        ("title", "title = 3 #", "title"),
+        ("title", "title =", "not TOML"),
+    ],
+)  # fmt: skip
+def test_a_bad_data_sheet_is_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "sheet.toml"
+    path.write_text(SHEET.replace(old, new, 1), encoding="utf-8")
+    output = tmp_path / "fitted.toml"
+    line = refused("calibrate", path, "--power", "36.4kW", "--speed", "2700", "-o", output)
+    assert said in line
+    assert "sheet.toml" in line
+    assert not output.exists()
+
+
+def test_timing_is_either_known_or_fitted(tmp_path: Path) -> None:
+    more = "[data_sheet.cycle]\ncombustion_start = -5\n"
+    fitted(tmp_path, more, **KW)
+    with pytest.raises(SceneError, match="combustion_start: not allowed together with peak"):
+        fitted(tmp_path, more, **KW, peak=70)
+    with pytest.raises(SceneError, match="intake_pressure: not allowed for kind"):
+        more = "[data_sheet.cycle]\nintake_pressure = 0.9\n"
+        fitted(tmp_path, more, **KW, kind="spark-ignition")
+
+
+def test_a_cycle_that_fails_while_it_is_fitted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def too_hot(*_: Any) -> float:
+        raise ValueError("heat = 90 bar: must be less, the gas becomes hotter than 4000 K")
+
+    monkeypatch.setattr(cycle_fits, "brake_mean_pressure", too_hot)
+    with pytest.raises(SceneError, match=r"sheet\.toml: \[data_sheet\.cycle\]: .*hotter"):
+        sweeps.calibrate(sheet(tmp_path), **KW)
+
+
+@pytest.mark.parametrize("package", ["scipy.optimize", "pint"])
+def test_a_missing_package_is_named(
+    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps.reading import numbers_with_units
+
+    numbers_with_units._registry.cache_clear()
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(SceneError, match=r"pip install 'engine-dyn\[lab\]'"):
+        sweeps.calibrate(sheet(tmp_path), power="36.4 kW", speed="45 Hz")
+
+
+def test_a_file_that_is_none(tmp_path: Path) -> None:
+    output = tmp_path / "out.toml"
+    assert "nowhere.toml" in refused("calibrate", tmp_path / "nowhere.toml", "-o", output)
+    assert invoke("calibrate", tmp_path, "-o", output).exit_code == 2

@@ -1,0 +1,197 @@
+"""Files to start from and what describes files: new, schema --engine, info of scenes."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import tomllib
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import sweeps
+from engine_dyn.pressure.file_fields import MEANINGS
+from sweeps.errors import SceneError
+from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.reading.modelled_diagrams import KINDS
+from sweeps.scene.engine_schema import engine_schema
+from sweeps.scene.reading import built_in_scenes, read_scene
+from tests.support.commands import ok, refused
+from tests.support.engine_files import indicator_text, points
+from tests.support.json_schemas import fits
+
+SCHEMA = engine_schema()
+
+
+def in_schema(raw: Any) -> bool:
+    return fits(raw, SCHEMA, SCHEMA["$defs"])
+
+
+# --- new --engine ---------------------------------------------------------------------------------
+
+
+def uncommented(text: str, *ways: int) -> str:
+    """The template with its optional values and only these ways to a diagram."""
+    head, *sections = re.split(r"(?m)^# --- ", text)
+    kept = [head, *(s for i, s in enumerate(sections, start=1) if i in ways)]
+    body = "".join(f"# {s}" if i else s for i, s in enumerate(kept))
+    plain = re.sub(r"(?m)^# (?=(\w+ = |\[))", "", body)
+    return re.sub(r"(?m)^(arrangement|firing_order) = .*$", "", plain)
+
+
+def test_new_engine_is_a_data_sheet(tmp_path: Path) -> None:
+    text = ok("new", "--engine")
+    path = tmp_path / "mine.toml"
+    assert "calibrate" in ok("new", "--engine", path)
+    assert path.read_text("utf-8") == text
+    assert in_schema(tomllib.loads(text))
+    assert "exists" in refused("new", "--engine", path)
+    with pytest.raises(SceneError, match=r"diagram: missing; .*`engine-dyn calibrate`"):
+        load_engine(path)
+    assert sweeps.calibrate(path).rated.power == pytest.approx(30.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("way", [2, 3], ids=["measured", "modelled"])
+def test_other_ways_of_the_template_are_engines(way: int, tmp_path: Path) -> None:
+    text = uncommented(ok("new", "--engine"), way, 4)
+    (tmp_path / "pressure.csv").write_text(indicator_text(points()))
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    raw = tomllib.loads(text)
+    assert "data_sheet" not in raw and len(raw["diagram"]) == 1
+    assert in_schema(raw)
+    engine = load_engine(path)
+    assert engine.values["inertia"] == 0.25 and engine.sources
+    assert read_scene({"engine": str(path), "output": {"quantities": ["delta"]}}).engine.values
+
+
+def test_every_option_of_the_data_sheet_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(uncommented(ok("new", "--engine"), 1), encoding="utf-8")
+    made = sweeps.calibrate(path)
+    assert made.published.peak == 75 and made.published.fuel_consumption == 250
+    assert set(made.sheet.known) == {"compression_ratio", "intake_closing", "exhaust_opening"}
+    assert not set(made.assumed) & set(made.sheet.values)
+
+
+# --- new --for ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_a_scene_about_an_engine_reads(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    ok("new", path, "--for", name)
+    scene = read_scene(path)
+    assert scene.engine.name == name
+    (key,) = set(scene.axes) - {"load"}
+    assert key == ("inertia" if name != "compressor_79x83" else "flywheel_inertia")
+    assert scene.axes[key][8] == pytest.approx(scene.engine.values[key], rel=5e-3)
+    assert scene.settings["speed"] == scene.engine.values["speed"]
+
+
+def test_a_scene_names_an_engine_file_from_its_own_folder(tmp_path: Path) -> None:
+    engine = tmp_path / 'an "engine".toml'
+    engine.write_text(catalogue()["ntua"].read_text("utf-8"), encoding="utf-8")
+    ok("new", tmp_path / "study.toml", "--for", engine)
+    assert read_scene(tmp_path / "study.toml").source["engine"] == engine.name
+    (tmp_path / "deep").mkdir()
+    ok("new", tmp_path / "deep" / "study.toml", "--for", engine)
+    assert read_scene(tmp_path / "deep" / "study.toml").source["engine"] == str(engine)
+
+
+def test_what_new_refuses(tmp_path: Path) -> None:
+    assert "unknown engine" in refused("new", "--for", "nothing")
+    assert "--for: not together with --engine" in refused("new", "--engine", "--for", "ntua")
+    assert "nowhere.toml" in refused("new", "--for", tmp_path / "nowhere.toml")
+
+
+# --- schema --engine ------------------------------------------------------------------------------
+
+
+def test_the_command_prints_the_schema_of_engine_files() -> None:
+    assert json.loads(ok("schema", "--engine")) == SCHEMA
+    assert "axes" not in SCHEMA["properties"]
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_engines_of_the_catalogue_fit(name: str) -> None:
+    assert in_schema(tomllib.loads(catalogue()[name].read_text("utf-8")))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_the_reader_refuses_does_not_fit(kind: str) -> None:
+    """Each number of a modelled cycle: its ends, beyond them, a text, an unknown key."""
+    table = SCHEMA["$defs"]["".join(w.capitalize() for w in kind.split("_")) + "Diagram"]
+    for key, field in KINDS[kind].fields.items():
+        if key == "speed":
+            continue  # the diagram's own, a parameter
+        number = table["properties"][key]
+        assert f"[{field.unit}]" in number["description"]
+        for end, beyond in ((field.low, -1.0), (field.high, 1.0)):
+            assert fits(end, number, SCHEMA["$defs"]) == field.ends
+            assert not fits(end + beyond, number, SCHEMA["$defs"])
+        assert not fits("1", number, SCHEMA["$defs"])
+    needed = {"load": 100, "kind": kind}
+    needed |= {k: 0.5 * (f.low + f.high) for k, f in KINDS[kind].fields.items() if k != "speed"}
+    assert fits(needed, table, SCHEMA["$defs"])
+    assert not fits({**needed, "haet": 1}, table, SCHEMA["$defs"])
+    first = table["required"][2]
+    assert not fits({k: v for k, v in needed.items() if k != first}, table, SCHEMA["$defs"])
+
+
+def test_a_file_needs_diagrams_or_a_data_sheet() -> None:
+    raw = tomllib.loads(catalogue()["ntua"].read_text("utf-8"))
+    assert not in_schema({k: v for k, v in raw.items() if k != "diagram"})
+    sheet = {**{k: v for k, v in raw.items() if k != "diagram"}, "data_sheet": {"power": 10}}
+    assert in_schema(sheet)
+    assert not in_schema({**sheet, "data_sheet": {"powr": 10}})
+    assert not in_schema({**sheet, "data_sheet": {"cycle": {"heat": 10}}})
+    assert not in_schema({**raw, "values": {**raw["values"], "compression_ratio": 10}})
+    assert not in_schema({**raw, "engine": "ntua"})
+
+
+# --- documentation of classes ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_class_says_the_units_of_files(kind: str) -> None:
+    documentation = inspect.getdoc(KINDS[kind].cycle) or ""
+    assert f'kind = "{kind}"' in documentation
+    names = {item.name for item in fields(KINDS[kind].cycle)} - {"wall"}
+    assert set(KINDS[kind].fields) == names
+    for name, field in KINDS[kind].fields.items():
+        assert f"{name} [{field.unit}]: {field.low:.6g} to {field.high:.6g}, " in documentation
+        assert MEANINGS[name]
+
+
+# --- info of scenes -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", built_in_scenes())
+def test_info_tells_what_a_built_in_scene_is_about(name: str) -> None:
+    text = ok("info", name)
+    scene = read_scene(name)
+    assert text.startswith(f"{name}: {scene.title}\n")
+    for part in ("\nengine\n", "\nvaries, ", "\ncomputes\n", "\nsources\n"):
+        assert part in text
+    for quantity in scene.quantities:
+        assert f"\n  {quantity} [" in text
+    for key in (*scene.axes, *scene.designs):
+        assert f" {key} = " in text
+    assert scene.engine.title in text
+
+
+def test_info_of_a_scene_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    ok("new", path, "--for", "si_four_87x101")
+    text = ok("info", path)
+    assert "load = 30, 100 [percent]" in text
+    assert "25 values from 0.075 to 0.6 [kg m2]" in text
+    assert "varies, 50 designs" in text
+    path.write_text('engine = "ntua"\n', encoding="utf-8")
+    assert "output" in refused("info", path)
+    path.write_text("engine = ", encoding="utf-8")
+    assert "not TOML" in refused("info", path)

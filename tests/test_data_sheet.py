@@ -1,0 +1,67 @@
+"""docs/data_sheet.md: its five commands, typed as a new user would, and what it says of them."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCUMENT = (ROOT / "docs" / "data_sheet.md").read_text("utf-8")
+
+sys.path.insert(0, str(ROOT / "tools"))
+tool: Any = importlib.import_module("data_sheet")
+
+
+def numbers(text: str) -> list[float]:
+    return [float(found) for found in re.findall(r"(?<![\w.])[+-]?\d+\.?\d*", text)]
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_five_commands_lead_from_the_data_sheet_to_delta(tmp_path: Path) -> None:
+    typed = re.findall(r"(?m)^\$ (engine-dyn .*)$", DOCUMENT)
+    assert [c for c in typed if c != tool.REFUSED] == list(tool.COMMANDS.values())
+    assert len(tool.COMMANDS) == 5
+    blocks = re.findall(r"```console\n(.*?)\n```", DOCUMENT, re.DOTALL)
+    printed = {block.splitlines()[0]: block for block in blocks}
+    found = tool.session(tmp_path)
+    for name, command in tool.COMMANDS.items():
+        told = printed[f"$ {command}"]
+        if name == "run":  # says how long it took
+            assert "converged 125" in found[name] and "converged 125" in told
+            continue
+        words = re.sub(r"[\d.+-]+ k?B\b", "", told), re.sub(r"[\d.+-]+ k?B\b", "", found[name])
+        # The last digit of "differs by", some 0.0005 %, is that of the machine.
+        assert numbers(words[0]) == pytest.approx(numbers(words[1]), rel=1e-3, abs=2e-3)
+    rows = pd.read_csv(tmp_path / "flywheel.csv")
+    assert len(rows) == 125
+    assert (rows["status"] == "converged").all()
+    table = re.findall(r"(?m)^\| (\d+) \| (.*) \|$", DOCUMENT)
+    assert len(table) == 5
+    inertias = sorted(rows["inertia"].unique())[::8]
+    for load, deltas in table:
+        for inertia, delta in zip(inertias, deltas.split(" | "), strict=True):
+            row = rows[(rows["load"] == float(load)) & (rows["inertia"] == inertia)]
+            assert float(row["delta"].item()) == pytest.approx(float(delta), abs=5.1e-6)
+
+
+def test_what_it_says_is_refused(tmp_path: Path) -> None:
+    tool.shell(tool.COMMANDS["new_engine"], tmp_path)
+    path = tmp_path / "v2403.toml"
+    path.write_text(tool.edited(path.read_text("utf-8")), encoding="utf-8")
+    said = tool.shell(tool.REFUSED, tmp_path, status=2)
+    assert said in DOCUMENT
+    assert not (tmp_path / "other.toml").exists()
+
+
+def test_only_facts_of_the_data_sheet_are_given() -> None:
+    """What is given in the example is what the maker prints, and no more."""
+    given = set(tool.EDITS) - {"name", "title"}
+    assert given == {"bore", "stroke"}
+    assert "--power 36.4kW --speed 2700rpm" in tool.COMMANDS["calibrate"]
