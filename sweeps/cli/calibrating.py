@@ -17,18 +17,18 @@ __all__ = ["calibrate"]
 @click.command()
 @click.argument("engine", type=PATH)
 @click.option(
-    "--power", metavar="POWER", help="Rated brake power, such as 19kW; plain numbers: kW."
+    "--power", metavar="POWER", help="Rated brake power, such as 19kW. Without a unit: kW."
 )
-@click.option("--speed", metavar="SPEED", help="Rated speed; plain numbers: rpm.")
+@click.option("--speed", metavar="SPEED", help="Rated speed. Without a unit: rpm.")
 @click.option(
     "--peak",
     metavar="PRESSURE",
-    help="Largest pressure, absolute, such as 75bar; plain: bar.",
+    help="Largest pressure, absolute. Without a unit: bar.",
 )
 @click.option(
     "--fuel-consumption",
     metavar="RATE",
-    help="At rated power; plain numbers: g/kWh.",
+    help="At rated power. Without a unit: g/kWh.",
 )
 @click.option(
     "--kind",

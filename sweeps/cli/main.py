@@ -31,7 +31,7 @@ def main() -> None:
 
 
 for command in (
-    run, extend, merge, rerun, calibrate, measured, compare, export, info, plot, plan, list_, schema,
-    new,
+    run, extend, merge, rerun, measured, compare, export, info, plot, plan, list_, schema, new,
+    calibrate,
 ):  # fmt: skip
     main.add_command(command)
