@@ -10,7 +10,7 @@ from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import ToothErrors
 from engine_dyn.recordings.wheel import TURN, Wheel
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [
     "Fluctuation",
@@ -167,6 +167,7 @@ def find_gap_angle(
     wheel: Wheel,
     period: float,
     gap_angle: float | None = None,
+    used: Booleans | None = None,
 ) -> GapAngle:
     """Angle of the first tooth at which computed speeds are most like measured ones.
 
@@ -184,9 +185,13 @@ def find_gap_angle(
         Angle of the cycle [rad].
     gap_angle : float, optional
         Where it is known, only the turn is looked for.
+    used : ndarray of bool, shape (teeth,), optional
+        Intervals that count; all unless given.
     """
     turns = round(period / TURN)
     width = np.tile(wheel.width, turns)
+    sound = np.ones(wheel.teeth, dtype=bool) if used is None else used
+    share = np.where(np.tile(sound, turns), width, 0.0)
     edges = np.concatenate([[0.0], np.cumsum(width)])
     count = round(TURN / SHIFTS) if gap_angle is None else 1
     shifts = (0.0 if gap_angle is None else gap_angle) + TURN / count * np.arange(count)
@@ -199,18 +204,20 @@ def find_gap_angle(
             for number, shift in enumerate(shifts):
                 start = (shift + TURN * turn - fine[0]) % period + fine[0]
                 seen = width / np.diff(np.interp(start + edges, fine, time))
-                found[place, turn, number] = likeness(measured, seen, width)[0]
+                found[place, turn, number] = likeness(measured, seen, share)[0]
     best = int(np.argmax(found.max(axis=1).mean(axis=0)))
     turn = found[:, :, best].argmax(axis=1)
     shift = float(shifts[best])
     if gap_angle is None:
-        shift = _without_errors(raw, angle, speed, wheel, period, shift + TURN * turn) + shift
+        starts = shift + TURN * turn
+        shift += _without_errors(raw, angle, speed, wheel, period, starts, sound)
     return GapAngle(shift, turn, found[:, :, best])
 
 
 def _without_errors(
-    raw: Floats, angle: Floats, speed: Floats, wheel: Wheel, period: float, starts: Floats
-) -> float:
+    raw: Floats, angle: Floats, speed: Floats, wheel: Wheel, period: float, starts: Floats,
+    used: Booleans,
+) -> float:  # fmt: skip
     """Change of the gap's angle that the part of the speeds asks for that no teeth can make.
 
     Errors of the teeth are the same in all turns and recordings: the mean of the logarithms over
@@ -221,11 +228,11 @@ def _without_errors(
     edges = np.concatenate([[0.0], np.cumsum(width)])
 
     def rest(speeds: Floats) -> Floats:
-        logs = np.log(speeds)
-        logs = (logs - logs.mean(axis=1, keepdims=True)).reshape(-1, wheel.teeth)
-        return np.asarray(logs - logs.mean(axis=0))
+        logs = np.log(speeds).reshape(len(speeds), turns, -1)[:, :, used]
+        logs = logs - logs.mean(axis=(1, 2), keepdims=True)
+        return np.asarray(logs - logs.mean(axis=(0, 1))).reshape(-1, logs.shape[2])
 
-    wanted = rest(raw)
+    wanted, share = rest(raw), wheel.width[used]
     if len(wanted) < 2:
         return 0.0
     clocks = [_clock(angle, one, period) for one in speed]
@@ -237,8 +244,8 @@ def _without_errors(
             for (f, time), s in zip(clocks, starts, strict=True)
         ]
         one = rest(np.array(shown))
-        alike[place] = np.sum(one * wanted * wheel.width) / np.sqrt(
-            np.sum(one * one * wheel.width) * np.sum(wanted * wanted * wheel.width) + 1e-300
+        alike[place] = np.sum(one * wanted * share) / np.sqrt(
+            np.sum(one * one * share) * np.sum(wanted * wanted * share) + 1e-300
         )
     best = int(np.argmax(alike))
     if not 0 < best < changes.size - 1:

@@ -107,13 +107,13 @@ def _tag(view: View, place: int) -> str:
     """A recording by the value of the axis it belongs to, and its file."""
     texts = []
     for key, coordinate in view.data.coords.items():
-        if coordinate.dims == ("recording",) and key not in ("recording", "file"):
+        if coordinate.dims == ("recording",) and key not in ("recording", "file", "design_number"):
             value = coordinate.values[place]
             if coordinate.dtype.kind in "if":
                 texts.append(value_text(coordinate.variable, str(key), float(value)))
             else:
                 texts.append(shorten(str(value)))
-    return ", ".join(texts[:2]) or shorten(str(view.data["file"].values[place]))
+    return ", ".join(texts[:1]) or shorten(str(view.data["file"].values[place]))
 
 
 def _closed(angle: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -127,7 +127,7 @@ def _percent(values: Floats, mean: float) -> Floats:
 
 
 def _weighted_mean(view: View, values: Floats) -> float:
-    width = _numbers(view, "interval_width")
+    width = _numbers(view, "interval_width") * _numbers(view, "interval_used")
     return float(np.sum(values * width) / np.sum(width))
 
 
@@ -158,6 +158,8 @@ def _raw(panel: Axes, view: View, place: int) -> Entries:
     mean, spread = (_numbers(view, name)[place] for name in ("omega_raw", "omega_raw_std"))
     own = _numbers(view, "omega_through_wheel")[place]
     level, other_level = _weighted_mean(view, mean), _weighted_mean(view, own)
+    used = _numbers(view, "interval_used") > 0
+    mean, own = np.where(used, mean, np.nan), np.where(used, own, np.nan)
     x, y = _closed(angle, _percent(mean, level))
     _, half = _closed(angle, 100.0 * spread / level)
     band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.2, linewidth=0)
@@ -226,6 +228,7 @@ def _differences(view: View) -> Figure:
         x, y = _closed(angle, _difference(view, corrected, between))
         if with_wheel:
             y = _closed(angle, _difference(view, raw, through))[1]
+        y = np.where(_closed(angle, _numbers(view, "interval_used"))[1] > 0, y, np.nan)
         _, half = _closed(angle, 100.0 * spread / level / np.sqrt(cycles[place]))
         band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.25,
                                   linewidth=0)  # fmt: skip

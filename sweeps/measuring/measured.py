@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from engine_dyn.recordings.measured_speed import (
     Fluctuation,
@@ -20,7 +21,7 @@ from engine_dyn.recordings.measured_speed import (
 )
 from engine_dyn.recordings.tooth_errors import ToothErrors, speed_through_wheel, tooth_errors
 from engine_dyn.recordings.wheel import TURN, Wheel
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
@@ -36,6 +37,13 @@ __all__ = ["ORDERS", "measured"]
 
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders of the crank's turn that are compared."""
+
+AROUND = 5
+"""Neighbours on each side of an interval that tell how far it is off."""
+
+FAR_OFF, LEAST_OFF = 10.0, 0.02
+"""Deviation from the neighbours, over the median one and relative to the speed, from which an
+interval is left out."""
 
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
@@ -67,6 +75,8 @@ class _Curves:
         Errors of the intervals and their standard errors; 0 where none are known.
     edges : list of ndarray, shape (intervals + 1,)
         True angles of the teeth [rad].
+    sound : ndarray of bool, shape (recordings, intervals)
+        False for intervals beside a gap that are far off, see `_sound_intervals`.
     of_wheel : ToothErrors, optional
         Estimated from all recordings.
     gap_angle : float, optional
@@ -81,10 +91,11 @@ class _Curves:
     errors: Floats
     unsure: Floats
     edges: list[Floats]
+    sound: Booleans
     of_wheel: ToothErrors | None = None
     gap_angle: float | None = None
 
-    def sorted(self, rows: Sequence[Floats] | Floats) -> Floats:
+    def in_order(self, rows: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of all recordings in the order of the angle."""
         return np.array([row[order] for row, order in zip(rows, self.order, strict=True)])
 
@@ -178,16 +189,23 @@ def _curves(
     wheel, turns = given.wheel, round(period / TURN)
     cycles = [cycles_of_turns(r.teeth, turns) for r in records if r.teeth is not None]
     raw = np.array([one.mean(axis=0) for one in cycles])
+    sound = _sound_intervals(raw, wheel)
+    each = np.tile(sound, turns)
     known = given.table.gap_angle
     found = find_gap_angle(
-        raw, angle, speeds, wheel, period, None if known is None else known * DEGREE
+        raw, angle, speeds, wheel, period, None if known is None else known * DEGREE, sound
     )
     starts = found.angle + TURN * found.turn
+
+    def first_tooth(start: float, one: Floats) -> float:
+        """Its true angle: sound teeth are on the average where they should be."""
+        aside = np.concatenate([[0.0], np.cumsum(wheel.width * one)[:-1]])
+        return start - float(aside[sound & np.roll(sound, 1)].mean())
 
     def between(errors: Floats) -> Floats:
         """Computed speed between the true teeth, for the errors of each recording."""
         seen = [
-            speed_through_wheel(angle, speed, wheel, float(start), period, one)
+            speed_through_wheel(angle, speed, wheel, first_tooth(start, one), period, one)
             for speed, start, one in zip(speeds, starts, errors, strict=True)
         ]
         return np.array(seen) * np.tile(1.0 + errors, turns)
@@ -206,12 +224,29 @@ def _curves(
         np.tile(errors, turns),
         np.tile(unsure, turns),
         [
-            start + np.concatenate([[0.0], np.cumsum(width * np.tile(1.0 + one, turns))])
+            first_tooth(start, one)
+            + np.concatenate([[0.0], np.cumsum(width * np.tile(1.0 + one, turns))])
             for start, one in zip(starts, errors, strict=True)
         ],
+        np.tile(each, (len(records), 1)),
         of_wheel,
         found.angle,
     )
+
+
+def _sound_intervals(raw: Floats, wheel: Wheel) -> Booleans:
+    """Intervals of the wheel that are not far off their neighbours in every turn.
+
+    Beside a gap, inductive sensors see teeth at other places, off by a tenth of a pitch and more.
+    Far off is by more than FAR_OFF times the median deviation of all intervals, and by more than
+    LEAST_OFF.
+    """
+    mean = np.log(raw).reshape(-1, wheel.teeth).mean(axis=0)
+    around = np.stack([np.roll(mean, shift) for shift in range(-AROUND, AROUND + 1)])
+    off = np.abs(mean - np.median(around, axis=0))
+    if wheel.teeth < 4 * AROUND or wheel.even:
+        return np.ones(wheel.teeth, dtype=bool)
+    return np.asarray(off <= max(FAR_OFF * float(np.median(off)), LEAST_OFF))
 
 
 def _errors_of(
@@ -254,7 +289,8 @@ def _curves_over_angle(
     edges = np.append(middle, middle[0] + period) - 0.5 * width[0]
     count, nothing = len(cycles), np.zeros(between.shape)
     order = [np.arange(middle.size)] * count
-    return _Curves(middle, width, order, cycles, between, nothing, nothing, [edges] * count)
+    sound = np.ones(between.shape, dtype=bool)
+    return _Curves(middle, width, order, cycles, between, nothing, nothing, [edges] * count, sound)
 
 
 def _dataset(
@@ -267,20 +303,24 @@ def _dataset(
     recording, over, along = ("recording",), ("recording", "interval"), ("recording", "crank_angle")
     count, period = range(len(records)), float(curves.width.sum())
     raw = [one.mean(axis=0) for one in curves.cycles]
-    mean = curves.sorted(raw)
-    spread = curves.sorted([_deviation(one) for one in curves.cycles])
-    errors, between = curves.sorted(curves.errors), curves.sorted(curves.between)
+    mean = curves.in_order(raw)
+    spread = curves.in_order([_deviation(one) for one in curves.cycles])
+    errors, between = curves.in_order(curves.errors), curves.in_order(curves.between)
     corrected, through = mean * (1.0 + errors), between / (1.0 + errors)
     smooth = np.array(
         [speed_over_angle(raw[i] * (1.0 + curves.errors[i]), curves.edges[i], angle) for i in count]
     )
     around = np.array([np.interp(angle, curves.middle, one, period=period) for one in spread])
-    known = [likeness(mean[i], through[i], curves.width) for i in count]
-    plain = [likeness(corrected[i], between[i], curves.width) for i in count]
-    raw_delta = [fluctuation(one) for one in curves.cycles]
+    sound = curves.in_order(curves.sound)[0]
+    share = np.where(sound, curves.width, 0.0)
+    known = [likeness(mean[i], through[i], share) for i in count]
+    plain = [likeness(corrected[i], between[i], share) for i in count]
+    raw_delta = [fluctuation(c[:, s]) for c, s in zip(curves.cycles, curves.sound, strict=True)]
     delta = [_corrected(one, curves, i) for i, one in enumerate(curves.cycles)]
     orders = ORDERS[ORDERS * round(period / TURN) % 1 == 0]
-    size, phase = orders_of_samples(corrected, curves.middle, curves.width, orders)
+    size, phase = orders_of_samples(
+        corrected[:, sound], curves.middle[sound], curves.width[sound], orders
+    )
     own, own_phase = orders_of_samples(speeds, angle, np.full(angle.size, POINT), orders)
     rad, one = "rad s-1", "1"
     data: dict[str, Any] = {
@@ -298,7 +338,7 @@ def _dataset(
                                 "standard deviation of delta over cycles, measured"),
         "delta": (recording, _computed_deltas(computed, given, speeds), one,
                   "coefficient of speed fluctuation, computed"),
-        "delta_through_wheel": (recording, _fluctuations(through), one,
+        "delta_through_wheel": (recording, _fluctuations(through[:, sound]), one,
                                 "coefficient of speed fluctuation, computed, through the wheel"),
         "correlation_raw": (recording, [k[0] for k in known], one,
                             "correlation of raw speed and computed speed through the wheel"),
@@ -349,6 +389,19 @@ def _dataset(
     return dataset
 
 
+def _joined(means: Floats, edges: Floats, sound: Booleans) -> tuple[Floats, Floats]:
+    """Means and edges with each run of unsound intervals as one: its outer teeth are sound."""
+    if sound.all() or not sound.any():
+        return means, edges
+    first = int(np.flatnonzero(sound)[0])  # begin with a sound interval
+    width = np.roll(np.diff(edges), -first)
+    time = np.concatenate([[0.0], np.cumsum(width / np.roll(means, -first))])
+    turned = np.concatenate([[0.0], np.cumsum(width)]) + edges[first]
+    good = np.roll(sound, -first)
+    keep = np.concatenate([[True], good[1:] | good[:-1], [True]])
+    return np.diff(turned[keep]) / np.diff(time[keep]), turned[keep]
+
+
 def _deviation(cycles: Floats) -> Floats:
     """Standard deviation over cycles; of one cycle there is none."""
     return cycles.std(axis=0, ddof=1) if len(cycles) > 1 else np.full(cycles.shape[1], np.nan)
@@ -356,9 +409,11 @@ def _deviation(cycles: Floats) -> Floats:
 
 def _corrected(cycles: Floats, curves: _Curves, place: int) -> Fluctuation:
     """Fluctuation with the errors of the teeth taken out, where they are known."""
+    sound = curves.sound[place]
     if not curves.errors[place].any():
-        return fluctuation(cycles)
-    return fluctuation(cycles, ToothErrors(curves.errors[place], curves.unsure[place]))
+        return fluctuation(cycles[:, sound])
+    errors = ToothErrors(curves.errors[place][sound], curves.unsure[place][sound])
+    return fluctuation(cycles[:, sound], errors)
 
 
 def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> Floats:
@@ -391,6 +446,9 @@ def _coordinates(
         "interval_width": ("interval", curves.width / DEGREE,
                            {"long_name": "width of the interval between teeth",
                             "units": "degree"}),
+        "interval_used": ("interval", curves.in_order(curves.sound)[0].astype(np.int8),
+                          {"long_name": "whether delta, likeness and orders take the interval (1)",
+                           "units": "1"}),
         "order": ("order", orders, {"long_name": "order of the crank's turn", "units": "1"}),
     }  # fmt: skip
     if given.wheel is not None and curves.of_wheel is not None:
@@ -422,6 +480,12 @@ def _attributes(
                 f"{other.mean() / RPM:.1f} rpm: delta changes with the square of the speed; give "
                 "the measured speed to the scene"
             )
+    if given.wheel is not None and not curves.sound.all():
+        places = np.flatnonzero(~curves.sound[0][: given.wheel.teeth]) + 1
+        remarks.append(
+            f"intervals {', '.join(map(str, places))} of {given.wheel.teeth} after the gap are far "
+            "off their neighbours in every turn: left out of delta, likeness and orders"
+        )
     how = given.errors if isinstance(given.errors, str) else "given"
     said = {
         "others": "estimated from the other recordings with their computed speeds",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from engine_dyn.recordings.encoder import teeth_of_signal
+from engine_dyn.recordings.encoder import EncoderSignal, teeth_of_signal
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Floats
@@ -79,36 +79,92 @@ def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord
         One line: a file that cannot be read, a column that is not clear, a signal in which the
         wheel is not found (with what was found).
     """
+    if measured.table.kind == "encoder":
+        return _signals(measured, name)
     return [
         _record(measured, path, file, period, f"{name}: [measured] {file}")
         for path, file in zip(measured.paths, measured.files, strict=True)
     ]
 
 
+def _recording(measured: Measured, path: Path, where: str) -> Recording:
+    keys = {key: getattr(measured.table, key) for key in ReadingChoices.model_fields}
+    return read_recording(path, where, ReadingChoices(**keys))
+
+
 def _record(measured: Measured, path: Path, file: str, period: float, where: str) -> SpeedRecord:
+    """A recording of speed over angle, or of times of teeth."""
     table = measured.table
-    keys = {key: getattr(table, key) for key in ReadingChoices.model_fields}
-    recording = read_recording(path, where, ReadingChoices(**keys))
+    recording = _recording(measured, path, where)
     try:
         if table.kind == "speed":
             angle, cycles, remarks = _speed_over_angle(recording, table, period)
             return SpeedRecord(file, recording.sha256, None, angle, cycles, remarks)
         assert measured.wheel is not None
-        if table.kind == "teeth":
-            times = _flat(recording, _column(recording, table.column, "column", ("time",)))
-            times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
-            teeth = find_turns(times, measured.wheel)
-            return SpeedRecord(file, recording.sha256, teeth, None, None, teeth.faults)
-        signal, interval = _signal(recording, table)
-        found = teeth_of_signal(
-            signal, interval, measured.wheel, threshold=table.threshold,
-            hysteresis=table.hysteresis, edge=table.edge,
-        )  # fmt: skip
-        return SpeedRecord(file, recording.sha256, found.teeth, None, None, found.remarks)
+        times = _flat(recording, _column(recording, table.column, "column", ("time",)))
+        times = times * _factor(recording, table.column, ("time",), table.unit, TIME, "time")
+        teeth = find_turns(times, measured.wheel)
+        return SpeedRecord(file, recording.sha256, teeth, None, None, teeth.faults)
     except SceneError:
         raise
     except ValueError as error:
         raise SceneError(f"{where}: {error}") from None
+
+
+def _signals(measured: Measured, name: str) -> list[SpeedRecord]:
+    """Recordings of a sensor, all with one edge and threshold at one height of the swing.
+
+    Where a tooth seems to pass depends on the threshold: with another one in each recording the
+    wheel would have other errors in each.
+    """
+    table, wheel = measured.table, measured.wheel
+    assert wheel is not None
+    read = []
+    for path, file in zip(measured.paths, measured.files, strict=True):
+        where = f"{name}: [measured] {file}"
+        recording = _recording(measured, path, where)
+        signal, interval = _signal(recording, table)
+        try:
+            found = teeth_of_signal(
+                signal, interval, wheel, threshold=table.threshold, hysteresis=table.hysteresis,
+                edge=table.edge,
+            )  # fmt: skip
+        except ValueError as error:
+            raise SceneError(f"{where}: {error}") from None
+        read.append((file, recording.sha256, signal, interval, found))
+    chosen = [(_height(one[-1]), one[-1].crossings.edge) for one in read]
+    best = [one[-1] for one in read]
+    if len({(round(height, 6), edge) for height, edge in chosen}) > 1:
+        merits = []
+        for height, edge in chosen:
+            again = []
+            for _, _, signal, interval, found in read:
+                threshold = found.low + height * (found.high - found.low)
+                try:
+                    again.append(
+                        teeth_of_signal(signal, interval, wheel, threshold=threshold, edge=edge,
+                                        hysteresis=table.hysteresis)
+                    )  # fmt: skip
+                except ValueError:
+                    break
+            if len(again) == len(read):
+                lost = sum(len(one.teeth.turn) for one in best) - sum(
+                    len(one.teeth.turn) for one in again
+                )
+                merits.append(
+                    (max(lost - len(read), 0), sum(o.teeth.scatter for o in again), again)
+                )
+        if merits:
+            best = min(merits, key=lambda merit: merit[:2])[2]
+    return [
+        SpeedRecord(file, digest, found.teeth, None, None, found.remarks)
+        for (file, digest, *_), found in zip(read, best, strict=True)
+    ]
+
+
+def _height(found: EncoderSignal) -> float:
+    """Threshold as a fraction of the swing."""
+    return (found.crossings.threshold - found.low) / (found.high - found.low)
 
 
 def _column(

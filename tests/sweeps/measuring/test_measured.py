@@ -45,10 +45,12 @@ def clock(computed: xr.Dataset, load: int) -> CubicSpline:
     return slow.antiderivative()
 
 
-def stamps(computed: xr.Dataset, load: int, first_turn: int = 0, seed: int = 0) -> np.ndarray:
+def stamps(
+    computed: xr.Dataset, load: int, first_turn: int = 0, seed: int = 0, errors: np.ndarray = ERRORS
+) -> np.ndarray:
     """Times of teeth; single cycles differ by a random factor on the speed of a tenth of a %."""
     time = clock(computed, load)
-    within = np.cumsum(np.concatenate([[0.0], (WHEEL.width * (1 + ERRORS))[:-1]]))
+    within = np.cumsum(np.concatenate([[0.0], (WHEEL.width * (1 + errors))[:-1]]))
     turns = 2 * CYCLES + 1
     angle = np.deg2rad(GAP) + 2 * np.pi * (first_turn + np.arange(turns))[:, None] + within
     angle = np.append(angle.ravel(), angle[-1, 0] + 2 * np.pi)
@@ -151,6 +153,29 @@ def test_orders_of_both(compared: xr.Dataset, computed: xr.Dataset) -> None:
         assert float(found.omega_measured_order) == pytest.approx(
             abs(wave), abs=0.002 * omega.mean() / np.sqrt(116 * CYCLES) * 6
         )
+
+
+def test_teeth_far_off_beside_the_gap_are_left_out(tmp_path: Path, computed: xr.Dataset) -> None:
+    """As inductive sensors see them; the tooth times of the gap's neighbours are off by 15 %."""
+    errors = ERRORS.copy()
+    errors[0], errors[-2] = -0.15, -0.09
+    errors[-1] += (ERRORS[0] + 0.15 + ERRORS[-2] + 0.09) / 3.0
+    for load in LOADS:
+        times = stamps(computed, load, seed=load, errors=errors)
+        text = "\n".join(f"{one:.9f}" for one in times)
+        (tmp_path / f"teeth_{load}.csv").write_text("time [s]\n" + text + "\n")
+    found = sweeps.measured(
+        scene_with(tmp_path, file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS})
+    )
+    assert "intervals 1, 57, 58 of 58" in found.attrs["remarks"]
+    assert found.interval_used.values.sum() == 116 - 6
+    assert np.all(np.abs(found.delta_measured - found.delta) < 0.002)
+    # sound teeth are all nearly 15 % of a pitch before their places behind the first one
+    aside = np.rad2deg(np.cumsum(WHEEL.width * errors)[:-3]).mean()
+    assert aside < -0.7
+    assert found.attrs["gap_angle"] == pytest.approx(GAP + aside, abs=0.2)
+    off = (found.omega_measured - found.omega) / found.omega.mean("crank_angle")
+    assert float(np.abs(off).max()) < 0.005
 
 
 def test_a_known_gap_angle_is_taken(teeth: Path) -> None:
