@@ -1,0 +1,316 @@
+"""From recorded angles and pressures to cycles on one grid: range, direction, dead centre, gaps.
+
+Angles are in degree here, as files have them: a grid of half degrees stays one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+from sweeps.errors import SceneError, counted, one_line
+from sweeps.reading.laboratory.pressure_options import PressureOptions
+from sweeps.reading.laboratory.recorded_columns import Recording
+
+__all__ = ["CrankAngles", "crank_angles", "cut_into_cycles", "is_half_a_cycle_late", "work_sign"]
+
+SAME = 1e-6
+"""Degrees within which angles are the same."""
+
+GAP = 2.5
+"""A step is a gap where it is longer than this many of the steps on both its sides."""
+
+
+class CrankAngles(NamedTuple):
+    """Angle of each sample, rising over all cycles.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (samples,)
+        [degree], rising.
+    pressures : dict of ndarray, shape (samples,)
+        In the same order.
+    rolls_over : float
+        Degrees after which the file's angle begins again; 0 where it does not.
+    """
+
+    angle: Floats
+    pressures: dict[str, Floats]
+    rolls_over: float
+
+
+@dataclass
+class _Place:
+    """Where messages say that something is."""
+
+    recording: Recording
+
+    def __call__(self, sample: int) -> str:
+        return f"{self.recording.label}, {self.recording.place(sample)}"
+
+
+def crank_angles(
+    recording: Recording, angle: Floats, pressures: dict[str, Floats], period: float,
+    options: PressureOptions, said: list[str],
+) -> CrankAngles:  # fmt: skip
+    """Put samples in the order of the crank angle, whatever range and direction the file has.
+
+    Parameters
+    ----------
+    recording : Recording
+        For messages.
+    angle : ndarray, shape (samples,)
+        As the file has it [degree].
+    pressures : dict of ndarray, shape (samples,), (cycles, samples) or (samples, cycles)
+        Of each cylinder.
+    period : float
+        Of a cycle [degree].
+    options : PressureOptions
+        `direction`.
+    said : list of str
+        What was found is added.
+
+    Raises
+    ------
+    SceneError
+        For lengths that do not fit, and angles that neither rise nor fall.
+    """
+    flat, angles = {}, angle
+    for name, values in pressures.items():
+        angles, flat[name] = _in_one_column(recording, name, values, angle, period)
+    place = _Place(recording)
+    steps = np.diff(angles)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if usual == 0.0:
+        raise SceneError(f"{recording.label}: the crank angle does not rise; is it another column?")
+    falls = usual < 0.0
+    if falls:
+        said.append("angles fall from row to row")
+        angles = -angles
+    unwrapped, rolls_over = _unwrapped(angles, period, place)
+    whole = unwrapped[-1] - unwrapped[0]
+    several = whole > period * 1.01
+    backward = options.direction == "backward" or (falls and several and options.direction is None)
+    if falls and not backward:  # the rows are in the other order
+        return CrankAngles(
+            -unwrapped[::-1], {name: values[::-1] for name, values in flat.items()}, rolls_over
+        )
+    if falls:
+        said.append("counted backward: an angle of 10 becomes -10")
+        return CrankAngles(unwrapped, flat, rolls_over)
+    if backward:
+        said.append("counted backward: an angle of 10 becomes -10")
+        return CrankAngles(
+            -unwrapped[::-1], {name: values[::-1] for name, values in flat.items()}, rolls_over
+        )
+    return CrankAngles(unwrapped, flat, rolls_over)
+
+
+def _in_one_column(
+    recording: Recording, name: str, values: Floats, angle: Floats, period: float
+) -> tuple[Floats, Floats]:
+    """Angles and pressures of all cycles, one after the other."""
+    count = len(angle)
+    if values.ndim == 1:
+        if len(values) != count:
+            raise SceneError(
+                f"{recording.label}, column '{one_line(name, 60)}': {len(values)} samples, the "
+                f"angle has {count}"
+            )
+        return angle, values
+    if count not in values.shape:
+        raise SceneError(
+            f"{recording.label}, '{one_line(name, 60)}': {values.shape[0]} by {values.shape[1]}; "
+            f"one of them must be the number of angles, {count}"
+        )
+    rows = values if values.shape[1] == count else values.T
+    if len(rows) == 1:
+        return angle, rows[0]
+    span = float(angle[-1] - angle[0])
+    if abs(abs(span) - period) < SAME:  # the end of a cycle is the beginning of the next
+        angle, rows = angle[:-1], rows[:, :-1]
+    if angle[0] == angle[-1]:
+        raise SceneError(f"{recording.label}: the crank angle does not rise")
+    turn = np.copysign(period, angle[-1] - angle[0])
+    angles = angle[None, :] + turn * np.arange(len(rows))[:, None]
+    return angles.reshape(-1), rows.reshape(-1)
+
+
+def _unwrapped(angles: Floats, period: float, place: _Place) -> tuple[Floats, float]:
+    """Angles that rise on and on, and after how many degrees the given ones began again."""
+    steps = np.diff(angles)
+    usual = float(np.median(steps))
+    back = np.flatnonzero(steps < -10.0 * usual)
+    rolls_over = 0.0
+    if len(back):
+        span = float(angles.max() - angles.min())
+        rolls_over = 360.0 * round((span + usual) / 360.0)
+        if rolls_over not in (360.0, 720.0) or rolls_over > period:
+            at = int(back[0])
+            raise SceneError(
+                f"{place(at + 1)}: the crank angle goes from {angles[at]:g} to "
+                f"{angles[at + 1]:g}; must rise or fall within a cycle of {period:g} degree"
+            )
+        turns = np.zeros(len(angles))
+        turns[back + 1] = rolls_over
+        angles = angles + np.cumsum(turns)
+        steps = np.diff(angles)
+    wrong = np.flatnonzero(steps < -SAME)
+    if len(wrong):
+        at = int(wrong[0])
+        raise SceneError(
+            f"{place(at + 1)}: the crank angle goes from {angles[at]:g} to {angles[at + 1]:g}; "
+            "must rise or fall within a cycle"
+        )
+    return np.asarray(angles), rolls_over
+
+
+def work_sign(angle: Floats, pressure: Floats) -> float:
+    """Work of a recording over the area of its absolute value: from -1 to 1, above 0 of engines.
+
+    `angle` [degree] counts from top dead centre; the sine stands for the piston's speed.
+    """
+    weights = np.gradient(angle)
+    speed = np.sin(angle * DEGREE)
+    above = pressure - pressure.min()
+    area = float((above * np.abs(speed) * weights).sum())
+    return float((above * speed * weights).sum()) / area if area > 0.0 else 0.0
+
+
+def is_half_a_cycle_late(angle: Floats, pressure: Floats, period: float) -> tuple[bool, float]:
+    """Whether the largest pressure lies near the other dead centre, and where it lies.
+
+    Parameters
+    ----------
+    angle, pressure : ndarray, shape (samples,)
+        All cycles; angles [degree].
+    period : float
+        720 of a four-stroke cycle, where the other dead centre is 360 degrees away.
+    """
+    inside = (angle + 0.5 * period) % period - 0.5 * period
+    places = np.floor(inside).astype(np.int64)
+    places -= places.min()
+    counts = np.bincount(places)
+    means = np.bincount(places, weights=pressure) / np.maximum(counts, 1)
+    means[counts == 0] = -np.inf
+    peak = float(np.argmax(means)) + np.floor(inside.min())
+    return abs(peak) > 0.25 * period, peak
+
+
+def cut_into_cycles(
+    recording: Recording, angle: Floats, pressure: Floats, period: float, name: str,
+    step: float | None, said: list[str],
+) -> RecordedCycles:  # fmt: skip
+    """Cut a signal into cycles from bottom dead centre of the gas exchange on; whole ones are kept.
+
+    Parameters
+    ----------
+    recording : Recording
+        For messages.
+    angle, pressure : ndarray, shape (samples,)
+        Angles [degree] rise over all cycles, 0 is a firing dead centre; pressures [Pa].
+    period : float
+        [degree]
+    name : str
+        Of the column.
+    step : float, optional
+        Onto this grid cycles that differ are interpolated [degree].
+    said : list of str
+        What was found is added.
+
+    Raises
+    ------
+    SceneError
+        For gaps, and for cycles of unequal length where no step is given.
+    """
+    where = f"{recording.label}, '{one_line(name, 60)}'"
+    usual = float(np.median(np.diff(angle)))
+    total = float(angle[-1] - angle[0]) + usual
+    if total < period - max(5.0, 3.0 * usual):
+        raise SceneError(
+            f"{where}: covers {total:.6g} degree; must be a whole cycle of {period:g} degree"
+        )
+    number = np.floor(np.round((angle + 0.5 * period) / SAME) * SAME / period).astype(np.int64)
+    inside: Floats = np.asarray(np.round(angle - number * period, 7), np.float64)
+    if total < 2.0 * period - 3.0 * usual:
+        cycles = [_one_cycle(inside, pressure, period, where)]
+    else:
+        begins = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
+        ends = np.append(begins[1:], len(number))
+        cycles = [(inside[b:e], pressure[b:e]) for b, e in zip(begins, ends, strict=True)]
+        for place, (cut, _) in ((0, cycles[0]), (-1, cycles[-1])):
+            if cut[-1] - cut[0] + 1.5 * usual < period:
+                cycles.pop(place)
+                said.append(f"the {'first' if place == 0 else 'last'} cycle is not whole, left out")
+    grids = [grid for grid, _ in cycles]
+    for order, grid in enumerate(grids, start=1):
+        _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)
+    lengths = np.array([len(grid) for grid in grids])
+    if np.ptp(lengths) == 0:
+        spread = float(np.abs(np.array(grids) - grids[0]).max())
+        if spread < 0.01 * usual:
+            angles = grids[0]
+            return _recorded(angles, np.array([values for _, values in cycles]), period)
+    if step is None:
+        common = int(np.bincount(lengths).argmax())
+        odd = int(np.argmax(lengths != common)) if np.ptp(lengths) else 1
+        raise SceneError(
+            f"{where}: cycle {odd + 1} of {len(cycles)} has {counted(int(lengths[odd]), 'sample')}"
+            + (f", the others {common}" if np.ptp(lengths) else " at other angles than the first")
+            + "; angle_step interpolates all onto one grid"
+        )
+    even: Floats = np.linspace(-0.5 * period, 0.5 * period, round(period / step), endpoint=False)
+    rows = [np.interp(even, values_at, values, period=period) for values_at, values in cycles]
+    said.append(f"cycles of {lengths.min()} to {lengths.max()} samples interpolated onto one grid")
+    return _recorded(even, np.array(rows), period)
+
+
+def _recorded(angle: Floats, pressure: Floats, period: float) -> RecordedCycles:
+    return RecordedCycles(angle * DEGREE, pressure, period * DEGREE)
+
+
+def _one_cycle(
+    inside: Floats, pressure: Floats, period: float, where: str
+) -> tuple[Floats, Floats]:
+    """One cycle in the order of its angles; the same angle twice (both ends) is averaged."""
+    order = np.argsort(inside, kind="stable")
+    inside, pressure = inside[order], pressure[order]
+    same = np.flatnonzero(np.diff(inside) < SAME)
+    highest = float(np.abs(pressure).max())
+    for at in same:
+        difference = abs(float(pressure[at + 1] - pressure[at]))
+        if difference > 0.02 * highest:
+            raise SceneError(
+                f"{where}: two pressures at {inside[at]:g} degree differ by "
+                f"{difference / highest:.1%} of the largest; must be the same within 2 %"
+            )
+    if len(same):
+        pressure = pressure.copy()
+        pressure[same] = 0.5 * (pressure[same] + pressure[same + 1])
+        keep = np.ones(len(inside), dtype=bool)
+        keep[same + 1] = False
+        inside, pressure = inside[keep], pressure[keep]
+    return inside, pressure
+
+
+def _check_gaps(angle: Floats, period: float, where: str) -> None:
+    """Refuse a cycle with a gap: a step much longer than those on both its sides."""
+    if len(angle) < 8:
+        raise SceneError(f"{where}: {counted(len(angle), 'sample')}; must be 8 at least")
+    steps = np.diff(angle, append=angle[0] + period)
+    beside = np.maximum(np.roll(steps, 1), np.roll(steps, -1))
+    gap = np.flatnonzero(steps > GAP * beside)
+    if len(gap):
+        at = int(gap[0])
+        raise SceneError(
+            f"{where}: no samples between {angle[at]:g} and {angle[at] + steps[at]:g} degree "
+            f"(steps beside it: {beside[at]:g}); must have no gaps"
+        )
+    if not np.all(steps > 0.0):
+        at = int(np.argmin(steps))
+        raise SceneError(f"{where}: the angle {angle[at]:g} degree is there twice")

@@ -1,0 +1,126 @@
+"""A recorded pressure once it is read: cycles of each cylinder, the diagram, and what was done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+from sweeps.errors import SceneError, printable
+
+__all__ = ["HEADER", "ImportedPressure", "values_on"]
+
+HEADER = "# Cylinder pressure over crank angle: absolute; angle 0 is firing top dead centre"
+"""First line of a file that `ImportedPressure.text` makes."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedPressure:
+    """Cylinder pressure from a laboratory's file.
+
+    Attributes
+    ----------
+    file : str
+        Name of the raw file, without its folder.
+    sha256 : str
+        Hash of its bytes.
+    recorded : dict of RecordedCycles
+        Cycles of each cylinder after pegging, before smoothing, by the name of its column. Each
+        counts its angle from its own firing top dead centre.
+    cylinders : dict of RecordedCycles
+        The same after all steps: one cycle where an average or one cycle was asked for.
+    geometry : CylinderGeometry
+        That the works follow from; bore and stroke are 1 m where they are not known.
+    steps : tuple of str
+        What was found and done, in order.
+    warnings : tuple of str
+        What the checks say of it.
+    """
+
+    file: str
+    sha256: str
+    recorded: dict[str, RecordedCycles] = field(repr=False)
+    cylinders: dict[str, RecordedCycles] = field(repr=False)
+    geometry: CylinderGeometry = field(repr=False)
+    steps: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def mean(self) -> RecordedCycles:
+        """The diagram: one cycle, the mean of all cylinders on the grid of the first.
+
+        Raises
+        ------
+        SceneError
+            Where there are many cycles and none was chosen.
+        """
+        members = list(self.cylinders.values())
+        first = members[0]
+        if first.cycles > 1:
+            raise SceneError(
+                f"{self.file}: has {first.cycles} cycles; must have average = true, or cycle = 7, "
+                "say, to be one diagram"
+            )
+        pressure = np.mean([values_on(first.angle, member) for member in members], axis=0)
+        return RecordedCycles(first.angle, np.asarray(pressure)[None, :], first.period)
+
+    def text(self) -> str:
+        """CSV of the diagram, with what was done, as [indicator] of a scene reads it.
+
+        Columns `crank_angle_deg` and `pressure_bar`; of several cylinders also the pressure of
+        each. The same input gives the same text.
+
+        Raises
+        ------
+        SceneError
+            As `mean`.
+        """
+        mean = self.mean
+        lines = [
+            HEADER,
+            f"# raw file: {self.file}",
+            f"# sha256 of the raw file: {self.sha256}",
+            f"# made by: engine-dyn {metadata.version('engine-dyn')}",
+            *(f"# {step}" for step in self.steps),
+            *(f"# warning: {warning}" for warning in self.warnings),
+        ]
+        lines = [printable(" ".join(line.splitlines())) for line in lines]
+        columns = {"crank_angle_deg": mean.angle / DEGREE, "pressure_bar": mean.pressure[0] / BAR}
+        if len(self.cylinders) > 1:
+            for number, member in enumerate(self.cylinders.values(), start=1):
+                columns[f"pressure_{number}_bar"] = values_on(mean.angle, member) / BAR
+        lines.append(",".join(columns))
+        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+        lines += [",".join(f"{value:.10g}" for value in row) for row in rows]
+        return "\n".join(lines) + "\n"
+
+    def write(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Write the diagram as CSV (see `text`).
+
+        Raises
+        ------
+        SceneError
+            As `mean`; where the file exists and `overwrite` is not set.
+        """
+        text = self.text()
+        try:
+            with Path(path).open("w" if overwrite else "x", encoding="utf-8") as stream:
+                stream.write(text)
+        except FileExistsError:
+            raise SceneError(f"{path}: exists; overwrite = True replaces it") from None
+
+
+def values_on(angle: Floats, cycle: RecordedCycles) -> Floats:
+    """Pressure of the first cycle at other angles, by the periodic cubic spline."""
+    if np.array_equal(angle, cycle.angle):
+        return np.asarray(cycle.pressure[0])
+    slopes = periodic_spline_slopes(cycle.angle, cycle.pressure[0], cycle.period)
+    return Diagram(cycle.angle, cycle.pressure[0], slopes, cycle.period)(angle)

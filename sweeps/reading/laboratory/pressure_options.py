@@ -1,0 +1,113 @@
+"""How a recorded pressure becomes an indicator diagram: the keys that a person may give.
+
+The command `import`, the table [indicator] of a scene and `sweeps.read_pressure` share them.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
+
+__all__ = ["ImportOptions", "PressureOptions"]
+
+_COLUMN = "a column's name, or its number from 1"
+
+
+class PressureOptions(ReadingChoices):
+    """Keys of a recorded pressure. The steps are done in the order of the keys.
+
+    The description of a field completes the sentence "must be ...".
+    """
+
+    angle_column: str | int | None = Field(default=None, description=_COLUMN)
+    pressure_column: str | int | list[str | int] | None = Field(
+        default=None, description=f"{_COLUMN}, or a list of them, one for each cylinder"
+    )
+    columns_are: Literal["cylinders", "cycles"] | None = Field(
+        default=None, description="'cylinders' or 'cycles': what several columns of pressure are"
+    )
+    unit: str | None = Field(
+        default=None, description="a text: the unit of the pressure, such as 'bar', 'kPa' or 'V'"
+    )
+    calibration: list[float] | None = Field(
+        default=None, min_length=2, max_length=2,
+        description="a list of two numbers: bar per volt, and bar at 0 V",
+    )  # fmt: skip
+    ambient_pressure: float = Field(
+        default=1.01325, gt=0.0, le=2.0,
+        description="a number in bar, up to 2: what is added to gauge pressures",
+    )  # fmt: skip
+    angle_unit: str | None = Field(default=None, description="'deg', 'rad' or 'rev'")
+    angle_start: float | None = Field(
+        default=None, description="a number in degree: the first angle, of a file without angles"
+    )
+    angle_increment: float | None = Field(
+        default=None, gt=0.0, le=90.0,
+        description="a number in degree: the step of the angle, of a file without angles",
+    )  # fmt: skip
+    direction: Literal["forward", "backward"] | None = Field(
+        default=None, description="'forward', or 'backward' where the angle falls with time"
+    )
+    zero: Literal["TDC", "BDC"] = Field(
+        default="TDC", description="'TDC', or 'BDC': bottom dead centre before compression"
+    )
+    dead_centre: Literal["firing", "gas exchange"] | None = Field(
+        default=None, description="'firing' or 'gas exchange': the top dead centre at angle 0"
+    )
+    shift: float = Field(
+        default=0.0, ge=-720.0, le=720.0, description="a number in degree, added to the angles"
+    )
+    delay: float = Field(
+        default=0.0, ge=0.0, le=0.1,
+        description="a number in seconds, up to 0.1: by which the measuring chain is late",
+    )  # fmt: skip
+    speed: float | None = Field(
+        default=None, gt=0.0, le=1e5, description="a number in rpm, which turns delay into an angle"
+    )
+    firing_angles: list[float] | None = Field(
+        default=None, min_length=1, max_length=100,
+        description="a list of numbers in degree: where the cylinders fire, the first at 0",
+    )  # fmt: skip
+    compression_ratio: float | None = Field(
+        default=None, gt=1.0, le=50.0, description="a number above 1 and up to 50"
+    )
+    pegging: Literal["inlet", "compression"] | None = Field(
+        default=None, description="'inlet' or 'compression': how the absolute pressure is found"
+    )
+    inlet_pressure: float | None = Field(
+        default=None, gt=0.0, le=20.0, description="a number in bar, absolute"
+    )
+    pegging_angle: float = Field(
+        default=-180.0, ge=-360.0, le=360.0,
+        description="a number in degree: where the pressure is that of the inlet",
+    )  # fmt: skip
+    polytropic_exponent: float | None = Field(
+        default=None, ge=1.0, le=1.7, description="a number from 1 to 1.7, of the compression"
+    )
+    average: bool = Field(default=False, description="true or false")
+    cycle: int | None = Field(default=None, ge=1, description="a whole number: the cycle to take")
+    smoothing: Literal["savitzky_golay", "low_pass"] | None = Field(
+        default=None, description="'savitzky_golay' or 'low_pass'"
+    )
+    smoothing_width: float = Field(
+        default=4.0, gt=0.0, le=90.0, description="a number in degree, of 'savitzky_golay'"
+    )
+    highest_order: float = Field(
+        default=60.0, gt=0.0, description="a number: what 'low_pass' keeps, orders of the turn"
+    )
+    angle_step: float | None = Field(
+        default=None, gt=0.0, le=30.0,
+        description="a number in degree that divides the cycle: the step of the diagram",
+    )  # fmt: skip
+
+
+class ImportOptions(PressureOptions):
+    """Keys of a recorded pressure that no scene is beside."""
+
+    engine: str | None = Field(
+        default=None, description="a text: an engine of the catalogue or the path of an engine file"
+    )
+    two_stroke: bool = Field(default=False, description="true or false")

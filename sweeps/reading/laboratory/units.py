@@ -1,0 +1,121 @@
+"""Units of columns as laboratories write them, by pint's registry.
+
+Only words with small exponents reach pint: it computes what it is given, and a text such as
+`9**9**9` would keep it busy for ever.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from sweeps.errors import SceneError, shown
+from sweeps.reading.laboratory.libraries import library
+
+__all__ = ["PressureUnit", "angle_factor", "is_angle_unit", "pressure_unit", "unit_of_name"]
+
+_ALLOWED = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
+
+_ANGLES = {
+    "°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0, "grad": 1.0, "°ca": 1.0, "degca": 1.0,
+    "deg ca": 1.0, "deg_ca": 1.0, "ca": 1.0, "cad": 1.0, "°kw": 1.0, "kw°": 1.0, "degcrk": 1.0,
+    "°crk": 1.0, "°crank": 1.0, "ca deg": 1.0, "ca°": 1.0, "degc a": 1.0,
+    "rad": 57.29577951308232, "radian": 57.29577951308232, "radians": 57.29577951308232,
+    "rev": 360.0, "turn": 360.0, "revolution": 360.0, "revolutions": 360.0, "u": 360.0,
+}  # fmt: skip
+"""Degrees of each unit of angles; `grad` is German for degree, and no gon."""
+
+_SPELLINGS = {
+    "kpa": "kPa", "mpa": "MPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
+    "psi": "psi", "atm": "atm", "torr": "torr", "mmhg": "mmHg", "v": "V", "mv": "mV",
+    "volt": "V", "volts": "V", "at": "technical_atmosphere",
+}  # fmt: skip
+
+_GAUGE = re.compile(r"^(bar|mbar|kpa|mpa|psi|pa)\s*[\s_(\[]?(g|gauge|rel|ü|relative)[)\]]?$", re.I)
+_ABSOLUTE = re.compile(r"^(bar|mbar|kpa|mpa|psi|pa)\s*[\s_(\[]?(a|abs|absolute)\.?[)\]]?$", re.I)
+
+
+class PressureUnit(NamedTuple):
+    """A unit of pressure, or of the voltage that stands for one.
+
+    `factor` is its value [Pa], of a voltage [V]; `gauge` says that the ambient pressure is to be
+    added.
+    """
+
+    factor: float
+    gauge: bool
+    voltage: bool
+
+
+def angle_factor(text: str, label: str) -> float:
+    """Degrees of a unit of angles.
+
+    Raises
+    ------
+    SceneError
+        For any other unit.
+    """
+    found = _ANGLES.get(text.strip().lower())
+    if found is None:
+        raise SceneError(f"{label}: unit {shown(text)}: must be one of deg, rad, rev")
+    return found
+
+
+def is_angle_unit(text: str) -> bool:
+    """Whether a text is a unit of angles."""
+    return bool(text.strip()) and text.strip().lower() in _ANGLES
+
+
+@lru_cache(maxsize=100)
+def pressure_unit(text: str, label: str) -> PressureUnit | None:
+    """Return what a text means as a unit of pressure or voltage; None where it means neither.
+
+    Raises
+    ------
+    SceneError
+        Where pint is not installed.
+    """
+    plain, gauge = text.strip(), False
+    for pattern in (_GAUGE, _ABSOLUTE):
+        found = pattern.match(plain)
+        if found is not None:
+            plain, gauge = found[1], pattern is _GAUGE
+    plain = re.sub(r"(?<=[a-z])(?:\^|\*\*)?([23])\b", r"**\1", plain.replace("·", "*"))
+    plain = plain.replace("²", "**2")
+    for name in (plain, _SPELLINGS.get(plain.lower(), "")):
+        if _ALLOWED.fullmatch(name) is None:
+            continue
+        registry = _registry(label)
+        try:
+            quantity = registry.Quantity(1.0, name)
+            if quantity.is_compatible_with("pascal"):
+                return PressureUnit(float(quantity.to("pascal").magnitude), gauge, False)
+            if quantity.is_compatible_with("volt"):
+                return PressureUnit(float(quantity.to("volt").magnitude), False, True)
+        except Exception:  # pint has many errors for what is no unit
+            continue
+    return None
+
+
+def unit_of_name(name: str, label: str) -> str:
+    """Return the unit at the end of a name such as "pressure_bar" or "p1 kPa"; "" without one."""
+    found = re.search(r"[_\s]([A-Za-z°]{1,12})$", name)
+    if found is None:
+        return ""
+    last = found[1]
+    if last.lower() in _ANGLES or last.lower() in ("bar", "kpa", "mpa", "psi", "pa", "mbar", "hpa"):
+        return last
+    return ""
+
+
+@lru_cache(maxsize=1)
+def _registry_of_pint() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _registry(label: str) -> Any:
+    library("pint", "pint", label)
+    return _registry_of_pint()

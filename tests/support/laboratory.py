@@ -1,0 +1,162 @@
+"""Raw files of one synthetic engine in the styles of laboratories."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.support import recorded_engine
+
+NOISE = 5e3
+"""Standard deviation of the noise of each sample [Pa]."""
+
+DEGREE = np.pi / 180.0
+
+
+def samples(start: float, count: int = 1440, step: float = 0.5, seed: int = 1) -> tuple[Any, Any]:
+    """Angles from `start` on [degree, firing dead centre = 0], and noisy pressures [bar]."""
+    angle = start + step * np.arange(count)
+    inside = (angle + 360.0) % 720.0 - 360.0
+    noise = NOISE * np.random.default_rng(seed).standard_normal(count)
+    return angle, (recorded_engine.pressure(inside * DEGREE) + noise) / 1e5
+
+
+def imep(angle: Any, pressure: Any) -> float:
+    """Net imep [bar] of angles [rad] and pressures [Pa] of one cycle, by trapezoids."""
+    volume = recorded_engine.volume(np.append(angle, angle[0]))
+    closed = np.append(pressure, pressure[0])
+    work = float((0.5 * (closed[1:] + closed[:-1]) * np.diff(volume)).sum())
+    return work / recorded_engine.SWEPT / 1e5
+
+
+def rows(*columns: Any, separator: str = ",", comma: bool = False, form: str = ".5f") -> str:
+    """Lines of numbers."""
+    lines = [separator.join(format(v, form) for v in row) for row in zip(*columns, strict=True)]
+    text = "\n".join(lines) + "\n"
+    return text.replace(".", ",") if comma else text
+
+
+def own(path: Path) -> None:
+    angle, pressure = samples(-360.0, 1441)
+    pressure[-1] = pressure[0]
+    path.write_text("crank_angle_deg,pressure_bar\n" + rows(angle, pressure))
+
+
+def avl(path: Path) -> None:
+    angle, pressure = samples(-360.0, seed=2)
+    head = "Measurement;Run 12\nDate;2024-05-03\n\nCA;PCYL1;PINT1\ndeg;bar;bar\n"
+    path.write_text(head + rows(angle, pressure, 0 * angle + 0.98, separator=";"))
+
+
+def excel_german(path: Path) -> None:
+    angle, pressure = samples(0.0, seed=3)
+    head = "Kurbelwinkel [°KW];Zylinderdruck [bar]\r\n"
+    text = rows(angle, pressure, separator=";", comma=True).replace("\n", "\r\n")
+    path.write_bytes((head + text).encode("cp1252"))
+
+
+def kistler(path: Path) -> None:
+    angle, pressure = samples(-180.0, seed=4)
+    head = '% KiBox\n% cycles 1\n"Crank angle"\t"pCyl"\t\n"°CA"\t"kPa"\t\n'
+    path.write_text(head + rows(angle, 100 * pressure, separator="\t").replace("\n", "\t\n"))
+
+
+def descending(path: Path) -> None:
+    angle, pressure = samples(-360.0, seed=5)
+    path.write_text("angle  pressure_psi\n" + rows(angle[::-1], pressure[::-1] * 14.5037738,
+                                                   separator="   "))  # fmt: skip
+
+
+def xlsx(path: Path) -> None:
+    import pandas as pd
+
+    angle, pressure = samples(0.0, seed=6)  # 0 is bottom dead centre before compression: -180
+    pd.DataFrame({"phi (deg)": (angle + 180.0) % 720.0, "p [bar]": pressure}).to_excel(
+        path, index=False
+    )
+
+
+def matlab(path: Path) -> None:
+    from scipy.io import savemat
+
+    angle, pressure = samples(-360.0, 1440 * 20, seed=7)
+    savemat(path, {"CA_deg": angle[:1440], "p_cyl": pressure.reshape(20, 1440) / 10.0},
+            do_compression=True)  # fmt: skip
+
+
+def tdms(path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    angle, pressure = samples(-360.0, seed=8)
+    channels = [
+        ChannelObject("run", "angle", angle * DEGREE, {"unit_string": "rad"}),
+        ChannelObject("run", "kistler", (pressure + 2.0) / 20.0, {"unit_string": "V"}),
+    ]
+    with TdmsWriter(path) as file:
+        file.write_segment(channels)
+
+
+def mf4(path: Path) -> None:
+    """Cycles one after the other, an encoder with one mark a turn, zero at gas exchange."""
+    from asammdf import MDF, Signal
+
+    angle, pressure = samples(-360.0, 1440 * 10, seed=9)
+    times = angle / (6.0 * 1500.0)
+    times -= times[0]
+    with MDF(version="4.10") as file:
+        file.append([
+            Signal(angle % 360.0, times, name="CA", unit="deg"),
+            Signal(pressure, times, name="PCYL", unit="bar"),
+        ])  # fmt: skip
+        file.save(path)
+
+
+def parquet(path: Path) -> None:
+    """Rows that fall with the angle counted backward, in time: before dead centre positive."""
+    import pandas as pd
+
+    angle, pressure = samples(-360.0, seed=10)
+    pd.DataFrame(
+        {"crank angle [deg]": -angle, "cylinder pressure [MPa]": pressure / 10.0}
+    ).to_parquet(path)
+
+
+def netcdf(path: Path) -> None:
+    import netCDF4
+
+    angle, pressure = samples(-360.0, 1440 * 3, seed=11)
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("sample", len(angle))
+        for name, unit, values in (("angle", "degree", angle), ("pressure", "hPa", pressure * 1e3)):
+            variable = file.createVariable(name, "f8", ("sample",))
+            variable.units = unit
+            variable[:] = values
+
+
+def rows_of_cycles(path: Path) -> None:
+    angle, pressure = samples(-360.0, 720 * 5, 1.0, seed=12)
+    head = "cycle;" + ";".join(f"{a:g}" for a in angle[:720]) + "\n"
+    lines = [f"{k};" + rows(*[[v] for v in row], separator=";") for k, row in
+             enumerate(pressure.reshape(5, 720), start=1)]  # fmt: skip
+    path.write_text(head + "".join(lines))
+
+
+STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
+    "own format": (own, "own.csv", {}),
+    "AVL": (avl, "avl.csv", {}),
+    "Excel, German": (excel_german, "excel.csv", {}),
+    "Kistler, kPa": (kistler, "kistler.txt", {}),
+    "descending, psi": (descending, "descending.dat", {}),
+    "xlsx from bottom dead centre": (xlsx, "sheet.xlsx", {"zero": "BDC"}),
+    "mat, rows of cycles": (matlab, "run.mat", {"unit": "MPa", "average": True}),
+    "tdms, volts": (tdms, "run.tdms", {"pressure_column": "kistler",
+                                       "calibration": [20.0, -2.0]}),
+    "mf4, one mark a turn": (mf4, "run.mf4", {"average": True}),
+    "parquet, backward": (parquet, "run.parquet", {"direction": "backward"}),
+    "netCDF, several cycles": (netcdf, "run.nc", {"average": True}),
+    "text, rows of cycles": (rows_of_cycles, "rows.csv", {"unit": "bar", "average": True}),
+}  # fmt: skip
+"""Style: what writes the file, its name, and the options that it needs."""
