@@ -8,24 +8,39 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.archive.provenance import check_identity, files_from_text
+from sweeps.archive.provenance import (
+    check_identity,
+    confidential_hashes,
+    files_from_text,
+    samples_hash,
+)
 from sweeps.catalogue import PACKAGE
 from sweeps.checks import shortened
 from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.planning.shards import part
+from sweeps.reading.laboratory.recording import MOST_BYTES
 from sweeps.reading.netcdf_files import DAMAGE, check_format, opened_archive
+from sweeps.reading.regular_files import reading, regular_bytes
 from sweeps.scene.reading import scene_of
 
-__all__ = ["Contents", "damage_refused", "part_of", "plan_of", "read_contents"]
+__all__ = [
+    "Contents",
+    "check_confidential",
+    "damage_refused",
+    "part_of",
+    "plan_of",
+    "read_contents",
+    "with_confidential",
+]
 
 MOST = 10**9
 """Positions along an axis of which an archive may claim to be a part."""
@@ -64,6 +79,8 @@ class Contents:
         The dimension of each of them.
     level : int
         Its compression level.
+    confidential : dict of str
+        Hashes of the files that it does not hold, without their comments.
     """
 
     path: Path
@@ -76,6 +93,7 @@ class Contents:
     values: dict[str, Any]
     dimension: dict[str, str]
     level: int
+    confidential: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def single(self) -> bool:
@@ -139,8 +157,9 @@ def read_contents(path: Path) -> Contents:
         if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
             raise ValueError("scene: no tables")
         return Contents(
-            path, attributes, source, folder, files, identity, piece, values, dimension, level
-        )
+            path, attributes, source, folder, files, identity, piece, values, dimension, level,
+            confidential_hashes(attributes["input_files"]),
+        )  # fmt: skip
 
 
 def files_as_now(
@@ -241,6 +260,39 @@ def _check_piece(piece: Any, dimension: Mapping[str, str], values: Mapping[str, 
 
 def _is_column(name: str) -> bool:
     return name in PARAMETERS or name in LABELS
+
+
+def with_confidential(archive: Contents, path: Path) -> Contents:
+    """Return the contents with a file for the one that the archive does not hold.
+
+    Raises
+    ------
+    SceneError
+        Where it holds all its files, or the file cannot be read.
+    """
+    if not archive.confidential:
+        raise SceneError(f"{archive.path}: holds its diagram; --indicator is for one that does not")
+    with reading(str(path), "the confidential diagram of an archive"):
+        data = regular_bytes(path, MOST_BYTES)
+    name = next(iter(archive.confidential))
+    return replace(archive, files={**archive.files, name: data})
+
+
+def check_confidential(archive: Contents, plan: Plan) -> None:
+    """Check that the diagram that was given is the one that the archive was made from.
+
+    Raises
+    ------
+    SceneError
+        Where its hash differs.
+    """
+    for name, expected in archive.confidential.items():
+        found = samples_hash(plan.scene.files.get(name, b""))
+        if found != expected:
+            raise SceneError(
+                f"{archive.path}: --indicator: not the diagram that the archive was made from "
+                f"(sha256 {found[:16]}, must be {expected[:16]})"
+            )
 
 
 def part_of(archive: Contents, plan: Plan) -> Plan:

@@ -14,7 +14,7 @@ import json
 import os
 import platform
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "check_identity",
+    "confidential_hashes",
     "differences",
     "files_from_text",
     "files_text",
@@ -41,6 +42,7 @@ __all__ = [
     "kind_differences",
     "machine_kind",
     "provenance",
+    "samples_hash",
     "sha256",
     "version",
     "versions",
@@ -200,7 +202,8 @@ def provenance(
         "scene": json_text(scene.source),
         "scene_name": printable(plan.name),
         "part": plan.piece,
-        "input_files": files_text(folder, files),
+        "input_files": files_text(folder, files, _confidential(scene, full_paths)),
+        "indicator_notes": "\n".join(scene.indicator_notes),
         "indicator_diagrams": json.dumps(_diagrams(scene)),
         "identity": json_text(identity(plan, numbers=numbers)),
         "software": "; ".join(
@@ -227,15 +230,32 @@ def sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def files_text(folder: str, files: Mapping[str, bytes]) -> str:
+def _confidential(scene: Scene, full_paths: bool) -> tuple[str, ...]:
+    """Names, in an archive, of files that it must not hold."""
+    if full_paths or not scene.confidential:
+        return scene.confidential
+    now, before = _without_folder(scene)[1], scene.files
+    return tuple(new for new, old in zip(now, before, strict=True) if old in scene.confidential)
+
+
+def samples_hash(data: bytes) -> str:
+    """Hash of a CSV file without its comments, which name versions."""
+    lines = [line for line in data.splitlines() if not line.lstrip().startswith(b"#")]
+    return sha256(b"\n".join(lines))
+
+
+def files_text(folder: str, files: Mapping[str, bytes], confidential: Collection[str] = ()) -> str:
     """JSON of files: hash and text of each; a long text compressed (zlib, base64).
 
-    `folder` is where paths of the scene start from; names of files begin with it.
+    `folder` is where paths of the scene start from; names of files begin with it. Of confidential
+    files there are hashes alone.
     """
     table: dict[str, dict[str, str]] = {}
     for name, data in files.items():
         table[name] = {"sha256": sha256(data)}
-        if len(data) < LONG:
+        if name in confidential:
+            table[name]["samples_sha256"] = samples_hash(data)
+        elif len(data) < LONG:
             table[name]["text"] = data.decode("utf-8", "surrogateescape")
         else:
             table[name]["zlib"] = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
@@ -257,12 +277,23 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
         if "zlib" in entry:
             data = _inflated(base64.b64decode(entry["zlib"]), room)
             room -= len(data)
+        elif "samples_sha256" in entry and "text" not in entry:
+            continue  # confidential
         else:
             data = entry["text"].encode("utf-8", "surrogateescape")
         if sha256(data) != entry["sha256"]:
             raise ValueError(f"{name}: its text is damaged")
         files[name] = data
     return str(found["folder"]), files
+
+
+def confidential_hashes(text: str) -> dict[str, str]:
+    """Hash, without comments, of each file that a text of `files_text` does not hold."""
+    return {
+        name: str(entry["samples_sha256"])
+        for name, entry in json.loads(text)["files"].items()
+        if "samples_sha256" in entry
+    }
 
 
 MOST = 1 << 28

@@ -12,6 +12,7 @@ import click
 from sweeps.cli.calibrating import calibrate
 from sweeps.cli.exits import open_closed_streams
 from sweeps.cli.knowing import list_, new, plan, schema
+from sweeps.cli.laboratory import import_
 from sweeps.cli.looking import compare, export, info, plot
 from sweeps.cli.measuring import measured
 from sweeps.cli.running import extend, merge, rerun, run
@@ -32,6 +33,6 @@ def main() -> None:
 
 for command in (
     run, extend, merge, rerun, measured, compare, export, info, plot, plan, list_, schema, new,
-    calibrate,
+    calibrate, import_,
 ):  # fmt: skip
     main.add_command(command)

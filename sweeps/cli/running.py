@@ -227,12 +227,18 @@ def merge(
 @threads_option
 @quiet_option
 @untrusted_option
+@click.option(
+    "--indicator", type=PATH, help="File with the diagram, which the archive keeps out of itself."
+)
 @guarded
 def rerun(
     archive: Path, output: Path, overwrite: bool, resume: bool, level: int | None,
-    threads: int | None, quiet: bool,
+    threads: int | None, quiet: bool, indicator: Path | None,
 ) -> None:  # fmt: skip
-    """Compute ARCHIVE again, from the scene and the files that are stored in it."""
+    """Compute ARCHIVE again, from the scene and the files that are stored in it.
+
+    Where its diagram is confidential, --indicator names the file, whose hash is checked.
+    """
     _check_archive(archive)
     check_output(output, overwrite or resume, archive)
     from sweeps.joining.rerun import rerun as run_again
@@ -240,12 +246,13 @@ def rerun(
 
     announce_compiling(quiet)
     again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
+    again += ["--indicator", str(indicator)] if indicator is not None else []
     options = Options(
         overwrite=overwrite, resume=resume, level=level, threads=threads, command=_command_line(),
         progress=_shows_progress(quiet), resume_command=shlex.join(again),
     )  # fmt: skip
     with writing(output):
-        plan, differences = run_again(archive, output, options)
+        plan, differences = run_again(archive, output, options, indicator)
     if differences:
         say(f"made differently than {archive}: {'; '.join(differences)}", err=True)
     if not quiet:

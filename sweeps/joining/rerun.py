@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from sweeps.archive.contents import part_of, plan_of, read_contents
+from sweeps.archive.contents import (
+    check_confidential,
+    part_of,
+    plan_of,
+    read_contents,
+    with_confidential,
+)
 from sweeps.archive.provenance import differences, identity
 from sweeps.planning.plan import Plan
 from sweeps.running.into_archive import run
@@ -14,17 +20,22 @@ from sweeps.running.options import Options
 __all__ = ["rerun"]
 
 
-def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
+def rerun(
+    path: Path, output: Path, options: Options, indicator: Path | None = None
+) -> tuple[Plan, list[str]]:
     """Compute again what an archive contains.
 
     Parameters
     ----------
     path : Path
-        An archive; no other file is read.
+        An archive; no other file is read, but `indicator`.
     output : Path
         The archive to write.
     options : Options
         How the new archive is written.
+    indicator : Path, optional
+        The diagram of an archive that holds only its hash, because it is confidential: the raw
+        file, or what `engine-dyn import` made of it.
 
     Returns
     -------
@@ -41,7 +52,10 @@ def rerun(path: Path, output: Path, options: Options) -> tuple[Plan, list[str]]:
         As `sweeps.running.into_archive.run`.
     """
     old = read_contents(path)
+    if indicator is not None:
+        old = with_confidential(old, indicator)
     plan = part_of(old, plan_of(old))
+    check_confidential(old, plan)
     found = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
     level = old.level if options.level is None else options.level
     run(plan, output, replace(options, single=old.single, level=level))

@@ -30,6 +30,9 @@ __all__ = ["implausible_results", "plausibility_warnings", "silenced"]
 _SOLVED = ("inertia_required", "load")
 """What takes a solution where it is not given: measures that need it are left out."""
 
+WARNING = "warning: "
+"""How the header of an imported diagram begins what the checks of its recording say."""
+
 _known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
 
 
@@ -172,7 +175,11 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     measured = scene.indicator is not None
     diagrams = [scene.indicator] if scene.indicator is not None else scene.engine.family.diagrams
     driven = plan.leaves["driven"].data.has_driver
-    lines = []
+    lines = [
+        f"[indicator]: {note.removeprefix(WARNING)}"
+        for note in scene.indicator_notes
+        if note.startswith(WARNING) and not any(f" {name}: " in f" {note}" for name in off)
+    ]
     for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
         if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:

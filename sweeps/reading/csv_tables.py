@@ -16,7 +16,7 @@ from pathlib import Path
 from sweeps.errors import SceneError, counted, one_line, plain_number, shown
 from sweeps.reading.referred_files import read_text
 
-__all__ = ["CsvTable", "find_header", "parse_rows", "read_csv", "with_line"]
+__all__ = ["CsvTable", "csv_of_text", "find_header", "parse_rows", "read_csv", "with_line"]
 
 # As editors count lines; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
@@ -106,7 +106,12 @@ def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> Cs
         With the line: no header, repeated or missing columns, rows that are too short or too
         long, broken quotes, no rows.
     """
-    found = find_header(read_text(path, name, what), name, needed=needed)
+    return csv_of_text(read_text(path, name, what), name, what, needed)
+
+
+def csv_of_text(text: str, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
+    """Return the table of a text, as `read_csv` does of a file."""
+    found = find_header(text, name, needed=needed)
     if found is None:
         raise SceneError(f"{name}: empty; expected {what}")
     header, rest, line = found

@@ -11,11 +11,12 @@ from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, DEGREE
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
-from sweeps.reading.csv_tables import read_csv, with_line
+from sweeps.reading.csv_tables import CsvTable, csv_of_text, read_csv, with_line
 
-__all__ = ["read_indicator"]
+__all__ = ["NAMES", "indicator_of_text", "read_indicator"]
 
-ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+WHAT = "an indicator diagram (CSV)"
 
 
 def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
@@ -40,9 +41,15 @@ def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STR
         With the line, where one is wrong.
     """
     label = str(path) if name is None else name
-    table = read_csv(
-        Path(path), label, "an indicator diagram (CSV)", (ANGLE_COLUMN, PRESSURE_COLUMN)
-    )
+    return _diagram(read_csv(Path(path), label, WHAT, NAMES), period)
+
+
+def indicator_of_text(text: str, name: str, period: float = FOUR_STROKE) -> Diagram:
+    """Return the diagram of a text, as `read_indicator` does of a file."""
+    return _diagram(csv_of_text(text, name, WHAT, NAMES), period)
+
+
+def _diagram(table: CsvTable, period: float) -> Diagram:
     angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
     pressure = np.array(table.numbers(PRESSURE_COLUMN)) * BAR
     try:

@@ -16,7 +16,16 @@ from sweeps.catalogue import PACKAGE
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.regular_files import reading, regular_bytes
 
-__all__ = ["file_bytes", "keep", "kept", "kept_files", "read_text", "referred"]
+__all__ = [
+    "file_bytes",
+    "keep",
+    "keep_instead",
+    "kept",
+    "kept_files",
+    "kept_name",
+    "read_text",
+    "referred",
+]
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
@@ -58,6 +67,16 @@ def keep(files: Mapping[str, bytes]) -> None:
     collected = _FILES.get()
     if collected is not None:
         collected.files.update(files)
+
+
+def keep_instead(path: Path, data: bytes) -> None:
+    """Keep other bytes of a file than its own: what a scene needs of a recording."""
+    keep({_name(path): data})
+
+
+def kept_name(path: Path) -> str:
+    """Name under which a file is kept."""
+    return _name(path)
 
 
 def referred(base: Path, text: str, where: str) -> Path:

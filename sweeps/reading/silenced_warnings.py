@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine_dyn.plausibility.usual_ranges import NAMES
+from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
 from sweeps.errors import SceneError, not_known, shown
 
-__all__ = ["ALL", "SILENCED", "read_silenced"]
+__all__ = ["ALL", "KNOWN", "SILENCED", "read_silenced"]
 
 ALL = "all"
 """Word that silences every check."""
+
+KNOWN = (*NAMES, *RECORDING_CHECKS, ALL)
+"""Names of checks of what is given, of results, and of recorded pressure."""
 
 SILENCED = (
     f"a list of names of plausibility checks that do not warn, or ['{ALL}']; docs/plausibility.md"
@@ -27,9 +31,8 @@ def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:
         For a name that is no check.
     """
     for word in names:
-        if word not in (*NAMES, ALL):
+        if word not in KNOWN:
             raise SceneError(
-                f"{name}: silenced_warnings: {shown(word)}: no such check"
-                f"{not_known(word, (*NAMES, ALL))}"
+                f"{name}: silenced_warnings: {shown(word)}: no such check{not_known(word, KNOWN)}"
             )
     return tuple(names)

@@ -8,13 +8,12 @@ exclude each other, `engine-dyn plan` finds.
 from __future__ import annotations
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS
-from engine_dyn.plausibility.usual_ranges import NAMES
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
-from sweeps.reading.silenced_warnings import ALL
+from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.schema_parts import (
     ONE_ARRANGEMENT,
@@ -104,7 +103,7 @@ def scene_schema() -> Schema:
         },
     }
     output["fail_on"]["items"] = {"enum": list(FAILURES)}
-    properties["silenced_warnings"]["items"] = {"enum": [*NAMES, ALL]}
+    properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
     tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

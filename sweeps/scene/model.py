@@ -64,6 +64,10 @@ class Scene(GivenValues):
         Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own.
+    indicator_notes : tuple of str
+        What was done to the recording that it comes from, as its file says.
+    confidential : tuple of str
+        Names in `files` of which archives hold the hash alone.
     characteristic : Characteristic, optional
         Torque over speed that the load follows.
     measured : Measured, optional
@@ -106,6 +110,8 @@ class Scene(GivenValues):
     arrangements: tuple[Cylinders, ...]
     torque_tables: TorqueTables
     indicator: Diagram | None
+    indicator_notes: tuple[str, ...]
+    confidential: tuple[str, ...]
     characteristic: Characteristic | None
     measured: Measured | None
     methods: tuple[str, ...]

@@ -13,15 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from engine_dyn.pressure.diagram import Diagram
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine
-from sweeps.reading.indicator_files import read_indicator
-from sweeps.reading.referred_files import kept_files, referred
+from sweeps.reading.referred_files import kept_files
 from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import read_torque_tables
@@ -32,6 +30,7 @@ from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.designs import read_designs_table
+from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reference import read_reference
@@ -159,12 +158,20 @@ def _assembled(
     _check_size(values, dimensions, name)
     check_output(given.output, engine, name)
     passes = solver.start.get("passes")
+    indicated = _indicator(given, values, name, base)
+    if indicated.confidential and "pressure" in given.output.quantities:
+        raise SceneError(
+            f"{name}: [output] quantities: 'pressure': not allowed together with [indicator] "
+            "confidential = true, which keeps the diagram out of the archive"
+        )
     return Scene(
         **vars(values),
         title=one_line(given.title or f"Scene on {engine.title}"),
         dimensions=dimensions,
         labels=labels,
-        indicator=_indicator(given, values, name, base),
+        indicator=indicated.diagram,
+        indicator_notes=indicated.notes,
+        confidential=indicated.confidential,
         characteristic=read_characteristic(given, values, name),
         measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
@@ -213,16 +220,14 @@ def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> 
         )
 
 
-def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> Diagram | None:
-    """The measured diagram of [indicator]; None without it."""
+def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> Indicated:
+    """The measured diagram of [indicator]; without it, nothing of it."""
     if given.indicator is None:
-        return None
+        return Indicated(None)
     table = values.table_of("load")
     if table != "set":
         raise SceneError(
             f"{name}: [{table}] load: not allowed together with [indicator], whose one diagram "
             "holds for every design"
         )
-    file = given.indicator.file
-    path = referred(base, file, f"{name}: [indicator] file")
-    return read_indicator(path, f"{name}: [indicator] {file}", values.engine.period)
+    return read_indicator_table(given.indicator, values.engine, base, name)

@@ -14,6 +14,7 @@ from engine_dyn import status
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import Strict
+from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.silenced_warnings import SILENCED
 from sweeps.scene.measured import MeasuredTable
 
@@ -25,6 +26,7 @@ __all__ = [
     "SMALLEST_TOLERANCE",
     "Characteristic",
     "File",
+    "Indicator",
     "Output",
     "Range",
     "SceneFile",
@@ -54,6 +56,17 @@ class File(Strict):
     """A file that the scene names."""
 
     file: str = Field(description="a text: the path of a CSV file", min_length=1)
+
+
+class Indicator(PressureOptions):
+    """A measured diagram, and how its file becomes one."""
+
+    file: str = Field(
+        description="a text: the path of a recorded pressure, such as 'pressure.csv'", min_length=1
+    )
+    confidential: bool = Field(
+        default=False, description="true or false: archives hold the hash of the diagram alone"
+    )
 
 
 class Solver(Strict):
@@ -113,7 +126,9 @@ class SceneFile(Strict):
     designs: dict[str, Any] | None = Field(
         default=None, description="a table of equally long lists, or file = 'table.csv'"
     )
-    indicator: File | None = Field(default=None, description="a table with file = 'pressure.csv'")
+    indicator: Indicator | None = Field(
+        default=None, description="a table with file = 'pressure.csv'"
+    )
     measured: MeasuredTable | None = Field(
         default=None, description="a table with file, kind and wheel: recordings of the speed"
     )

@@ -1,0 +1,96 @@
+"""The command for files of laboratories: import."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import click
+
+from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
+from sweeps.cli.exits import guarded, say, warn
+from sweeps.cli.files import check_output, writing
+from sweeps.errors import SceneError, plain_number
+from sweeps.reading.laboratory.pressure_options import ImportOptions
+
+__all__ = ["import_"]
+
+
+def _options_of_import(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command an option for each key of `ImportOptions`."""
+    for name, field in reversed(ImportOptions.model_fields.items()):
+        flag = f"--{name.replace('_', '-')}"
+        about = f"{field.description or ''}"
+        if field.annotation is bool:
+            command = click.option(flag, name, is_flag=True, help=_flags[name])(command)
+        else:
+            several = name == "pressure_column"
+            how = " (several: repeat the option)" if several else ""
+            command = click.option(
+                flag, name, multiple=several, metavar="VALUE", help=f"{about}{how}"
+            )(command)
+    return command
+
+
+_flags = {
+    "average": "Average over all cycles.",
+    "two_stroke": "The cycle is one turn.",
+}
+
+
+@click.command(name="import")
+@click.argument("raw", type=PATH)
+@output_option("The CSV file to write.")
+@_options_of_import
+@overwrite_option("Replace the CSV file if it exists.")
+@quiet_option
+@guarded
+def import_(raw: Path, output: Path, overwrite: bool, quiet: bool, **given: Any) -> None:
+    """Write the pressure of RAW over crank angle as CSV, as scenes read it.
+
+    RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. What is found, guessed and done
+    is printed, and stands in the header of the CSV file; docs/laboratory_files.md explains the
+    options, which are the keys of [indicator] in a scene.
+    """
+    check_output(output, overwrite)
+    if output.exists() and raw.exists() and output.samefile(raw):
+        raise SceneError(f"{output}: is the raw file; -o must name another file")
+    from sweeps.reading.laboratory.pressure import read_pressure
+
+    found = read_pressure(raw, **{name: _value(name, v) for name, v in given.items() if v})
+    text = found.text()
+    with writing(output):
+        output.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = output.with_name(f".{output.name}.unfinished")
+        try:
+            unfinished.write_text(text, encoding="utf-8")
+            unfinished.replace(output)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    if not quiet:
+        for step in found.steps:
+            say(step)
+        say(f"{output}: {len(found.mean.angle)} points")
+    warn(found.warnings)
+
+
+def _value(name: str, text: Any) -> Any:
+    """Value of an option in the type of its key; a text that has none is left for the check."""
+    if isinstance(text, bool):
+        return text
+    if isinstance(text, tuple):
+        return list(text) if len(text) > 1 else text[0]
+    kinds = get_args(ImportOptions.model_fields[name].annotation) or (
+        ImportOptions.model_fields[name].annotation,
+    )
+    try:
+        if list[float] in kinds:
+            return [plain_number(part) for part in text.split(",")]
+        if str not in kinds and float in kinds:
+            return plain_number(text)
+        if str not in kinds and int in kinds:
+            return int(text) if text.isascii() and text.isdigit() else text
+    except ValueError:
+        return text
+    return text

@@ -1,0 +1,123 @@
+"""The measured diagram of [indicator]: a diagram in CSV, or a recording that becomes one.
+
+A recording is imported as `engine-dyn import` does; an archive keeps the imported diagram, whose
+header has the hash of the recording, and not the recording, which may be large.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from engine_dyn.engine import Engine
+from engine_dyn.pressure.diagram import Diagram
+from sweeps.errors import SceneError
+from sweeps.reading.indicator_files import NAMES, indicator_of_text, read_indicator
+from sweeps.reading.laboratory.imported_pressure import HEADER
+from sweeps.reading.laboratory.recording import MOST_BYTES, SUFFIXES, read_recording
+from sweeps.reading.referred_files import file_bytes, keep_instead, kept, kept_name, referred
+from sweeps.scene.toml_tables import Indicator
+
+__all__ = ["Indicated", "read_indicator_table"]
+
+HEAD = 1 << 16
+"""Bytes that are looked at for the names of columns."""
+
+_OWN = frozenset(("file", "confidential"))
+_TEXTS = (".csv", ".txt")
+
+
+class Indicated(NamedTuple):
+    """The diagram of [indicator].
+
+    Attributes
+    ----------
+    diagram : Diagram, optional
+        None without the table.
+    notes : tuple of str
+        What was done to the recording, by the header of the imported file.
+    confidential : tuple of str
+        Name of its file where archives must not hold it.
+    """
+
+    diagram: Diagram | None
+    notes: tuple[str, ...] = ()
+    confidential: tuple[str, ...] = ()
+
+
+def read_indicator_table(table: Indicator, engine: Engine, base: Path, name: str) -> Indicated:
+    """Read the diagram of [indicator].
+
+    Parameters
+    ----------
+    table : Indicator
+        The table.
+    engine : Engine
+        Its cycle, measures and firing angles are used.
+    base : Path
+        Folder where its path starts from.
+    name : str
+        The scene as messages call it.
+
+    Raises
+    ------
+    SceneError
+        In one line; also where the diagram is confidential and the archive that is read again does
+        not hold it.
+    """
+    where = f"{name}: [indicator] {table.file}"
+    path = referred(base, table.file, f"{name}: [indicator] file")
+    secret = (kept_name(path),) if table.confidential else ()
+    if kept(path) is False and table.confidential:
+        raise SceneError(
+            f"{where}: is confidential, and not in the archive; `engine-dyn rerun --indicator "
+            "FILE` takes it from a file"
+        )
+    if _is_diagram(table, path):
+        diagram = read_indicator(path, where, engine.period)
+        notes = _notes(path)
+    else:
+        from sweeps.reading.laboratory.pressure import imported
+
+        recording = read_recording(path, where, table)
+        text = imported(recording, path.name, table, engine.period, engine).text()
+        keep_instead(path, text.encode())
+        diagram, notes = indicator_of_text(text, where, engine.period), _header(text)
+    return Indicated(diagram, notes, secret)
+
+
+def _is_diagram(table: Indicator, path: Path) -> bool:
+    """Whether a file is read as it is: no key asks for more, and it has one of our columns.
+
+    Among the files of an archive, one that was imported is not imported again.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        return kept(path) is not None or not table.model_fields_set - _OWN
+    try:
+        head = file_bytes(path, MOST_BYTES)[:HEAD]
+    except (OSError, ValueError):
+        return True  # which says what is wrong
+    if kept(path) and head.startswith(HEADER.encode()):
+        return True
+    own = any(column.encode() in head for column in NAMES)
+    text = path.suffix.lower() in _TEXTS
+    return text and own and not table.model_fields_set - _OWN
+
+
+def _notes(path: Path) -> tuple[str, ...]:
+    """Notes of an imported diagram that was read from a file."""
+    data = file_bytes(path, MOST_BYTES)[:HEAD]
+    return _header(data.decode("utf-8", "replace"))
+
+
+def _header(text: str) -> tuple[str, ...]:
+    """Comment lines above an imported diagram; nothing of other files."""
+    lines = text[:HEAD].removeprefix("\ufeff").splitlines()
+    if not lines or not lines[0].startswith(HEADER):
+        return ()
+    notes = []
+    for line in lines[:200]:
+        if not line.startswith("#"):
+            break
+        notes.append(line.lstrip("# ").rstrip())
+    return tuple(notes)
