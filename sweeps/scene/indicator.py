@@ -6,6 +6,7 @@ header has the hash of the recording, and not the recording, which may be large.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ HEAD = 1 << 16
 
 _OWN = frozenset(("file", "confidential"))
 _TEXTS = (".csv", ".txt")
+_OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
 class Indicated(NamedTuple):
@@ -99,7 +101,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
         return True  # which says what is wrong
     if kept(path) and head.startswith(HEADER.encode()):
         return True
-    own = any(column.encode() in head for column in NAMES)
+    own = _OWN_HEADER.search(head) is not None
     text = path.suffix.lower() in _TEXTS
     return text and own and not table.model_fields_set - _OWN
 

@@ -62,7 +62,7 @@ class Indicator(PressureOptions):
     """A measured diagram, and how its file becomes one."""
 
     file: str = Field(
-        description="a text: the path of a recorded pressure, such as 'pressure.csv'", min_length=1
+        description="a text: the path of a recorded pressure, such as a CSV file", min_length=1
     )
     confidential: bool = Field(
         default=False, description="true or false: archives hold the hash of the diagram alone"

@@ -145,7 +145,7 @@ def _unwrapped(angles: Floats, period: float, place: _Place) -> tuple[Floats, fl
     """Angles that rise on and on, and after how many degrees the given ones began again."""
     steps = np.diff(angles)
     usual = float(np.median(steps))
-    back = np.flatnonzero(steps < -10.0 * usual)
+    back = np.flatnonzero(steps < -max(0.5 * float(np.ptp(angles)), 10.0 * usual))
     rolls_over = 0.0
     if len(back):
         span = float(angles.max() - angles.min())
@@ -247,6 +247,8 @@ def cut_into_cycles(
             if cut[-1] - cut[0] + 1.5 * usual < period:
                 cycles.pop(place)
                 said.append(f"the {'first' if place == 0 else 'last'} cycle is not whole, left out")
+    if not cycles:
+        raise SceneError(f"{where}: has no whole cycle of {period:g} degree")
     grids = [grid for grid, _ in cycles]
     for order, grid in enumerate(grids, start=1):
         _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)

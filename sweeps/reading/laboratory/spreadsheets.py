@@ -13,7 +13,7 @@ from sweeps.errors import SceneError, not_known, one_line, size_text
 from sweeps.reading.laboratory.headers import names_and_units, start_of_numbers
 from sweeps.reading.laboratory.libraries import library, library_reading
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recorded_columns import MOST_COLUMNS, Column, check_size
+from sweeps.reading.laboratory.recorded_columns import Column, check_size
 
 __all__ = ["read"]
 
@@ -21,6 +21,7 @@ MOST_INFLATED = 1 << 30
 """Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts."""
 
 MOST_CELLS = 2 * 10**7
+MOST_ROWS = 1 << 20  # of a sheet
 HEAD = 200
 """Rows that are looked at for names and units."""
 
@@ -75,14 +76,15 @@ def _rows(sheet: Any, label: str) -> list[list[Any]]:
     """Rows of a sheet without the empty cells at their ends; a sheet may claim any size."""
     rows: list[list[Any]] = []
     cells = 0
-    for row in sheet.iter_rows(values_only=True, max_col=MOST_COLUMNS):
+    sheet.reset_dimensions()  # what it claims; rows would be filled up to it
+    for row in sheet.iter_rows(values_only=True):
         values = list(row)
         while values and (values[-1] is None or values[-1] == ""):
             values.pop()
         rows.append(values)
         cells += len(values)
-        if cells > MOST_CELLS:
-            raise SceneError(f"{label}: more than {MOST_CELLS:g} cells; use .csv or .parquet")
+        if cells > MOST_CELLS or len(rows) > MOST_ROWS:
+            raise SceneError(f"{label}: more than {MOST_CELLS:g} cells or {MOST_ROWS:g} rows")
     while rows and not rows[-1]:
         rows.pop()
     return rows

@@ -1,0 +1,208 @@
+"""Files of laboratories that cannot be taken: one line with file, place and what would be."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sweeps.errors import SceneError
+from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.laboratory.recording import read_recording
+from sweeps.reading.laboratory.units import pressure_unit
+from tests.support.laboratory import rows, samples
+
+ANGLE, PRESSURE = samples(-360.0)
+HEAD = "CA [deg],p [bar]\n"
+
+
+def text(angle: Any = ANGLE, pressure: Any = PRESSURE, head: str = HEAD) -> str:
+    return head + rows(angle, pressure)
+
+
+def line(number: int, content: str) -> str:
+    lines = text().splitlines()
+    lines[number - 1] = content
+    return "\n".join(lines) + "\n"
+
+
+def without(first: int, last: int) -> str:
+    keep = np.ones(len(ANGLE), dtype=bool)
+    keep[first:last] = False
+    return text(ANGLE[keep], PRESSURE[keep])
+
+
+def cycles_of(*lengths: int) -> str:
+    angle = np.concatenate([np.arange(n) * 0.5 - 360.0 for n in lengths])
+    return text(angle, np.concatenate([PRESSURE[:n] for n in lengths]))
+
+
+BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
+    "empty": ("", {}, ("empty",)),
+    "no numbers": ("hello\nworld\n", {}, ("no table of numbers",)),
+    "wrong column": (text(), {"pressure_column": "q"}, ("pressure_column", "'q'", "CA, p")),
+    "number of no column": (text(), {"angle_column": 7}, ("angle_column = 7", "1 to 2")),
+    "column twice": (text(), {"angle_column": 1, "pressure_column": 1}, ("twice",)),
+    "missing angle": (text(head="a,b\n"), {}, ("angle_column", "'a', 'b'")),
+    "missing unit": (text(head="CA,p\n"), {}, ("no unit", "may be in bar", "unit = 'bar'")),
+    "no unit of pressure": (text(), {"unit": "kg"}, ("'kg'", "bar, kPa")),
+    "unit that computes": (text(), {"unit": "9**9**9"}, ("must be a unit of pressure",)),
+    "volts without calibration": (text(), {"unit": "V"}, ("calibration",)),
+    "calibrated bar": (text(), {"calibration": [1.0, 0.0]}, ("calibration is of volts",)),
+    "a word": (line(100, "-311,high"), {}, ("line 100", "'high'", "finite number")),
+    "a blank": (line(100, "-311,"), {}, ("line 100", "blank")),
+    "too many fields": (line(100, "-311,1,2"), {}, ("line 100: 3 fields, must be 2",)),
+    "gap": (without(700, 740), {}, ("no samples between -10.5 and 10 degree",)),
+    "half a cycle": (text(ANGLE[:720], PRESSURE[:720]), {}, ("covers 360 degree", "720")),
+    "one turn of two": (without(0, 721), {}, ("whole cycle",)),
+    "ends that differ": (
+        text(np.append(ANGLE, 360.0), np.append(PRESSURE, PRESSURE[0] + 5.0)),
+        {}, ("two pressures at -360", "2 %"),
+    ),
+    "angle goes back": (line(100, "-320,1"), {}, ("line 100", "must rise or fall")),
+    "constant angle": (text(0 * ANGLE), {}, ("does not rise",)),
+    "cycles of unequal length": (cycles_of(1440, 1440, 1439, 1440), {"average": True},
+                                 ("cycle 3 of 4 has 1439 samples, the others 1440", "angle_step")),
+    "many cycles": (cycles_of(1440, 1440), {"write": True}, ("2 cycles", "average = true")),
+    "cycle that is not there": (cycles_of(1440, 1440), {"cycle": 3}, ("cycle = 3", "2 whole")),
+    "average and cycle": (text(), {"average": True, "cycle": 1}, ("only one",)),
+    "step that divides nothing": (text(), {"angle_step": 0.7}, ("must divide 720",)),
+    "delay without speed": (text(), {"delay": 1e-5}, ("needs speed",)),
+    "pegging without pressure": (text(), {"pegging": "inlet"}, ("inlet_pressure",)),
+    "pegging without ratio": (text(), {"pegging": "compression"}, ("compression_ratio",)),
+    "unknown key": (text(), {"colour": 1}, ("unknown", "colour")),
+    "smoothing of what": (text(), {"smoothing": "spline"}, ("savitzky_golay",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_text_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
+    content, options, fragments = BAD[case]
+    (tmp_path / "raw.csv").write_text(content)
+    with pytest.raises(SceneError) as failure:
+        found = read_pressure(
+            tmp_path / "raw.csv", **{k: v for k, v in options.items() if k != "write"}
+        )
+        if "write" in options:
+            found.write(tmp_path / "pressure.csv")
+    message = str(failure.value)
+    assert message.isprintable()
+    for fragment in fragments:
+        assert fragment in message, message
+    assert [p.name for p in tmp_path.iterdir()] == ["raw.csv"]
+
+
+def damaged(name: str) -> Callable[[Path], None]:
+    from tests.support.laboratory import STYLES
+
+    def write(path: Path) -> None:
+        STYLES[name][0](path)
+        data = path.read_bytes()
+        path.write_bytes(data[: len(data) // 2])
+
+    return write
+
+
+def write_bytes(data: bytes) -> Callable[[Path], None]:
+    return lambda path: path.write_bytes(data) and None
+
+
+def bomb(path: Path) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as parts:
+        parts.writestr("xl/worksheets/sheet1.xml", b" " * (1 << 20))
+    data = bytearray(path.read_bytes())
+    for mark, place in ((b"PK\x01\x02", 24), (b"PK\x03\x04", 22)):
+        at = data.index(mark) + place
+        data[at : at + 4] = (3 << 30).to_bytes(4, "little")
+    path.write_bytes(data)
+
+
+def wide_sheet(path: Path) -> None:
+    """Few cells, two of them far apart."""
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["CA", "p"])
+    book.active.append([0.0, 1.0])
+    book.active.cell(row=1_000_000, column=16_000, value=1.0)
+    book.save(path)
+
+
+def matrix_of_texts(path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(path, {"name": "run 12"})
+
+
+FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
+    "other ending": ("a.xls", write_bytes(b"x"), ("must end with one of", ".xlsx")),
+    "password": ("a.xlsx", write_bytes(b"\xd0\xcf\x11\xe0" + bytes(2000)), ("password",)),
+    "xlsx that is none": ("a.xlsx", write_bytes(b"CA,p\n1,2\n"), ("not an .xlsx file",)),
+    "xlsx that inflates": ("a.xlsx", bomb, ("when inflated",)),
+    "xlsx that is wide": ("a.xlsx", wide_sheet, ("a.xlsx",)),
+    "mat 7.3": ("a.mat", write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600)),
+                ("7.3", "-v7")),
+    "mat of texts": ("a.mat", matrix_of_texts, ("no arrays of real numbers",)),
+    "half a mat": ("a.mat", damaged("mat, rows of cycles"), (".mat file of versions 4 to 7",)),
+    "half a mf4": ("a.mf4", damaged("mf4, one mark a turn"), ("not an MDF file",)),
+    "half a parquet": ("a.parquet", damaged("parquet, backward"), ("not a Parquet file",)),
+    "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
+    "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
+    "text with zeros": ("a.csv", write_bytes(b"a\x00" * 90), ("not a text file",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_bad_files_are_refused_in_one_line(
+    case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    name, write, fragments = FILES[case]
+    write(tmp_path / name)
+    with pytest.raises(SceneError) as failure:
+        read_recording(tmp_path / name, name)
+    message = str(failure.value)
+    assert message.startswith(f"{name}: ") and message.isprintable()
+    for fragment in fragments:
+        assert fragment in message, message
+    assert capfd.readouterr() == ("", "")  # libraries print nothing
+
+
+def test_missing_files_and_folders(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="no such file"):
+        read_pressure(tmp_path / "raw.csv")
+    (tmp_path / "raw.csv").mkdir()
+    with pytest.raises(SceneError, match="cannot be read"):
+        read_pressure(tmp_path / "raw.csv")
+
+
+def test_formulas_of_mdf_files_are_not_run(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    times = np.arange(8.0)
+    with MDF(version="4.10") as file:
+        file.append([
+            Signal(times, times, name="plain", unit="deg"),
+            Signal(times, times, name="formula", conversion={"formula": "X * 2"}),
+        ])  # fmt: skip
+        file.save(tmp_path / "a.mf4")
+    assert list(read_recording(tmp_path / "a.mf4").columns) == ["time", "plain"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "pascal"),
+    [("kPa", 1e3), ("MPa", 1e6), ("psi", 6894.757), ("bar", 1e5), ("BAR", 1e5), ("N/mm2", 1e6),
+     ("mbar", 100.0), ("hPa", 100.0), ("bar abs", 1e5), ("bar_a", 1e5), ("kgf/cm^2", 98066.5)],
+)  # fmt: skip
+def test_units_of_pressure(unit: str, pascal: float) -> None:
+    found = pressure_unit(unit, "raw.csv")
+    assert found is not None and not found.gauge and not found.voltage
+    assert found.factor == pytest.approx(pascal, rel=1e-6)
+
+
+@pytest.mark.parametrize("unit", ["9**9**9", "rpm", "__import__('os')", "bar*bar", "1e400", ""])
+def test_what_is_no_unit_of_pressure(unit: str) -> None:
+    assert pressure_unit(unit, "raw.csv") is None

@@ -1,0 +1,128 @@
+"""Files of one synthetic engine in the styles of laboratories: all give the same imep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.reading.laboratory.pressure import read_pressure
+from tests.support import recorded_engine
+from tests.support.laboratory import DEGREE, STYLES, avl, imep, rows, samples
+
+
+def true_imep() -> float:
+    angle = np.arange(-360.0, 360.0, 0.05) * DEGREE
+    return imep(angle, recorded_engine.pressure(angle))
+
+
+TRUE = true_imep()
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_every_style_has_the_same_imep(style: str, tmp_path: Path) -> None:
+    write, name, options = STYLES[style]
+    write(tmp_path / name)
+    found = read_pressure(tmp_path / name, **options)
+    mean = found.mean
+    assert imep(mean.angle, mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+    (tmp_path / "pressure.csv").write_text(found.text())
+    written = read_pressure(tmp_path / "pressure.csv").mean
+    assert imep(written.angle, written.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+
+
+def test_a_shift_of_two_degrees_would_be_seen_here(tmp_path: Path) -> None:
+    avl(tmp_path / "avl.csv")
+    mean = read_pressure(tmp_path / "avl.csv", shift=2.0).mean
+    assert abs(imep(mean.angle, mean.pressure[0]) / TRUE - 1.0) > 0.05
+
+
+def four_cylinders(path: Path, late: float = 0.0) -> None:
+    """In-line four, order 1-3-4-2; cylinder 2 with 5 % more pressure rise."""
+    angle, _ = samples(0.0)
+    columns = [angle]
+    for number, fires in enumerate((0.0, 540.0, 180.0, 360.0), start=1):
+        inside = (angle - fires - late + 360.0) % 720.0 - 360.0
+        p = recorded_engine.pressure(inside * DEGREE) / 1e5
+        columns.append(p * (1.05 if number == 2 else 1.0))
+    head = "CA [deg],PCYL1 [bar],PCYL2 [bar],PCYL3 [bar],PCYL4 [bar]\n"
+    path.write_text(head + rows(*columns))
+
+
+def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
+    four_cylinders(tmp_path / "four.csv")
+    found = read_pressure(tmp_path / "four.csv")
+    assert "0, 540, 180, 360" in " ".join(found.steps)
+    for name, cycles in found.cylinders.items():
+        factor = 1.05 if name == "PCYL2" else 1.0
+        assert imep(cycles.angle, cycles.pressure[0]) == pytest.approx(factor * TRUE, rel=2e-3)
+    assert any("'PCYL2' differs" in s and "imep +3.7" in s for s in found.steps)
+    assert found.text().count("pressure_2_bar") == 1
+
+
+def test_firing_angles_that_are_given_hold(tmp_path: Path) -> None:
+    four_cylinders(tmp_path / "four.csv")
+    found = read_pressure(tmp_path / "four.csv", firing_angles=[0.0, 540.0, 180.0, 360.0])
+    works = [imep(c.angle, c.pressure[0]) for c in found.cylinders.values()]
+    assert works[2] == pytest.approx(TRUE, rel=2e-3)
+    with pytest.raises(sweeps.SceneError, match="3 values for 4 columns"):
+        read_pressure(tmp_path / "four.csv", firing_angles=[0.0, 540.0, 180.0])
+
+
+def test_steps_are_reported_in_their_order(tmp_path: Path) -> None:
+    STYLES["mat, rows of cycles"][0](tmp_path / "run.mat")
+    found = read_pressure(
+        tmp_path / "run.mat", unit="MPa", average=True, pegging="inlet", inlet_pressure=1.5,
+        smoothing="savitzky_golay", angle_step=1.0, delay=1e-5, speed=1500.0, engine="ntua",
+    )  # fmt: skip
+    text = "\n".join(found.steps)
+    words = ["column", "pressure in MPa", "delay", "pegging", "imep", "average of 20", "smoothing",
+             "steps of 1 degree"]  # fmt: skip
+    places = [text.index(word) for word in words]
+    assert places == sorted(places)
+    assert "0.09 degree" in text  # 1e-5 s at 9000 degree/s
+    assert found.recorded["p_cyl"].cycles == 20 and len(found.mean.angle) == 720
+    at = np.abs(found.mean.angle + np.pi) < 0.05
+    assert found.mean.pressure[0][at].mean() == pytest.approx(1.5e5, rel=0.02)
+    header = found.text().splitlines()[:4]
+    assert found.sha256 in header[2] and "engine-dyn" in header[3] and "run.mat" in header[1]
+
+
+def test_gauge_pressure_gets_the_ambient_one(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    (tmp_path / "a.csv").write_text("CA [deg];p [barg]\n" + rows(angle, pressure, separator=";"))
+    found = read_pressure(tmp_path / "a.csv", ambient_pressure=0.9)
+    assert np.allclose(found.mean.pressure[0] / 1e5, pressure + 0.9, atol=1e-4)
+
+
+def test_angles_may_be_missing(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0, 2880)
+    del angle
+    (tmp_path / "p.txt").write_text("pressure [bar]\n" + rows(pressure))
+    found = read_pressure(tmp_path / "p.txt", angle_start=-360.0, angle_increment=0.5, cycle=2)
+    assert np.allclose(found.mean.pressure[0] / 1e5, pressure[1440:], atol=1e-4)
+
+
+def test_a_falling_single_cycle_is_turned_by_its_work(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    text = "CA [deg],p [bar]\n" + rows(-angle, pressure)  # counted backward, in time
+    (tmp_path / "back.csv").write_text(text)
+    found = read_pressure(tmp_path / "back.csv")
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
+    assert any("backward" in step for step in found.steps)
+
+
+@pytest.mark.slow
+def test_ten_million_samples(tmp_path: Path) -> None:
+    """In Parquet: writing so many as text would take longer than reading them."""
+    import pandas as pd
+
+    cycles = 10**7 // 720 + 1
+    one = recorded_engine.pressure(np.arange(-360.0, 360.0) * DEGREE)
+    frame = {"CA_deg": np.tile(np.arange(-360.0, 360.0), cycles), "p_Pa": np.tile(one, cycles)}
+    pd.DataFrame(frame).astype("float32").to_parquet(tmp_path / "long.parquet")
+    found = read_pressure(tmp_path / "long.parquet", average=True)
+    assert found.recorded["p_Pa"].cycles == cycles
+    assert np.allclose(found.mean.pressure[0], one, rtol=1e-6)
