@@ -7,16 +7,26 @@ same train closed on itself is there to compare with. docs/method.md (150) to (1
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from engine_dyn import status
 from engine_dyn.compilation import kernel
+from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.given_numbers import given_number
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 
-__all__ = ["SpeedOfTrain", "TorqueTrain", "close_train", "fit_train", "follow_train"]
+__all__ = [
+    "SpeedOfTrain",
+    "TorqueTrain",
+    "close_train",
+    "fit_train",
+    "follow_train",
+    "train_of_cycles",
+]
 
 MOST_STEPS = 60
 """Of Newton's or Gauss and Newton's method; three to six are usual."""
@@ -95,6 +105,82 @@ class SpeedOfTrain:
     memory: float
     by_start: Floats
     by_coefficient: Floats
+
+
+def train_of_cycles(
+    cycles: Sequence[RecordedCycles],
+    *,
+    bore: float,
+    stroke: float,
+    crank_ratio: float,
+    reciprocating_mass: float,
+    inertia: float,
+    firing_angles: Sequence[float] = (0.0,),
+    friction_torque: float = 0.0,
+    crankcase_pressure: float = 101325.0,
+    exponent: float = 2.0,
+    constant: float = 0.0,
+) -> TorqueTrain:
+    """Torque and variable inertia over recorded cycles, from their pressures.
+
+    Parameters
+    ----------
+    cycles : sequence of RecordedCycles
+        Absolute pressure of each cylinder, in the order of `firing_angles`, each at angles of its
+        own dead centre; uniform angles, the same numbers of cycles and samples.
+    bore, stroke : float
+        [m].
+    crank_ratio : float
+        Crank radius over rod length; pins without offset.
+    reciprocating_mass, inertia : float
+        Per cylinder [kg]; mean of Theta(phi) of engine and load [kg m2].
+    firing_angles : sequence of float
+        Crank angle at which each cylinder fires [rad], the first 0.
+    friction_torque : float
+        Of the whole engine [N m], constant over the angle.
+    crankcase_pressure : float
+        Absolute [Pa].
+    exponent, constant : float
+        Of the load, see `TorqueTrain`.
+
+    Returns
+    -------
+    TorqueTrain
+        From the first angle of the first cylinder's first cycle, in steps of two samples. Of the
+        other cylinders, whose cycles begin later, the last recorded cycle stands for what came
+        before their first.
+
+    Raises
+    ------
+    ValueError
+        For cycles that do not fit together or are not uniform.
+    """
+    first = cycles[0]
+    count, shape = len(first.angle), first.pressure.shape
+    spacing = first.period / count
+    if len(cycles) != len(firing_angles):
+        raise ValueError(f"cycles: {len(cycles)} cylinders, {len(firing_angles)} firing angles")
+    for one in cycles:
+        if one.pressure.shape != shape or one.period != first.period:
+            raise ValueError("cycles: all cylinders need as many cycles and samples")
+        if not np.allclose(np.diff(one.angle), spacing, rtol=1e-6):
+            raise ValueError("cycles: angles must be uniform over the whole cycle")
+    total = shape[0] * count
+    steps = (total - 1) // 2
+    angle = first.angle[0] + spacing * np.arange(2 * steps + 1)
+    area_radius = 0.25 * np.pi * bore**2 * 0.5 * stroke
+    torque = np.full(angle.size, -float(friction_torque))
+    squares = np.zeros(angle.size)
+    for one, fires in zip(cycles, firing_angles, strict=True):
+        own = angle - fires
+        reduced = velocity(own, crank_ratio)
+        places = (own - one.angle[0]) / spacing
+        pressure = np.interp(places, np.arange(total), one.pressure.reshape(-1), period=total)
+        torque += (pressure - crankcase_pressure) * area_radius * reduced
+        whole = one.angle[0] + spacing * np.arange(count)
+        squares += reduced**2 - np.mean(velocity(whole, crank_ratio) ** 2)
+    theta = inertia + reciprocating_mass * (0.5 * stroke) ** 2 * squares
+    return TorqueTrain(torque, theta, 2.0 * spacing, exponent, constant)
 
 
 @kernel

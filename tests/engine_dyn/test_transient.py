@@ -7,7 +7,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from engine_dyn import status
-from engine_dyn.speed.transient import TorqueTrain, close_train, fit_train, follow_train
+from engine_dyn.pressure.diagram import diagram_from_points
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.speed.api import periodic_speed
+from engine_dyn.speed.transient import (
+    TorqueTrain,
+    close_train,
+    fit_train,
+    follow_train,
+    train_of_cycles,
+)
 
 CYCLES = 12
 LENGTH = CYCLES * 4.0 * np.pi
@@ -158,3 +167,53 @@ def test_bad_arguments() -> None:
         fit_train(train, np.array([0.0, 0.1, 0.3]), np.ones(2))
     with pytest.raises(ValueError, match="ascend"):
         fit_train(train, np.array([0.0, 0.1]), np.ones(2))
+
+
+SIZES_OF_ENGINE = {"bore": 0.1, "stroke": 0.12, "crank_ratio": 0.28, "reciprocating_mass": 1.2}
+
+
+def recorded(cycles: int, samples: int = 1440) -> RecordedCycles:
+    """The same cycle again and again: compression, a burning, expansion; 1 bar otherwise."""
+    angle = -2.0 * np.pi + 4.0 * np.pi / samples * np.arange(samples)
+    pressure = 1e5 * (
+        1.0 + 30.0 * np.exp(-((angle / 0.5) ** 2)) + 35.0 * np.exp(-(((angle - 0.4) / 0.5) ** 2))
+    )
+    return RecordedCycles(angle, np.tile(pressure, (cycles, 1)))
+
+
+@pytest.mark.parametrize("firing_angles", [[0.0], [0.0, np.pi]])
+def test_equal_cycles_in_a_row_are_the_periodic_solution(firing_angles: list[float]) -> None:
+    """From its speed and load coefficient, the speed comes back to itself cycle after cycle."""
+    cycles = recorded(4)
+    periodic = periodic_speed(
+        diagram_from_points(cycles.angle, cycles.pressure[0]),
+        inertia=1.0, speed=150.0, cylinders=len(firing_angles), firing_angles=firing_angles,
+        inertia_model="variable", friction_torque=20.0, tolerance=1e-9, crank_angle=cycles.angle,
+        **SIZES_OF_ENGINE,
+    )  # fmt: skip
+    train = train_of_cycles(
+        [cycles] * len(firing_angles), inertia=1.0, firing_angles=firing_angles,
+        friction_torque=20.0, **SIZES_OF_ENGINE,
+    )  # fmt: skip
+    found = follow_train(train, float(periodic.omega[0]), periodic.load_coefficient)
+    whole = np.tile(periodic.omega, 4)[::2][: found.speed.size]
+    assert np.max(np.abs(found.speed / whole - 1.0)) < 1e-6
+    closed = close_train(train, float(periodic.omega.mean()))
+    assert closed.load_coefficient == pytest.approx(periodic.load_coefficient, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("cycles", "firing_angles", "said"),
+    [
+        ([recorded(2)], [0.0, np.pi], "1 cylinders, 2 firing angles"),
+        ([recorded(2), recorded(3)], [0.0, np.pi], "as many cycles"),
+        (
+            [RecordedCycles(np.array([-6.0, -1.0, 0.0, 2.0]), np.ones((2, 4)))],
+            [0.0],
+            "uniform",
+        ),
+    ],
+)
+def test_cycles_that_do_not_fit(cycles: list, firing_angles: list[float], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        train_of_cycles(cycles, inertia=1.0, firing_angles=firing_angles, **SIZES_OF_ENGINE)
