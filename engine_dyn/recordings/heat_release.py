@@ -91,8 +91,9 @@ def peak_pressures(cycles: RecordedCycles) -> tuple[Floats, Floats]:
 
 
 def coefficient_of_variation(values: Floats) -> float:
-    """Standard deviation over the mean [1]; NaN of fewer than two values."""
-    return float(np.std(values, ddof=1) / np.mean(values)) if len(values) > 1 else math.nan
+    """Standard deviation over the mean [1]; NaN of fewer than two values, or if the mean is 0."""
+    mean = float(np.mean(values))
+    return float(np.std(values, ddof=1)) / mean if len(values) > 1 and mean else math.nan
 
 
 class Exponent(NamedTuple):

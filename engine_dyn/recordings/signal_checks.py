@@ -32,6 +32,11 @@ __all__ = ["RECORDING_CHECKS", "examine"]
 LONGEST_GAP = 3.0
 """Steps of the grid over the usual step from which on samples are missing."""
 
+LARGEST = 1e10
+"""Pressure [Pa] beyond which a value is none."""
+
+LEAST_SAMPLES = 16
+
 LEAST_PLATEAU = 3
 """Samples of exactly the same extreme pressure, at least, of a clipped sensor."""
 
@@ -83,8 +88,9 @@ def examine(
     list of Finding
         Empty where nothing is found; `str` makes a line of each.
     """
-    if not np.isfinite(cycles.pressure).all():
-        return [] if "missing" in silenced else [_missing(cycles)]
+    useless = _useless(cycles)
+    if useless is not None:
+        return [] if useless.check in silenced else [useless]
     found: list[Finding] = []
     for check in (_gaps, _clipped, _noisy, _coarse, _drifting):
         found += check(cycles, geometry)
@@ -98,15 +104,25 @@ def examine(
     return [one for one in found if one.check not in silenced]
 
 
-def _missing(cycles: RecordedCycles) -> Finding:
-    bad = ~np.isfinite(cycles.pressure)
-    cycle, sample = (int(i) for i in np.argwhere(bad)[0])
-    return Finding(
-        "missing",
-        f"{bad.sum()} of {bad.size} pressures are no numbers, the first in cycle {cycle + 1} at "
-        f"{cycles.angle[sample] / DEGREE:.6g} degree; nothing else is judged",
-        float(bad.sum()),
-    )
+def _useless(cycles: RecordedCycles) -> Finding | None:
+    """What leaves nothing to judge: no numbers, no samples, no change."""
+    bad = ~(np.abs(cycles.pressure) < LARGEST)
+    if bad.any():
+        cycle, sample = (int(i) for i in np.argwhere(bad)[0])
+        return Finding(
+            "missing",
+            f"{bad.sum()} of {bad.size} pressures are no numbers, the first in cycle {cycle + 1} "
+            f"at {cycles.angle[sample] / DEGREE:.6g} degree; nothing else is judged",
+            float(bad.sum()),
+        )
+    count = len(cycles.angle)
+    if count < LEAST_SAMPLES:
+        text = f"a cycle has {count} samples; {LEAST_SAMPLES} are the least that is judged"
+        return Finding("samples", text, count)
+    if np.ptp(cycles.mean) <= 0.0:
+        text = f"the pressure is {cycles.mean[0] / BAR:.6g} bar all over the cycle"
+        return Finding("constant", text, 0.0)
+    return None
 
 
 def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
@@ -195,12 +211,10 @@ def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findi
 
 def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
     """Too few samples: every second one gives other results."""
-    if len(cycles.angle) < 16:
-        yield Finding("samples", f"a cycle has {len(cycles.angle)} samples", len(cycles.angle))
-        return
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
     gross = abs(float(mean_pressures(mean, geometry).gross[0]))
+    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # of no engine
     work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
     peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)
     # Noise alone moves imep and peak when samples are left out; three deviations of it are free.
@@ -282,7 +296,7 @@ def _dead_centre(
 
 
 RECORDING_CHECKS = (
-    "missing", "gap", "clipped", "noise", "samples", "drift", "compression_exponent",
+    "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "compression_exponent",
     "expansion_exponent", "dead_centre",
 )  # fmt: skip
 """Under which checks of recordings are silenced."""

@@ -34,6 +34,9 @@ MOST_CYCLES = 60
 NEAR = (-60.0, 90.0)
 """Crank angles around firing dead centre, in degrees."""
 
+MOST_EXPONENT = 5.0
+"""A polytrope that is no gas's is not drawn."""
+
 CYCLES, BAND, MEAN = "#b0b0b0", "#d1541b", "#000000"
 
 
@@ -146,7 +149,9 @@ def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
     volume = VOLUME if view.has(VOLUME) else "displaced_volume"
     draws = [_whole_cycle, _near_dead_centre, _over_volume]
     if view.has(VOLUME):
-        draws += [_log_log, _heat_rate, _heat]
+        draws.append(_log_log)
+    if view.has("heat_released"):
+        draws += [_heat_rate, _heat]
     if many:
         draws += [_imep, _peaks]
     rows = -(-len(draws) // 2)
@@ -257,6 +262,8 @@ def _log_log(panel: Axes, view: View, volume: str, entries: Entries) -> None:
         array = view.array(name)
         start, end = (float(array.attrs[key]) for key in ("from_angle", "to_angle"))
         exponent = float(array)
+        if not 0.0 < exponent < MOST_EXPONENT:
+            continue
         at = (angle >= start) & (angle <= end) & (p > 0.0)
         level = np.exp(np.mean(np.log(p[at] * v[at] ** exponent)))
         # drawn beyond the fitted part, so that a bend shows

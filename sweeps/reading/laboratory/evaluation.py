@@ -20,6 +20,7 @@ from engine_dyn.recordings.heat_release import (
     polytropic_exponent,
 )
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.signal_checks import LARGEST, LEAST_SAMPLES
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
@@ -63,7 +64,18 @@ def evaluated(
         `imep_of_cycle`, `peak_pressure_of_cycle`, `peak_angle_of_cycle`; and as numbers `imep`,
         `imep_gross`, `imep_pumping`, `imep_variation`, `compression_exponent`,
         `expansion_exponent`. `sweeps.figures.draw` makes the sheet of it.
+
+    Raises
+    ------
+    ValueError
+        If pressures are no numbers, or a cycle has fewer than 16 samples.
     """
+    if not (np.abs(cycles.pressure) < LARGEST).all():
+        raise ValueError("pressure: has values that are no numbers")
+    if len(cycles.angle) < LEAST_SAMPLES:
+        raise ValueError(
+            f"a cycle has {len(cycles.angle)} samples; must be {LEAST_SAMPLES} or more"
+        )
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     works = mean_pressures(cycles, geometry)
     peak, at = peak_pressures(cycles)
@@ -126,7 +138,10 @@ def _add_volume(
     data["cylinder_volume"] = _named(
         ANGLE, geometry.volume(angle) * 1e6, "volume of the cylinder", "cm3", "V"
     )
-    released = heat_release(mean, geometry, gamma)
+    try:
+        released = heat_release(mean, geometry, gamma)
+    except ValueError:  # no samples while the cylinder is closed
+        return
     for name, values, said, unit, symbol in (
         ("heat_release_rate", released.rate[0] * DEGREE, "apparent net heat release rate",
          "J degree-1", r"dQ/d\varphi"),

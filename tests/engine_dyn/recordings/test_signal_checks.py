@@ -113,3 +113,25 @@ def test_motored_cycles_are_recognised() -> None:
     found = examine(late, engine.GEOMETRY)
     assert "motored cycle lies at" in found[0].text
     assert "motored cycle this is a suspicion" not in found[0].text
+
+
+def test_what_cannot_be_judged_is_told_in_one_line() -> None:
+    angle = np.arange(-360.0, 360.0, 1.0) * DEGREE
+    assert names(RecordedCycles(angle, np.full((2, 720), 1e5))) == ["constant"]
+    assert names(RecordedCycles(angle, np.full((2, 720), 1e200))) == ["missing"]
+    assert names(RecordedCycles(angle[::60], np.full((2, 12), 1e5))) == ["samples"]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_signal_makes_the_checks_fail(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    period = rng.choice([2.0, 4.0]) * np.pi
+    count = int(rng.choice([16, 17, 40, 180, 721]))
+    angle = -0.5 * period + period * np.arange(count) / count
+    if rng.random() < 0.5:
+        angle = np.sort(rng.uniform(angle[0], angle[-1], count))
+    curve = 1e5 * (1.0 + 40.0 * np.exp(-((angle / 0.6) ** 2)))
+    curves = (curve, -curve, np.round(curve / 5e5) * 5e5, 1e5 * rng.standard_normal(count))
+    p = curves[seed % 4] + 1e4 * rng.choice([0.0, 1.0]) * rng.standard_normal((3, count))
+    names(RecordedCycles(angle, p, period))
+    names(RecordedCycles(angle, p, period), motored=True)
