@@ -1,0 +1,459 @@
+"""Least squares of parameters on measured speeds, with what the data can and cannot tell.
+
+The model is linearised in its last step for all that is said of the uncertainty, docs/method.md
+section 19. Nothing here knows what the parameters are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from engine_dyn.types import Floats
+
+__all__ = [
+    "LARGEST_CONDITION",
+    "FittedSpeeds",
+    "Inseparable",
+    "Loss",
+    "MeasuredCycles",
+    "Parameter",
+    "fit_speeds",
+]
+
+Loss = Literal["linear", "soft_l1", "huber"]
+
+LARGEST_CONDITION = 1e4
+"""Ratio of the largest to the smallest singular value, all columns of length 1, that is fitted."""
+
+NEIGHBOURS = 0.1
+"""Share of the intervals, to each side, whose variances are averaged: few cycles tell that of one
+interval badly, and weights that follow the noise make the 95 % intervals too narrow."""
+
+DRAWS = 999
+"""Fits to noise that residuals are compared with."""
+
+STEP = 1e-3
+"""Relative step of the central differences; their error is its square."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Something that is fitted.
+
+    Attributes
+    ----------
+    name : str
+        What it is called in messages and results.
+    start, low, high : float
+        First value, and bounds, which may be infinite.
+    prior : float, optional
+        What is known of it without the data: its value.
+    prior_deviation : float, optional
+        The standard deviation of that.
+    scale : float
+        How large a change is a large one; steps of differences are a thousandth of it.
+    """
+
+    name: str
+    start: float
+    low: float = -np.inf
+    high: float = np.inf
+    prior: float | None = None
+    prior_deviation: float | None = None
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no start between bounds, and a prior without a deviation."""
+        if not self.low <= self.start <= self.high or not self.low < self.high:
+            raise ValueError(
+                f"{self.name}: start {self.start:g} must lie from {self.low:g} to {self.high:g}"
+            )
+        if (self.prior is None) != (self.prior_deviation is None):
+            raise ValueError(f"{self.name}: a prior needs a value and a standard deviation")
+        if self.prior_deviation is not None and not self.prior_deviation > 0.0:
+            raise ValueError(
+                f"{self.name}: standard deviation {self.prior_deviation:g} of the prior must be "
+                "positive"
+            )
+        if not self.scale > 0.0:
+            raise ValueError(f"{self.name}: scale {self.scale:g} must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCycles:
+    """Speeds of the cycles of one recording, as the wheel shows them.
+
+    Attributes
+    ----------
+    name : str
+        Of the recording.
+    speed : ndarray, shape (cycles, intervals)
+        [rad/s]; the cycles count as independent of each other, the intervals of one do not.
+    width : ndarray, shape (intervals,)
+        Of the intervals [rad].
+    """
+
+    name: str
+    speed: Floats
+    width: Floats
+
+    def __post_init__(self) -> None:
+        """Refuse fewer than two cycles, and speeds that are none."""
+        if self.speed.ndim != 2 or len(self.speed) < 2:
+            raise ValueError(f"{self.name}: one cycle has no spread; at least two are needed")
+        if self.speed.shape[1:] != self.width.shape:
+            raise ValueError(f"{self.name}: {self.width.size} widths, not one for each interval")
+        if not (np.isfinite(self.speed).all() and (self.speed > 0.0).all()):
+            raise ValueError(f"{self.name}: speeds must be positive numbers")
+
+    @property
+    def shapes(self) -> Floats:
+        """Logarithm of the speed of each cycle, less its mean over angle."""
+        return level_free(np.log(self.speed), self.width)
+
+    @property
+    def deviation(self) -> Floats:
+        """Standard error of the mean over cycles at each interval, from it and its neighbours."""
+        variance = self.shapes.var(axis=0, ddof=1)
+        reach = round(NEIGHBOURS * variance.size)
+        around = np.arange(-reach, reach + 1)
+        near = variance[(np.arange(variance.size)[:, None] + around) % variance.size]
+        return np.asarray(np.sqrt(near.mean(axis=1) / len(self.speed)))
+
+
+class Inseparable(ValueError):
+    """The data cannot tell the parameters apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedSpeeds:
+    """What was found, with its uncertainty.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        As given.
+    value : ndarray, shape (P,)
+        Within the bounds.
+    interval : ndarray, shape (P, 2)
+        95 % intervals, cut off at the bounds.
+    covariance : ndarray, shape (P, P)
+        Of the values without bounds.
+    condition : float
+        Ratio of the largest to the smallest singular value, all columns of length 1.
+    tooth_error, tooth_deviation : ndarray, shape (T,)
+        Logarithm of the ratio that a tooth shows too much, and its standard deviation; empty where
+        the teeth are taken as perfect.
+    residual : tuple of ndarray
+        Measured less computed shape, in standard errors, for each recording.
+    reduced_chi_square : float
+        Mean square of the residuals, over what remains of their number: 1 where they are noise.
+    likelihood_of_noise : float
+        Probability that noise like the spread over cycles, with its correlation over angle, leaves
+        residuals as large as these. Where it is small, the model lacks something, and the
+        intervals do not know of that.
+    """
+
+    parameters: tuple[Parameter, ...]
+    value: Floats
+    interval: Floats
+    covariance: Floats
+    condition: float
+    tooth_error: Floats
+    tooth_deviation: Floats
+    residual: tuple[Floats, ...] = field(repr=False)
+    reduced_chi_square: float
+    likelihood_of_noise: float
+
+    @property
+    def deviation(self) -> Floats:
+        """Standard deviation of each value."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlations of the values, shape (P, P)."""
+        return np.asarray(self.covariance / np.outer(self.deviation, self.deviation))
+
+
+Model = Callable[[Floats], Sequence[Floats]]
+"""Logarithms of speeds as perfect teeth show them, for each recording, shape (n, intervals), of
+parameters of shape (n, P)."""
+
+
+def level_free(logs: Floats, width: Floats) -> Floats:
+    """Logarithms of speeds less their mean over angle: the level is no part of what is fitted."""
+    return np.asarray(logs - (logs @ width / width.sum())[..., None])
+
+
+def fit_speeds(
+    model: Model,
+    parameters: Sequence[Parameter],
+    recordings: Sequence[MeasuredCycles],
+    *,
+    teeth: int = 0,
+    tooth_prior: float | None = None,
+    loss: Loss = "linear",
+    largest_condition: float = LARGEST_CONDITION,
+) -> FittedSpeeds:
+    """Fit parameters to the mean speeds of recordings.
+
+    Parameters
+    ----------
+    model : callable
+        What the speeds would be.
+    parameters : sequence of Parameter
+        What is fitted.
+    recordings : sequence of MeasuredCycles
+        What was measured; weights come from the spread over cycles.
+    teeth : int
+        How many intervals of the wheel have errors that are fitted too, the same in all
+        recordings; 0 where the wheel is taken as perfect.
+    tooth_prior : float, optional
+        Standard deviation of these errors [1], where it is known.
+    loss : str
+        Of `scipy.optimize.least_squares`; the others than "linear" count large residuals less.
+    largest_condition : float
+        Above it the fit is refused.
+
+    Raises
+    ------
+    Inseparable
+        Where the data do not tell some of the parameters apart.
+    ValueError
+        For parameters of one name, or none.
+
+    Notes
+    -----
+    The covariance is that of estimating equations whose cycles are independent, whatever the
+    correlation within a cycle: Liang and Zeger, Biometrika 73 (1986) 13, from memory.
+    """
+    from scipy.optimize import least_squares
+    from scipy.stats import t
+
+    names = [one.name for one in parameters]
+    if not names or len({*names}) < len(names):
+        raise ValueError(f"parameters {', '.join(names)}: at least one, each once")
+    problem = _Problem(model, tuple(parameters), tuple(recordings), teeth, tooth_prior)
+    low = np.concatenate([[p.low for p in parameters], np.full(teeth, -np.inf)])
+    high = np.concatenate([[p.high for p in parameters], np.full(teeth, np.inf)])
+    start = np.concatenate([[p.start for p in parameters], np.zeros(teeth)])
+    problem.check_condition(problem.slopes(start), largest_condition)
+    found = least_squares(
+        problem.residuals, start, problem.slopes, bounds=(low, high), loss=loss, method="trf",
+        x_scale=problem.scales, xtol=1e-10, ftol=1e-12, gtol=1e-12,
+    )  # fmt: skip
+    slopes = problem.slopes(found.x)
+    condition = problem.check_condition(slopes, largest_condition)
+    residual = problem.residuals(found.x)
+    weight = _weights(residual, loss)
+    inverse: Floats = np.linalg.pinv(slopes.T @ (weight[:, None] * slopes), hermitian=True)
+    free = found.x - inverse @ (slopes.T @ (weight * residual))
+    shares = [inverse @ spread @ inverse for spread in problem.spreads_of_scores(slopes, weight)]
+    covariance = np.sum(shares, axis=0)
+    variances = np.diagonal(shares, axis1=1, axis2=2)
+    deviation = np.sqrt(np.diag(covariance))
+    count = len(parameters)
+    # Welch and Satterthwaite: what few cycles say of the variance, for each recording.
+    few = np.array([len(recording.speed) - 1 for recording in recordings])
+    freedom = np.diag(covariance) ** 2 / np.sum(variances[:-1] ** 2 / few[:, None], axis=0)
+    reach = t.ppf(0.975, freedom)
+    interval = np.stack([free - reach * deviation, free + reach * deviation], axis=1)[:count]
+    interval = np.clip(interval, low[:count, None], high[:count, None])
+    parts = problem.parts(residual)
+    told = sum(part.size for part in parts) - len(parts) - free.size
+    chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
+    likely = problem.likelihood_of_noise(residual, slopes, weight, inverse)
+    return FittedSpeeds(
+        tuple(parameters), found.x[:count], interval, covariance[:count, :count], condition,
+        found.x[count:], deviation[count:], parts, chi, likely,
+    )  # fmt: skip
+
+
+def _weights(residual: Floats, loss: Loss) -> Floats:
+    """How much each residual counts, by the slope of the loss."""
+    square = residual**2
+    if loss == "soft_l1":
+        return np.asarray(1.0 / np.sqrt(1.0 + square))
+    if loss == "huber":
+        return np.asarray(1.0 / np.maximum(np.sqrt(square), 1.0))
+    return np.ones_like(residual)
+
+
+class _Problem:
+    """Residuals and their slopes; the unknowns are the parameters, then errors of teeth."""
+
+    def __init__(
+        self, model: Model, parameters: tuple[Parameter, ...],
+        recordings: tuple[MeasuredCycles, ...], teeth: int, tooth_prior: float | None,
+    ) -> None:  # fmt: skip
+        self.model, self.parameters, self.recordings = model, parameters, recordings
+        self.teeth, self.tooth_prior = teeth, tooth_prior
+        for recording in recordings:
+            if teeth and recording.width.size % teeth:
+                raise ValueError(
+                    f"{recording.name}: {recording.width.size} intervals are no turns of {teeth}"
+                )
+        self.shapes = [recording.shapes for recording in recordings]
+        self.deviations = [recording.deviation for recording in recordings]
+        self.measured = sum(recording.width.size for recording in recordings)
+        unit = min(float(np.median(deviation)) for deviation in self.deviations)
+        self.scales = np.concatenate([[p.scale for p in parameters], np.full(teeth, unit)])
+        self._tooth_slopes = self._slopes_of_teeth()
+
+    def computed(self, values: Floats) -> list[Floats]:
+        """Shapes that the model says, for parameters of shape (n, P)."""
+        found = self.model(values)
+        return [
+            level_free(np.asarray(logs), recording.width)
+            for logs, recording in zip(found, self.recordings, strict=True)
+        ]
+
+    def residuals(self, unknown: Floats) -> Floats:
+        """Measured less computed, in standard errors; then what is known without the data."""
+        count = len(self.parameters)
+        computed = self.computed(unknown[None, :count])
+        parts = []
+        for shapes, deviation, said in zip(self.shapes, self.deviations, computed, strict=True):
+            parts.append((shapes.mean(axis=0) - said[0]) / deviation)
+        told = np.concatenate(parts) + self._tooth_slopes @ unknown[count:]
+        return np.concatenate([told, self._priors(unknown)])
+
+    def _priors(self, unknown: Floats) -> Floats:
+        rows = [
+            (value - p.prior) / p.prior_deviation
+            for p, value in zip(self.parameters, unknown, strict=False)
+            if p.prior is not None and p.prior_deviation is not None
+        ]
+        errors = unknown[len(self.parameters) :]
+        if self.teeth:
+            # The mean error of all teeth is none: their widths make a turn.
+            rows.append(float(errors @ self._share) / float(np.mean(self.scales[-self.teeth :])))
+            if self.tooth_prior is not None:
+                rows += [*(errors / self.tooth_prior)]
+        return np.asarray(rows, dtype=float)
+
+    @property
+    def _share(self) -> Floats:
+        width = self.recordings[0].width[: self.teeth]
+        return np.asarray(width / width.sum())
+
+    def _slopes_of_teeth(self) -> Floats:
+        """How residuals change with the errors of the teeth."""
+        blocks = []
+        for recording, deviation in zip(self.recordings, self.deviations, strict=True):
+            one = np.zeros((recording.width.size, self.teeth))
+            if self.teeth:
+                one[np.arange(len(one)), np.arange(len(one)) % self.teeth] = 1.0
+                one -= recording.width @ one / recording.width.sum()
+            blocks.append(-one / deviation[:, None])
+        return np.vstack(blocks)
+
+    def slopes(self, unknown: Floats) -> Floats:
+        """Slopes of all residuals, by central differences of the model in one batch."""
+        count = len(self.parameters)
+        here = unknown[:count]
+        low, high = (
+            np.array([getattr(p, side) for p in self.parameters]) for side in ("low", "high")
+        )
+        step = STEP * self.scales[:count]
+        up, down = np.minimum(here + step, high), np.maximum(here - step, low)
+        batch = np.tile(here, (2 * count, 1))
+        batch[np.arange(count), np.arange(count)] = up
+        batch[count + np.arange(count), np.arange(count)] = down
+        blocks = []
+        for said, deviation in zip(self.computed(batch), self.deviations, strict=True):
+            rise = (said[:count] - said[count:]) / (up - down)[:, None]
+            blocks.append(-(rise / deviation).T)
+        measured = np.hstack([np.vstack(blocks), self._tooth_slopes])
+        known = self._priors(unknown)
+        rows = np.zeros((known.size, unknown.size))
+        place = 0
+        for i, p in enumerate(self.parameters):
+            if p.prior_deviation is not None:
+                rows[place, i] = 1.0 / p.prior_deviation
+                place += 1
+        if self.teeth:
+            rows[place, count:] = self._share / np.mean(self.scales[-self.teeth :])
+            if self.tooth_prior is not None:
+                rows[place + 1 :, count:] = np.eye(self.teeth) / self.tooth_prior
+        return np.vstack([measured, rows])
+
+    def check_condition(self, slopes: Floats, largest: float) -> float:
+        """Condition number of the slopes; refuse it above the largest.
+
+        Raises
+        ------
+        Inseparable
+            Naming the parameters that cannot be told apart.
+        """
+        length = np.sqrt(np.sum(slopes**2, axis=0))
+        names = [p.name for p in self.parameters]
+        for name, size in zip(names, length, strict=False):
+            if not size > 0.0:
+                raise Inseparable(f"{name}: nothing that was measured depends on it")
+        _, singular, rows = np.linalg.svd(slopes / length, full_matrices=False)
+        condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
+        if not condition <= largest:
+            weak = np.abs(rows[-1])
+            mixed = [n for n, share in zip(names, weak, strict=False) if share > 0.05]
+            if np.max(weak[len(names) :], initial=0.0) > 0.05:
+                mixed.append("the errors of the teeth")
+            raise Inseparable(
+                f"{', '.join(mixed)}: cannot be told apart by what was measured (condition number "
+                f"{condition:.2g}, allowed is {largest:g}); fix one of them, or give a prior"
+            )
+        return condition
+
+    def spreads_of_scores(self, slopes: Floats, weight: Floats) -> list[Floats]:
+        """Covariances of the slopes' products with the residuals.
+
+        From the single cycles of each recording, and at last from what is known without the data.
+        """
+        spreads = []
+        place = 0
+        for shapes, deviation in zip(self.shapes, self.deviations, strict=True):
+            rows = slice(place, place + deviation.size)
+            place += deviation.size
+            each = (shapes - shapes.mean(axis=0)) / deviation
+            scores = each @ (weight[rows, None] * slopes[rows])
+            count = len(scores)
+            spreads.append(np.asarray(scores.T @ scores / (count * (count - 1))))
+        known = slopes[self.measured :]
+        if self.teeth:  # that their mean error is none is exact
+            known = np.delete(known, self._row_of_mean, axis=0)
+        return [*spreads, np.asarray(known.T @ known)]
+
+    @property
+    def _row_of_mean(self) -> int:
+        return sum(p.prior is not None for p in self.parameters)
+
+    def likelihood_of_noise(
+        self, residual: Floats, slopes: Floats, weight: Floats, inverse: Floats
+    ) -> float:
+        """Share of fits to noise, made of cycles with random signs, with larger residuals.
+
+        The wild bootstrap of Wu, Annals of Statistics 14 (1986) 1261, from memory, with cycles in
+        place of single values.
+        """
+        draws = np.random.default_rng(0)
+        noise = []
+        for shapes, deviation in zip(self.shapes, self.deviations, strict=True):
+            count = len(shapes)
+            each = (shapes - shapes.mean(axis=0)) / deviation / np.sqrt(count * (count - 1))
+            noise.append(draws.choice([-1.0, 1.0], (DRAWS, count)) @ each)
+        known = draws.standard_normal((DRAWS, residual.size - self.measured))
+        made = np.hstack([*noise, known])
+        left = made - (made * weight) @ slopes @ inverse @ slopes.T
+        sizes = np.sum(weight[: self.measured] * left[:, : self.measured] ** 2, axis=1)
+        here = np.sum(weight[: self.measured] * residual[: self.measured] ** 2)
+        return float((1 + np.count_nonzero(sizes >= here)) / (1 + DRAWS))
+
+    def parts(self, residual: Floats) -> tuple[Floats, ...]:
+        """Residuals of each recording."""
+        ends = np.cumsum([d.size for d in self.deviations])
+        return tuple(np.split(residual[: self.measured], ends[:-1]))
