@@ -251,7 +251,7 @@ def fit_speeds(
     condition = problem.check_condition(slopes, largest_condition)
     residual = problem.residuals(found.x)
     weight = _weights(residual, loss)
-    inverse: Floats = np.linalg.pinv(slopes.T @ (weight[:, None] * slopes), hermitian=True)
+    inverse = _inverse_of_curvature(np.sqrt(weight)[:, None] * slopes)
     free = found.x - inverse @ (slopes.T @ (weight * residual))
     shares = [inverse @ spread @ inverse for spread in problem.spreads_of_scores(slopes, weight)]
     covariance = np.sum(shares, axis=0)
@@ -282,6 +282,14 @@ def _weights(residual: Floats, loss: Loss) -> Floats:
     if loss == "huber":
         return np.asarray(1.0 / np.maximum(np.sqrt(square), 1.0))
     return np.ones_like(residual)
+
+
+def _inverse_of_curvature(slopes: Floats) -> Floats:
+    """Inverse of slopes^T slopes, without the rounding of that product."""
+    length = np.sqrt(np.sum(slopes**2, axis=0))
+    _, singular, rows = np.linalg.svd(slopes / length, full_matrices=False)
+    root = (rows / singular[:, None]) / length
+    return np.asarray(root.T @ root)
 
 
 class _Problem:

@@ -1,0 +1,139 @@
+"""Least squares on measured speeds: intervals cover the truth, what cannot be told is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sweeps.measuring.speed_fit import (
+    Inseparable,
+    MeasuredCycles,
+    Parameter,
+    fit_speeds,
+)
+from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
+
+pytest.importorskip("scipy")
+
+TRUTH = np.array([0.02, 0.03, 0.05])
+PARAMETERS = (
+    Parameter("inertia", 0.015, 0.001, 1.0, scale=0.02),
+    Parameter("angle", 0.0, scale=0.1),
+    Parameter("share", 0.0, scale=0.05),
+)
+
+
+def exact(errors: np.ndarray | float = 0.0, noise: float = 1e-6) -> list[MeasuredCycles]:
+    rng = np.random.default_rng(5)
+    return [
+        MeasuredCycles(
+            f"load {load:g}",
+            np.exp(
+                logs + np.tile(errors * np.ones(TEETH), 2) + noise * rng.normal(size=(8, INTERVALS))
+            )
+            * 300.0,
+            WIDTH,
+        )
+        for load, logs in zip(LOADS, model(TRUTH[None]), strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    "case",
+    [Case(), Case(wheel=False, correlated=True), Case(correlated=True, priors=True),
+     Case(correlated=True, at_bound=True)],
+    ids=["white", "perfect wheel", "priors", "at a bound"],
+)  # fmt: skip
+def test_intervals_cover_the_truth(case: Case) -> None:
+    """`python -m benchmarks identification` has 400 cases of each kind; three sigma of 60 here."""
+    rng = np.random.default_rng(20)
+    covered = np.zeros(3)
+    number = 60
+    for _ in range(number):
+        fit, truth = random_case(case, rng)
+        covered += (fit.interval[:, 0] <= truth) & (truth <= fit.interval[:, 1])
+    least = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / number)
+    assert (covered / number >= least).all(), covered / number
+    assert covered.sum() < 3 * number  # wider than 95 % would be as wrong
+
+
+def test_parameters_and_teeth_are_found_without_noise() -> None:
+    errors = 0.003 * np.sin(np.arange(TEETH) ** 2.0)
+    errors -= errors @ WIDTH[:TEETH] / WIDTH[:TEETH].sum()
+    fit = fit_speeds(model, PARAMETERS, exact(errors), teeth=TEETH)
+    np.testing.assert_allclose(fit.value, TRUTH, rtol=1e-4)
+    np.testing.assert_allclose(fit.tooth_error, errors, atol=5e-6)
+
+
+def test_what_repeats_every_turn_cannot_be_told_from_the_teeth() -> None:
+    def of_turn(values: np.ndarray) -> list[np.ndarray]:
+        wave = np.sin(2.0 * np.pi * np.arange(INTERVALS) / TEETH)
+        return [m + values[:, [3]] * wave for m in model(values[:, :3])]
+
+    more = (*PARAMETERS, Parameter("reciprocating_mass", 0.0, scale=0.1))
+    with pytest.raises(Inseparable, match="reciprocating_mass, the errors of the teeth: cannot"):
+        fit_speeds(of_turn, more, exact(), teeth=TEETH)
+    fit_speeds(of_turn, more, exact())  # with perfect teeth it can
+    told = replace(more[3], prior=0.0, prior_deviation=0.1)
+    fit = fit_speeds(of_turn, (*PARAMETERS, told), exact(), teeth=TEETH, largest_condition=1e7)
+    assert fit.deviation[3] == pytest.approx(0.1, rel=0.01)  # the prior is all that is known
+
+
+def test_ratios_cannot_be_told_apart() -> None:
+    def scaled(values: np.ndarray) -> list[np.ndarray]:
+        return [values[:, [3]] * m for m in model(values[:, :3])]
+
+    more = (*PARAMETERS, Parameter("pressure_factor", 1.0))
+    with pytest.raises(Inseparable, match="inertia, pressure_factor: cannot be told apart"):
+        fit_speeds(scaled, more, exact())
+
+
+def test_without_effect() -> None:
+    idle = (*PARAMETERS, Parameter("bore", 1.0))
+    with pytest.raises(Inseparable, match="bore: nothing that was measured depends on it"):
+        fit_speeds(lambda values: model(values[:, :3]), idle, exact())
+
+
+def test_a_model_that_lacks_something_is_told() -> None:
+    sound = fit_speeds(model, PARAMETERS, exact(noise=1e-3))
+    assert 0.05 < sound.likelihood_of_noise < 1.0
+    lacking = fit_speeds(
+        lambda values: model(np.column_stack([values, np.zeros(len(values))])),
+        PARAMETERS[:2], exact(noise=1e-3),
+    )  # fmt: skip
+    assert lacking.likelihood_of_noise <= 0.002
+    assert lacking.reduced_chi_square > 2.0
+
+
+def test_a_robust_loss_counts_a_wild_interval_less() -> None:
+    recordings = exact(noise=1e-3)
+    recordings[2].speed[:, 40] *= 1.2
+    off = [
+        abs(fit_speeds(model, PARAMETERS, recordings, loss=loss).value[0] - 0.02)
+        for loss in ("linear", "soft_l1")
+    ]
+    assert off[1] < 0.2 * off[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"start": 2.0}, "start 2 must lie from 0.001 to 1"),
+        ({"prior": 1.0}, "needs a value and a standard deviation"),
+        ({"prior": 1.0, "prior_deviation": 0.0}, "must be positive"),
+    ],
+)
+def test_parameters_are_refused(change: dict[str, float], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        replace(PARAMETERS[0], **change)
+
+
+def test_recordings_are_refused() -> None:
+    with pytest.raises(ValueError, match="one cycle has no spread"):
+        MeasuredCycles("half", np.ones((1, 4)), np.ones(4))
+    with pytest.raises(ValueError, match="positive numbers"):
+        MeasuredCycles("half", np.zeros((2, 4)), np.ones(4))
+    with pytest.raises(ValueError, match="116 intervals are no turns of 57"):
+        fit_speeds(model, PARAMETERS, exact(), teeth=57)
