@@ -143,6 +143,8 @@ class FittedSpeeds:
         95 % intervals, cut off at the bounds.
     covariance : ndarray, shape (P, P)
         Of the values without bounds.
+    covariance_with_teeth : ndarray, shape (P + T, P + T)
+        Of the values and of the errors of the teeth.
     condition : float
         Ratio of the largest to the smallest singular value, all columns of length 1.
     tooth_error, tooth_deviation : ndarray, shape (T,)
@@ -162,6 +164,7 @@ class FittedSpeeds:
     value: Floats
     interval: Floats
     covariance: Floats
+    covariance_with_teeth: Floats = field(repr=False)
     condition: float
     tooth_error: Floats
     tooth_deviation: Floats
@@ -269,8 +272,8 @@ def fit_speeds(
     chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
     likely = problem.likelihood_of_noise(residual, slopes, weight, inverse)
     return FittedSpeeds(
-        tuple(parameters), found.x[:count], interval, covariance[:count, :count], condition,
-        found.x[count:], deviation[count:], parts, chi, likely,
+        tuple(parameters), found.x[:count], interval, covariance[:count, :count], covariance,
+        condition, found.x[count:], deviation[count:], parts, chi, likely,
     )  # fmt: skip
 
 

@@ -1,0 +1,184 @@
+"""Computed speeds of a scene's recordings for many sets of parameters, in few runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import Family
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError, not_known
+from sweeps.scene.model import Scene
+
+__all__ = ["OF_DIAGRAM", "OF_WHEEL", "SpeedsOfRecordings"]
+
+OF_DIAGRAM = {
+    "dead_centre_shift": (0.0, 1.0, "degree", "angle by which all diagrams come later"),
+    "pegging": (0.0, 0.1, "bar", "pressure that is added to all diagrams"),
+    "pressure_factor": (1.0, 0.1, "1", "factor on all diagrams"),
+}
+"""Parameters that change the diagrams: where they change nothing, a large change, unit, meaning."""
+
+OF_WHEEL = {
+    "gap_angle": (0.0, 1.0, "degree", "crank angle of the first tooth after the longest gap"),
+}
+"""Parameters of the wheel."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedsOfRecordings:
+    """Speeds that a scene computes for the designs of its recordings.
+
+    Attributes
+    ----------
+    scene : Scene
+        Without axes: one design for each recording.
+    keys : tuple of str
+        What varies; of a parameter of one recording ``key@number``.
+    count : int
+        Number of recordings.
+    """
+
+    scene: Scene
+    keys: tuple[str, ...]
+    count: int
+
+    @classmethod
+    def of(
+        cls, scene: Scene, places: Sequence[dict[str, float]], keys: Sequence[str]
+    ) -> SpeedsOfRecordings:
+        """Make a scene of one design for each recording.
+
+        Parameters
+        ----------
+        scene : Scene
+            With axes or designs.
+        places : sequence of dict
+            For each recording the values of all that varies in the scene.
+        keys : sequence of str
+            What is going to vary.
+
+        Raises
+        ------
+        SceneError
+            For keys that are none, and a scene with several words on an axis.
+        """
+        name = str(scene.path or "scene")
+        words = [key for key, values in scene.axes.items() if isinstance(values, tuple)]
+        several = [key for key in words if len(scene.axes[key]) > 1]
+        if several:
+            raise SceneError(
+                f"{name}: [axes] {several[0]}: must be one word where speeds are fitted"
+            )
+        for key in keys:
+            plain = key.partition("@")[0]
+            if plain not in PARAMETERS and plain not in OF_DIAGRAM and plain not in OF_WHEEL:
+                known = (*PARAMETERS, *OF_DIAGRAM, *OF_WHEEL)
+                raise SceneError(f"{name}: {plain}: nothing that can vary{not_known(plain, known)}")
+        columns: dict[str, Floats] = {}
+        for key in dict.fromkeys(k for place in places for k in place):
+            columns[key] = np.array([place[key] for place in places])
+        for key in keys:
+            plain = key.partition("@")[0]
+            if plain in PARAMETERS and plain not in columns:
+                columns[plain] = np.full(len(places), scene.given_or_own(plain)[1][0])
+        made = replace(
+            scene, axes={}, dimensions=(DESIGN,), labels={}, designs=columns,
+            settings={k: v for k, v in scene.settings.items() if k not in columns},
+            quantities=("omega",), reference=None, fail_on=(), measured=None,
+            silenced_warnings=scene.silenced_warnings,
+        )  # fmt: skip
+        return cls(made, tuple(keys), len(places))
+
+    def start(self, key: str) -> float:
+        """Value that the scene has, the mean of its designs."""
+        plain, _, number = key.partition("@")
+        if plain in PARAMETERS:
+            column = self.scene.designs[plain]
+            return float(column[int(number) - 1] if number else column.mean())
+        return (OF_DIAGRAM | OF_WHEEL)[plain][0]
+
+    def speeds(self, values: Floats) -> tuple[Floats, Floats]:
+        """Speeds over the angle.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, P)
+            Of the keys, in the units of files.
+
+        Returns
+        -------
+        angle : ndarray, shape (samples,)
+            [rad].
+        speed : ndarray, shape (n, recordings, samples)
+            [rad/s]; NaN for designs without an answer.
+        """
+        number = len(values)
+        columns = {key: np.tile(column, (number, 1)) for key, column in self.scene.designs.items()}
+        diagrams = {key: np.full((number, self.count), one[0]) for key, one in OF_DIAGRAM.items()}
+        for key, varied in zip(self.keys, values.T, strict=True):
+            plain, _, own = key.partition("@")
+            if plain not in OF_WHEEL:
+                table = (columns if plain in PARAMETERS else diagrams)[plain]
+                table[:, [int(own) - 1] if own else slice(None)] = varied[:, None]
+        changes = np.stack([diagrams[key].ravel() for key in OF_DIAGRAM], axis=1)
+        distinct, which = np.unique(changes, axis=0, return_inverse=True)
+        speeds: Any = None
+        angle = np.empty(0)
+        for place, change in enumerate(distinct):
+            here = which.ravel() == place
+            picked = {key: column.ravel()[here] for key, column in columns.items()}
+            angle, found = _run(_with_diagrams(replace(self.scene, designs=picked), *change))
+            if speeds is None:
+                speeds = np.empty((number * self.count, angle.size))
+            speeds[here] = found
+        return angle, np.asarray(speeds).reshape(number, self.count, -1)
+
+
+def _run(scene: Scene) -> tuple[Floats, Floats]:
+    """Angles [rad] and speeds [rad/s] of the designs of a scene."""
+    import warnings
+
+    from engine_dyn import ImplausibleWarning
+    from sweeps.running.in_memory import run
+
+    with warnings.catch_warnings():
+        # Steps of a fit may pass through engines that nobody builds.
+        warnings.simplefilter("ignore", ImplausibleWarning)
+        results = run(scene)
+    angle = np.asarray(results["crank_angle"].values, dtype=float) * DEGREE
+    return angle, np.asarray(results["omega"].transpose(DESIGN, "crank_angle").values)
+
+
+def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) -> Scene:
+    """The scene with diagrams that are moved by an angle, raised and multiplied."""
+    if (shift, pegging, factor) == tuple(neutral for neutral, *_ in OF_DIAGRAM.values()):
+        return scene
+
+    def changed(diagram: Diagram) -> Diagram:
+        return _changed(diagram, shift * DEGREE, pegging * BAR, factor)
+
+    if scene.indicator is not None:
+        return replace(scene, indicator=changed(scene.indicator))
+    family = scene.engine.family
+    if not isinstance(family, Family):
+        raise SceneError(
+            f"{scene.engine.name}: diagrams over speed cannot be changed by a fit; give those of "
+            "the recordings"
+        )
+    return replace(scene, engine=replace(scene.engine, family=family.each(changed)))
+
+
+def _changed(diagram: Diagram, shift: float, pegging: float, factor: float) -> Diagram:
+    half, period = 0.5 * diagram.period, diagram.period
+    angle = (diagram.angle + shift + half) % period - half
+    order = np.argsort(angle)
+    pressure = np.maximum(factor * diagram.pressure + pegging, 0.0)
+    return diagram_from_points(angle[order], pressure[order], period)
