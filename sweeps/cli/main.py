@@ -11,6 +11,7 @@ import click
 
 from sweeps.cli.calibrating import calibrate
 from sweeps.cli.exits import open_closed_streams
+from sweeps.cli.identifying import identify
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
 from sweeps.cli.looking import compare, export, info, plot
@@ -32,7 +33,7 @@ def main() -> None:
 
 
 for command in (
-    run, extend, merge, rerun, measured, compare, export, info, plot, plan, list_, schema, new,
-    calibrate, import_,
+    run, extend, merge, rerun, import_, measured, identify, calibrate, compare, export, info, plot,
+    plan, list_, schema, new,
 ):  # fmt: skip
     main.add_command(command)

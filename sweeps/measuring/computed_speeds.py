@@ -10,11 +10,11 @@ import numpy as np
 
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
-from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.graph import PARAMETERS, select
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.dimensions import DESIGN
-from sweeps.errors import SceneError, not_known
+from sweeps.errors import SceneError, did_you_mean
 from sweeps.scene.model import Scene
 
 __all__ = ["OF_DIAGRAM", "OF_WHEEL", "SpeedsOfRecordings"]
@@ -81,14 +81,17 @@ class SpeedsOfRecordings:
             plain = key.partition("@")[0]
             if plain not in PARAMETERS and plain not in OF_DIAGRAM and plain not in OF_WHEEL:
                 known = (*PARAMETERS, *OF_DIAGRAM, *OF_WHEEL)
-                raise SceneError(f"{name}: {plain}: nothing that can vary{not_known(plain, known)}")
+                raise SceneError(
+                    f"{name}: {plain}: nothing that can vary{did_you_mean(plain, known) or '.'} "
+                    f"Allowed: {', '.join((*OF_DIAGRAM, *OF_WHEEL))}, and the keys of scenes"
+                )
         columns: dict[str, Floats] = {}
         for key in dict.fromkeys(k for place in places for k in place):
             columns[key] = np.array([place[key] for place in places])
         for key in keys:
             plain = key.partition("@")[0]
             if plain in PARAMETERS and plain not in columns:
-                columns[plain] = np.full(len(places), scene.given_or_own(plain)[1][0])
+                columns[plain] = np.full(len(places), _first_value(scene, plain))
         made = replace(
             scene, axes={}, dimensions=(DESIGN,), labels={}, designs=columns,
             settings={k: v for k, v in scene.settings.items() if k not in columns},
@@ -140,6 +143,23 @@ class SpeedsOfRecordings:
                 speeds = np.empty((number * self.count, angle.size))
             speeds[here] = found
         return angle, np.asarray(speeds).reshape(number, self.count, -1)
+
+
+def _first_value(scene: Scene, key: str) -> float:
+    """Value that a scene gives, or that follows from others, as the mass from piston and rod."""
+    given = float(scene.given_or_own(key)[1][0])
+    if np.isfinite(given):
+        return given
+    from sweeps.planning.leaves import given_values
+    from sweeps.scene.variants import variant_words
+
+    words = variant_words(scene)
+    node = select(key, *words)
+    values = given_values(scene, words)
+    if node.make is None or not set(node.needs) <= set(values):
+        return float("nan")
+    found = node.make(**{need: np.mean(values[need].si) for need in node.needs})
+    return float(found) / node.si
 
 
 def _run(scene: Scene) -> tuple[Floats, Floats]:

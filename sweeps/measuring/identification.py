@@ -123,6 +123,8 @@ def identify(
             for one in range(task.count)
             if predict and task.count > 1
         ]
+    except SceneError:
+        raise
     except ValueError as error:
         raise SceneError(f"{task.name}: {error}") from None
     return _dataset(task, fit, predicted)

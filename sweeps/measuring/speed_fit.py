@@ -26,8 +26,12 @@ __all__ = [
 
 Loss = Literal["linear", "soft_l1", "huber"]
 
-LARGEST_CONDITION = 1e4
-"""Ratio of the largest to the smallest singular value, all columns of length 1, that is fitted."""
+LARGEST_CONDITION = 300.0
+"""Ratio of the largest to the smallest singular value, all columns of length 1, that is fitted.
+
+Above it some change of the parameters together does less than a 300th of what another one does:
+its size would be read from what the model does not know either.
+"""
 
 NEIGHBOURS = 0.1
 """Share of the intervals, to each side, whose variances are averaged: few cycles tell that of one
@@ -35,6 +39,8 @@ interval badly, and weights that follow the noise make the 95 % intervals too na
 
 DRAWS = 999
 """Fits to noise that residuals are compared with."""
+
+TINY = 1e-300
 
 STEP = 1e-3
 """Relative step of the central differences; their error is its square."""
@@ -68,7 +74,9 @@ class Parameter:
 
     def __post_init__(self) -> None:
         """Refuse what is no start between bounds, and a prior without a deviation."""
-        if not self.low <= self.start <= self.high or not self.low < self.high:
+        if not self.low < self.high:
+            raise ValueError(f"{self.name}: from {self.low:g} to {self.high:g}: must ascend")
+        if not self.low <= self.start <= self.high:
             raise ValueError(
                 f"{self.name}: start {self.start:g} must lie from {self.low:g} to {self.high:g}"
             )
@@ -146,7 +154,8 @@ class FittedSpeeds:
     covariance_with_teeth : ndarray, shape (P + T, P + T)
         Of the values and of the errors of the teeth.
     condition : float
-        Ratio of the largest to the smallest singular value, all columns of length 1.
+        Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
+        all columns of length 1, what the rest can imitate taken out.
     tooth_error, tooth_deviation : ndarray, shape (T,)
         Logarithm of the ratio that a tooth shows too much, and its standard deviation; empty where
         the teeth are taken as perfect.
@@ -402,15 +411,25 @@ class _Problem:
         Inseparable
             Naming the parameters that cannot be told apart.
         """
-        length = np.sqrt(np.sum(slopes**2, axis=0))
         names = [p.name for p in self.parameters]
-        for name, size in zip(names, length, strict=False):
-            if not size > 0.0:
+        for name, column in zip(names, slopes[: self.measured].T, strict=False):
+            if not column.any():
                 raise Inseparable(f"{name}: nothing that was measured depends on it")
-        _, singular, rows = np.linalg.svd(slopes / length, full_matrices=False)
+        # What is known without the data is left free to follow them: the rest must be told apart
+        # beside it.
+        known = np.array([p.prior is not None for p in self.parameters])
+        known = np.append(known, np.full(self.teeth, self.tooth_prior is not None))
+        basis, _ = np.linalg.qr(slopes[:, known])
+        left = slopes[:, ~known]
+        left = left - basis @ (basis.T @ left)
+        length = np.sqrt(np.sum(left**2, axis=0))
+        if not left.size:
+            return 1.0
+        _, singular, rows = np.linalg.svd(left / np.maximum(length, TINY), full_matrices=False)
         condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
         if not condition <= largest:
-            weak = np.abs(rows[-1])
+            weak = np.zeros(slopes.shape[1])
+            weak[~known] = np.abs(rows[-1])
             mixed = [n for n, share in zip(names, weak, strict=False) if share > 0.05]
             if np.max(weak[len(names) :], initial=0.0) > 0.05:
                 mixed.append("the errors of the teeth")

@@ -1,0 +1,129 @@
+"""The command identify: parameters of an engine from its measured speed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sweeps.cli.arguments import overwrite_option, quiet_option
+from sweeps.cli.exits import guarded, say
+from sweeps.cli.files import check_output, writing
+from sweeps.errors import SceneError, one_line, plain_number
+
+if TYPE_CHECKING:
+    from sweeps.measuring.identification import Varied
+
+__all__ = ["identify"]
+
+
+@click.command()
+@click.argument("scene")
+@click.option(
+    "--vary",
+    required=True,
+    metavar="KEYS",
+    help="What is fitted, such as inertia,gap_angle, with bounds where they are known: "
+    "inertia=0.01..0.05. Beside the keys of scenes there are dead_centre_shift, pegging and "
+    "pressure_factor of the diagrams, and gap_angle of the wheel.",
+)
+@click.option(
+    "--own", metavar="KEYS", help="Those of the keys of which each recording has its own value."
+)
+@click.option(
+    "--prior",
+    "priors",
+    multiple=True,
+    metavar="KEY=VALUE+-DEVIATION",
+    help="What is known of a key without the speed, such as pegging=0+-0.05. May be repeated.",
+)
+@click.option(
+    "--teeth",
+    default="estimated",
+    metavar="TEXT",
+    help="'estimated' (default), 'perfect', or the standard deviation of their relative errors, "
+    "such as 0.002, with which they are estimated.",
+)
+@click.option(
+    "--loss",
+    type=click.Choice(["linear", "soft_l1", "huber"]),
+    default="linear",
+    help="How residuals are counted; all but linear (least squares) count large ones less.",
+)
+@click.option("--no-predictions", is_flag=True, help="Do not predict each recording by the others.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The result, FIT.nc.")
+@overwrite_option("Replace the result if it exists.")
+@quiet_option
+@guarded
+def identify(
+    scene: str, vary: str, own: str | None, priors: tuple[str, ...], teeth: str, loss: str,
+    no_predictions: bool, output: Path | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
+    """Fit parameters of SCENE to the speeds that its table [measured] names.
+
+    Prints each value with its 95 % interval, what the speed could tell, and how well every
+    recording is predicted from the others.
+    """
+    if output is not None:
+        check_output(output, overwrite, Path(scene))
+    wanted = _wanted(vary, own, priors)
+    perfect = teeth in ("estimated", "perfect")
+    deviation = None if perfect else _number(teeth, f"--teeth {one_line(teeth, 60)}")
+    from sweeps.measuring.identification import identify as fit
+    from sweeps.presenting.fits import fit_text
+
+    found = fit(
+        scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
+        loss=loss, predict=not no_predictions,  # type: ignore[arg-type]
+    )  # fmt: skip
+    if output is not None:
+        from sweeps.archive.netcdf import write
+
+        with writing(output):
+            write(found, output, overwrite=overwrite)
+    if not quiet:
+        say(fit_text(found))
+
+
+def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Varied]:
+    """What is fitted, from the texts of the options."""
+    from dataclasses import replace
+
+    from sweeps.measuring.identification import Varied
+
+    found: dict[str, Varied] = {}
+    for part in vary.split(","):
+        key, separator, bounds = (text.strip() for text in part.partition("="))
+        low, dots, high = bounds.partition("..")
+        where = f"--vary {one_line(part.strip(), 60)}"
+        if not key or key in found or bool(separator) != bool(dots):
+            raise SceneError(f"{where}: must be KEY or KEY=LOW..HIGH, such as inertia=0.01..0.05")
+        how = Varied()
+        if dots:
+            how = Varied(low=_number(low, where), high=_number(high, where))
+        found[key] = how
+    for text in priors:
+        where = f"--prior {one_line(text, 60)}"
+        key, _, known = (part.strip() for part in text.partition("="))
+        value, sign, deviation = known.partition("+-")
+        if key not in found or not sign:
+            raise SceneError(
+                f"{where}: must be KEY=VALUE+-DEVIATION, and KEY one of --vary, such as "
+                "pegging=0+-0.05"
+            )
+        found[key] = replace(
+            found[key], prior=_number(value, where), deviation=_number(deviation, where)
+        )
+    for key in () if own is None else (part.strip() for part in own.split(",")):
+        if key not in found:
+            raise SceneError(f"--own {one_line(key, 60)}: must be one of --vary")
+        found[key] = replace(found[key], own=True)
+    return found
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return plain_number(text)
+    except ValueError:
+        raise SceneError(f"{where}: {one_line(text.strip(), 30)} is no number") from None
