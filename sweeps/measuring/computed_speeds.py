@@ -154,12 +154,20 @@ def _first_value(scene: Scene, key: str) -> float:
     from sweeps.scene.variants import variant_words
 
     words = variant_words(scene)
-    node = select(key, *words)
     values = given_values(scene, words)
-    if node.make is None or not set(node.needs) <= set(values):
+
+    def of(name: str) -> Any:
+        if name in values:
+            return np.mean(values[name].si)
+        node = select(name, *words)
+        if node.make is None:
+            raise KeyError(name)
+        return node.make(**{need: of(need) for need in node.needs})
+
+    try:
+        return float(of(key)) / PARAMETERS[key].si
+    except KeyError:
         return float("nan")
-    found = node.make(**{need: np.mean(values[need].si) for need in node.needs})
-    return float(found) / node.si
 
 
 def _run(scene: Scene) -> tuple[Floats, Floats]:

@@ -209,6 +209,9 @@ class _Task:
         width = np.tile(self.wheel.width, self.turns)
         cycles = [MeasuredCycles(self.labels[i], self.cycles[i], width) for i in recordings]
         start = np.array([[self._start(key, computed) for key in computed.keys]])
+        for key, one in zip(computed.keys, start[0], strict=True):
+            if not np.isfinite(one):
+                raise ValueError(f"{key}: has no value to start from; give it one in [set]")
         angle, speed = computed.speeds(start)
         if not np.isfinite(speed).all():
             bad = int(np.flatnonzero(~np.isfinite(speed[0]).all(axis=1))[0])
@@ -373,6 +376,12 @@ def _dataset(
     level = np.log(raw) - logs
     computed = np.exp(logs + (level @ width / width.sum())[:, None])
     deltas = [fluctuation(one) for one in task.cycles]
+    middle = np.concatenate([[0.0], np.cumsum(width)[:-1]]) + 0.5 * width + 0.5 * task.period
+    middles = (found.seen.starts[:, None] + middle) % task.period - 0.5 * task.period
+    order = np.argsort(middles, axis=1)
+    raw, computed, residual = (
+        np.take_along_axis(rows, order, axis=1) for rows in (raw, computed, np.array(fit.residual))
+    )
     added = np.array([found.gap_angle / DEGREE if p.name in OF_WHEEL else 0.0
                       for p in fit.parameters])  # fmt: skip
     recording, over, of = ("recording",), ("recording", "interval"), ("parameter",)
@@ -382,7 +391,7 @@ def _dataset(
         "value_high": (of, fit.interval[:, 1] + added, "upper end of the 95 % interval"),
         "value_deviation": (of, fit.deviation, "standard deviation of the value"),
         "correlation": (("parameter", "other_parameter"), fit.correlation, "of fitted values"),
-        "residual": (over, np.array(fit.residual), "measured less computed, in standard errors"),
+        "residual": (over, residual, "measured less computed, in standard errors"),
         "omega_raw": (over, raw, "raw speed between teeth, mean over cycles"),
         "omega_through_wheel": (over, computed, "fitted speed as the wheel shows it"),
         "delta_measured_raw": (recording, [d.delta for d in deltas],
@@ -418,6 +427,12 @@ def _dataset(
             "other_parameter": ("other_parameter", names, {"long_name": "fitted parameter"}),
             "recording": ("recording", np.arange(count, dtype=np.int32),
                           {"long_name": "number of the recording", "units": "1"}),
+            "interval": ("interval", middles[0][order[0]] / DEGREE,
+                         {"long_name": "crank angle in the middle of the interval between teeth",
+                          "units": "degree"}),
+            "interval_width": ("interval", width[order[0]] / DEGREE,
+                               {"long_name": "width of the interval between teeth",
+                                "units": "degree"}),
             "file": ("recording", np.array(task.labels, dtype=object),
                      {"long_name": "recording"}),
             "speed": ("recording", [place["speed"] for place in task.places],

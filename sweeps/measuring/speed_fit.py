@@ -317,7 +317,7 @@ def _inverse_of_curvature(slopes: Floats) -> Floats:
 class _Apart:
     """What the errors of the teeth cannot imitate: they enter the residuals linearly.
 
-    Fitting them with the rest takes 20 times as long.
+    Fitting them with the rest takes twice as long.
     """
 
     def __init__(self, of_teeth: Floats, weight: Floats) -> None:

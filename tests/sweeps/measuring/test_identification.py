@@ -1,0 +1,169 @@
+"""Parameters of a synthetic engine from the times of its teeth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from engine_dyn.recordings.wheel import wheel_from_text
+from sweeps.errors import SceneError
+from sweeps.measuring.computed_speeds import SpeedsOfRecordings
+from sweeps.measuring.identification import Varied
+from sweeps.scene.reading import read_scene
+from tests.support.commands import ok, refused
+from tests.support.teeth import random_errors
+
+LOADS = [25.0, 50.0, 90.0]
+WHEEL = wheel_from_text("36-1")
+ERRORS = random_errors(WHEEL.width, 0.004, 3)
+GAP = -40.0
+TRUTH = {"inertia": 2.2, "load_exponent": 1.4}
+SCENE: dict[str, Any] = {
+    "engine": "ntua",
+    "designs": {"load": LOADS},
+    "solver": {"closure": "cycle_time", "inertia_model": "variable"},
+    "output": {"quantities": ["omega"]},
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recordings of 20 cycles at three loads, and their scene."""
+    folder = tmp_path_factory.mktemp("recorded")
+    computed = sweeps.run({**SCENE, "set": {**TRUTH, "speed": 1500}})
+    angle = np.deg2rad(computed.crank_angle.values)
+    rng = np.random.default_rng(8)
+    lines = []
+    for place, omega in enumerate(computed.omega.values):
+        # Time over the angle by the trapezoidal rule on fine angles: not what the fit uses.
+        fine = np.linspace(angle[0], angle[0] + 4.0 * np.pi, 200_001)
+        slow = np.interp(fine, np.append(angle, fine[-1]), 1.0 / np.append(omega, omega[0]))
+        time = np.concatenate([[0.0], np.cumsum(0.5 * (slow[1:] + slow[:-1]) * np.diff(fine))])
+        widths = np.tile(WHEEL.width * (1.0 + ERRORS), 2 * 20)
+        edges = np.deg2rad(GAP) + 2.0 * np.pi * (place % 2)
+        edges = edges + np.concatenate([[0.0], np.cumsum(widths)])
+        cycle, within = np.divmod(edges - fine[0], 4.0 * np.pi)
+        passed = np.interp(within + fine[0], fine, time) + cycle * time[-1]
+        noise = 1.0 + 0.002 * rng.normal(size=widths.size)
+        passed = np.concatenate([[0.0], np.cumsum(np.diff(passed) * noise)])
+        (folder / f"load_{place}.csv").write_text(
+            "time [s]\n" + "\n".join(f"{one:.9f}" for one in passed) + "\n"
+        )
+        lines.append(f'"load_{place}.csv"')
+    (folder / "scene.toml").write_text(
+        'title = "Recorded"\nengine = "ntua"\n[designs]\nload = [25, 50, 90]\n[solver]\n'
+        'closure = "cycle_time"\ninertia_model = "variable"\n[output]\nquantities = ["omega"]\n'
+        f'[measured]\nfile = [{", ".join(lines)}]\nkind = "teeth"\nwheel = "36-1"\n'
+        "at = { design = [1, 2, 3] }\n"
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fitted(folder: Path) -> xr.Dataset:
+    return sweeps.identify(folder / "scene.toml", ["inertia", "gap_angle"])
+
+
+def test_what_made_the_recordings_is_found(fitted: xr.Dataset) -> None:
+    """`load_exponent` is 1 in the scene and 1.4 in truth, which the speed hardly shows."""
+    assert fitted.parameter.values.tolist() == ["inertia", "gap_angle"]
+    assert fitted.unit.values.tolist() == ["kg m2", "degree"]
+    for place, truth in enumerate((TRUTH["inertia"], GAP)):
+        assert fitted.value_low[place] < truth < fitted.value_high[place]
+    assert float(fitted.value_deviation[0]) < 0.02
+    off = fitted.tooth_error.values - ERRORS
+    assert np.abs(off).max() < 5.0 * float(fitted.tooth_error_deviation.mean())
+    assert fitted.attrs["likelihood_of_noise"] > 0.01
+    assert fitted.attrs["condition_number"] < 100.0
+    np.testing.assert_allclose(fitted.speed.values, 1500.0, rtol=2e-3)
+
+
+def test_recordings_that_were_left_out_are_predicted(fitted: xr.Dataset) -> None:
+    off = fitted.delta_predicted - fitted.delta_measured_raw
+    unsure = np.hypot(fitted.delta_predicted_deviation, fitted.delta_measured_raw_uncertainty)
+    assert (np.abs(off) < 4.0 * unsure).all()
+
+
+def test_priors_carry_what_is_not_known_of_the_pressure(folder: Path, fitted: xr.Dataset) -> None:
+    """An uncertain dead centre and pegging make the inertia less certain."""
+    unsure = sweeps.identify(
+        folder / "scene.toml",
+        {
+            "inertia": Varied(),
+            "gap_angle": Varied(),
+            "dead_centre_shift": Varied(prior=0.0, deviation=0.5),
+            "pegging": Varied(prior=0.0, deviation=0.5, own=True),
+        },
+        predict=False,
+    )
+    assert unsure.parameter.values.tolist() == [
+        "inertia", "gap_angle", "dead_centre_shift", "pegging@1", "pegging@2", "pegging@3",
+    ]  # fmt: skip
+    assert unsure.value_deviation[0] > 1.2 * fitted.value_deviation[0]
+    assert unsure.value_low[0] < TRUTH["inertia"] < unsure.value_high[0]
+    assert "delta_predicted" not in unsure
+
+
+def test_shifted_diagrams_shift_the_speed(folder: Path) -> None:
+    """A whole cycle of shift is none; a factor on pressure and crankcase is one on the torque."""
+    scene = read_scene(folder / "scene.toml")
+    places = [{"load": load, "speed": 1500.0} for load in LOADS]
+    computed = SpeedsOfRecordings.of(scene, places, ["dead_centre_shift", "pegging"])
+    _, speed = computed.speeds(np.array([[0.0, 0.0], [720.0, 0.0], [1.0, 0.0], [0.0, 0.5]]))
+    assert speed.shape == (4, 3, 720)
+    np.testing.assert_allclose(speed[1], speed[0], rtol=1e-9)
+    assert np.abs(speed[2] - speed[0]).max() > 0.01
+    assert np.abs(speed[3] - speed[0]).max() > 0.01
+    own = SpeedsOfRecordings.of(scene, places, ["inertia@2"])
+    _, speed = own.speeds(np.array([[2.0], [3.0]]))
+    assert (speed[0, [0, 2]] == speed[1, [0, 2]]).all()
+    assert np.ptp(speed[1, 1]) < np.ptp(speed[0, 1])
+
+
+def test_mass_and_teeth_are_refused_together(folder: Path) -> None:
+    with pytest.raises(SceneError, match="reciprocating_mass, the errors of the teeth: cannot be"):
+        sweeps.identify(folder / "scene.toml", ["inertia", "reciprocating_mass"], predict=False)
+
+
+def test_pressure_and_inertia_are_known_as_a_ratio(folder: Path) -> None:
+    with pytest.raises(SceneError, match=r"inertia, pressure_factor.*cannot be told apart"):
+        sweeps.identify(folder / "scene.toml", ["inertia", "pressure_factor"], predict=False)
+
+
+def test_command(folder: Path) -> None:
+    output = folder / "fit.nc"
+    arguments = ("identify", folder / "scene.toml", "--vary", "inertia=0.5..9,gap_angle")
+    told = ok(*arguments, "--no-predictions", "-o", output)
+    assert "Recorded: fit to 3 recordings" in told and "kg m2  (95 %: 2." in told
+    with xr.open_dataset(output) as written:
+        assert written.sizes["recording"] == 3
+    assert "exists" in refused(*arguments, "-o", output)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--vary", "inertai"), "inertai: nothing that can vary; did you mean 'inertia'"),
+        (("--vary", "inertia=3"), "must be KEY or KEY=LOW..HIGH"),
+        (("--vary", "inertia=x..3"), "--vary inertia=x..3: x is no number"),
+        (("--vary", "inertia=3..1"), "inertia: from 3 to 1: must ascend"),
+        (("--vary", "inertia=3..4"), "inertia: start 2 must lie from 3 to 4"),
+        (("--vary", "inertia,inertia"), "must be KEY or KEY=LOW..HIGH"),
+        (("--vary", "inertia", "--prior", "bore=1+-1"), "KEY one of --vary"),
+        (("--vary", "inertia", "--prior", "inertia=1"), "must be KEY=VALUE+-DEVIATION"),
+        (("--vary", "inertia", "--prior", "inertia=1+-0"), "must be positive"),
+        (("--vary", "inertia", "--own", "bore"), "--own bore: must be one of --vary"),
+        (("--vary", "inertia", "--teeth", "good"), "--teeth good: good is no number"),
+    ],
+)
+def test_bad_options(folder: Path, options: tuple[str, ...], told: str) -> None:
+    assert told in refused("identify", folder / "scene.toml", *options)
+
+
+def test_a_scene_without_recordings() -> None:
+    assert "[measured] is missing" in refused("identify", "first", "--vary", "inertia")
