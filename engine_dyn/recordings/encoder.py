@@ -28,6 +28,9 @@ PASSAGE_STEPS = 8
 FEWEST_SAMPLES = 4.0
 """Samples between teeth below which pulses may pass unseen."""
 
+LARGEST = 1e50
+"""Of a signal, in whatever unit; its swing must be more than one over this."""
+
 LEVEL_SHARE = 0.02
 """Share of the samples at the very same extreme value from which a signal is called clipped."""
 
@@ -186,9 +189,11 @@ def teeth_of_signal(
     if not np.isfinite(signal).all():
         place = int(np.flatnonzero(~np.isfinite(signal))[0])
         raise ValueError(f"encoder signal: sample {place + 1} is not a number")
+    if not np.max(np.abs(signal)) < LARGEST:
+        raise ValueError(f"encoder signal: values of {LARGEST:g} and more are not taken")
     low, high = _levels(signal)
     swing = high - low
-    if not swing > 0.0:
+    if not swing > 1.0 / LARGEST:
         raise ValueError(f"encoder signal: does not swing; it stays at {low:g}")
     heights = HEIGHTS if threshold is None else ((threshold - low) / swing,)
     edges = ("rising", "falling") if edge is None else (edge,)

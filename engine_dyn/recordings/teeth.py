@@ -21,7 +21,14 @@ NAMED = 5
 LEAST_SHARE = 0.75
 """Share of the time that must be whole turns for a pattern to count as found."""
 
+SHORTEST, LONGEST = 1e-9, 1e6
+"""Intervals between teeth [s] that are taken."""
+
+MOST_LOST = 1e6
+"""Turns that can be lost in a row."""
+
 NEIGHBOURS = 11
+"""Intervals whose median is the usual one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +151,11 @@ def find_turns(time: Floats, wheel: Wheel) -> PassedTeeth:
             f"times of teeth: number {place + 2} ({time[place + 1]:.9g} s) is not later than the "
             f"one before it ({time[place]:.9g} s)"
         )
+    if gaps.size and not (gaps.min() > SHORTEST and gaps.max() < LONGEST):
+        raise ValueError(
+            f"times of teeth: intervals of {gaps.min():.3g} to {gaps.max():.3g} s; must be between "
+            f"{SHORTEST:g} and {LONGEST:g} s"
+        )
     if gaps.size < wheel.teeth:
         raise ValueError(
             f"times of teeth: {time.size}; a whole turn of the wheel {wheel.text} needs "
@@ -233,11 +245,9 @@ def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tu
     teeth = wheel.teeth
     length = time[starts + teeth] - time[starts]
     turn = np.zeros(starts.size, dtype=np.int64)
-    turn[1:] = np.cumsum(
-        np.maximum(
-            np.rint((time[starts[1:]] - time[starts[:-1]]) / (0.5 * (length[1:] + length[:-1]))), 1
-        )
-    )
+    apart = (time[starts[1:]] - time[starts[:-1]]) / (0.5 * (length[1:] + length[:-1]))
+    apart = np.where(np.diff(starts) == teeth, 1.0, np.maximum(np.rint(apart), 1.0))
+    turn[1:] = np.cumsum(np.minimum(apart, MOST_LOST)).astype(np.int64)
     faulty = np.flatnonzero(np.diff(starts) != teeth)
     said = []
     for place in faulty[:NAMED]:
