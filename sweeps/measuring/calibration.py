@@ -34,7 +34,7 @@ from sweeps.measuring.cycle_fits import (
     trapped_mass,
     with_charge,
 )
-from sweeps.measuring.rated_point import published
+from sweeps.measuring.rated_point import LEAST_LOAD, published
 from sweeps.measuring.usual_engines import KINDS, VALUES, EngineKind
 from sweeps.reading.data_sheets import PERIOD, Sheet, described, read_data_sheet
 from sweeps.reading.engine_files import read_values
@@ -119,6 +119,19 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
             f"{sheet.name}: [data_sheet.cycle] combustion_start: not allowed together with "
             f"{given.places['peak']}, which it is fitted to"
         )
+    try:
+        return _fitted(sheet, given, kind)
+    except SceneError:
+        raise
+    except (ValueError, ArithmeticError) as error:
+        # Gas that becomes too hot, a cylinder that is not emptied, numbers that overflow.
+        raise SceneError(
+            f"{sheet.name}: [data_sheet.cycle]: cannot make this power: {mentioned(error)}"
+        ) from None
+
+
+def _fitted(sheet: Sheet, given: Published, kind: EngineKind) -> Calibration:
+    """Fit of a data sheet whose keys go together; ValueError where a cycle is none."""
     values, assumed, order = _completed(sheet, given, kind)
     own = read_values(values, sheet.name)
     if not min(given.loads) <= own["load"] <= max(given.loads):
@@ -127,18 +140,11 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
             f"{min(given.loads):g} to {max(given.loads):g} percent"
         )
     fitting = _Fitting(sheet, given, kind, own, friction_of(own, PERIOD))
-    try:
-        rated = fitting.at_full_load()
-        points = tuple(
-            fitting.point(load, rated if load == 100.0 else fitting.at_load(load, rated))
-            for load in given.loads
-        )
-    except SceneError:
-        raise
-    except ValueError as error:  # gas that becomes too hot, a cylinder that is not emptied
-        raise SceneError(
-            f"{sheet.name}: [data_sheet.cycle]: cannot make this power: {mentioned(error)}"
-        ) from None
+    rated = fitting.at_full_load()
+    points = tuple(
+        fitting.point(load, rated if load == 100.0 else fitting.at_load(load, rated))
+        for load in given.loads
+    )
     if not given.places["kind"]:
         assumed["kind"] = f"Not given: taken as a {kind.title}."
     for key in points[0].table:
@@ -304,6 +310,11 @@ class _Fitting:
         fuel = self.given.fuel_consumption
         if fuel is not None:
             # Work of the same heat: the less of it goes to the walls, the less fuel is needed.
+            if error.most <= 0.0:
+                return SceneError(
+                    f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be more: "
+                    "friction takes all that so much fuel makes"
+                )
             low, high = (fuel * self.goal / max(p, 1e-9) for p in (error.most, error.least))
             top = f"and {high:.3g} g/kWh" if 0.0 < high < 2000.0 else "and 2000 g/kWh"
             return SceneError(
@@ -316,6 +327,10 @@ class _Fitting:
         at = f"at {self.given.speed:g} rpm"
         if self.goal < error.least:
             return SceneError(f"{where}: must be at least {least:.4g} kW {at} for {self._limits()}")
+        if most == 0.0:
+            return SceneError(
+                f"{where}: cannot be made: friction takes all the work of {self._limits()}"
+            )
         other = "" if self.kind.boosted else f"; or kind = 'turbocharged-{self.given.kind}'"
         return SceneError(
             f"{where}: more than the charge allows; must be at most {most:.4g} kW {at} for "
@@ -396,9 +411,14 @@ class _Fitting:
             )
         except NotReached as error:
             low, high = (100.0 * p / self.goal for p in (error.least, error.most))
+            if low > load:
+                allowed = f"must be {low:.3g} percent or more"
+            elif high > LEAST_LOAD:
+                allowed = f"must be at most {high:.3g} percent"
+            else:
+                allowed = "must be left out: it cannot be made"
             raise SceneError(
-                f"loads = {load:g}: must be between {max(low, 0.0):.3g} and {high:.3g} percent for "
-                f"{self._limits()}"
+                f"{self.given.places['loads']} = {load:g}: {allowed} for {self._limits()}"
             ) from None
         return found
 

@@ -12,7 +12,7 @@ from sweeps.measuring.usual_engines import KINDS
 from sweeps.reading.data_sheets import Sheet
 from sweeps.reading.numbers_with_units import number_with_unit
 
-__all__ = ["LOADS", "published"]
+__all__ = ["LEAST_LOAD", "LOADS", "published"]
 
 LOADS = (10.0, 25.0, 50.0, 75.0, 100.0)
 """Loads that get a diagram unless others are asked for [percent]."""
@@ -96,6 +96,8 @@ def published(
             f"{where} = {shown(kind)}: unknown kind of engine{not_known(str(kind), KINDS)}"
         )
     where = f"{prefix}loads" if loads is not None else f"{sheet.name}: [data_sheet] loads"
+    given_loads = loads is not None or inside.loads is not None
+    places["loads"] = where if given_loads else f"{prefix}loads, which are 10,25,50,75,100: load"
     wanted = _loads(loads if loads is not None else inside.loads, where)
     power, speed = found["power"], found["speed"]
     assert power is not None and speed is not None

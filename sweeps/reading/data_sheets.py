@@ -102,6 +102,10 @@ def read_data_sheet(path: str | Path) -> Sheet:
     for key, what in _NEEDED.items():
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be {what}")
+    for key in ("bore", "stroke"):
+        most = KINDS["first_law"].fields[key].high
+        if not values[key] < most:
+            raise SceneError(f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m")
     read_cylinders(given, values["cylinders"], PERIOD, name)
     tables = given.model_dump(include=set(TORQUE_TABLE_KEYS))
     read_torque_tables(tables, path.parent, f"{name}: ")
