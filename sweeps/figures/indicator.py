@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -59,7 +60,7 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis(along) if along else None
-        logarithmic = names[1] == VOLUME or RATIO in view.data.coords
+        logarithmic = names[1] == VOLUME or _ratio(view, {along: 0} if along else {}) is not None
         figure, panels = new_sheet(1, 1 + logarithmic, 3.2)
         entries: Entries = {}
         _work_lines(panels[0], view, names[1], axis, entries, False)
@@ -95,11 +96,16 @@ def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None
 
 
 def _ratio(view: View, place: Mapping[str, int]) -> float | None:
-    if RATIO not in view.data.coords:
+    """Compression ratio at a place: of an axis, or what the scene sets; None if not known."""
+    if RATIO in view.data.coords:
+        array = view.data.coords[RATIO]
+        value = array.isel({d: i for d, i in place.items() if d in array.dims})
+        return float(value) if value.ndim == 0 else None
+    try:
+        ratio = float(json.loads(view.data.attrs["parameters"])[RATIO])
+    except (KeyError, TypeError, ValueError):
         return None
-    array = view.data.coords[RATIO]
-    value = array.isel({d: i for d, i in place.items() if d in array.dims})
-    return float(value) if value.ndim == 0 else None
+    return ratio if 1.0 < ratio < 1e3 else None
 
 
 def _work_lines(

@@ -93,6 +93,25 @@ def test_pressures_that_are_not_positive_are_drawn_too(tmp_path: Path) -> None:
     assert "recorded_pressure" in names
 
 
+def test_a_ratio_that_the_scene_sets_makes_a_logarithmic_diagram() -> None:
+    angle = np.arange(-180.0, 180.0, 2.0)
+    travel = 1.0 - np.cos(np.radians(angle))
+    data = xr.Dataset(
+        {
+            "pressure": ("crank_angle", 1.0 + 50.0 * np.exp(-((angle / 40.0) ** 2))),
+            "position": ("crank_angle", travel),
+        },
+        {"crank_angle": angle},
+    )
+    for parameters, count in (("", 1), ('{"compression_ratio": 11.0}', 2), ("[]", 1)):
+        data.attrs["parameters"] = parameters
+        found = dict(figures_of(study_of(data, {})))["work_diagrams"]
+        assert len(found.axes) == count
+    data.attrs["parameters"] = '{"compression_ratio": 11.0}'
+    panel = dict(figures_of(study_of(data, {})))["work_diagrams"].axes[1]
+    assert np.min(panel.lines[0].get_xdata()) == pytest.approx(0.1)
+
+
 @pytest.mark.parametrize("ratio", [False, True])
 def test_work_diagrams_of_an_archive(ratio: bool) -> None:
     angle = np.arange(-360.0, 360.0, 2.0)
