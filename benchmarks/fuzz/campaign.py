@@ -34,6 +34,7 @@ from benchmarks.fuzz.binary_tables import binary_tables, check_binary_table
 from benchmarks.fuzz.checking import COUNTS
 from benchmarks.fuzz.command_lines import check_command_line, command_lines
 from benchmarks.fuzz.partials import check_partial, partials
+from benchmarks.fuzz.recordings import check_recording, recordings
 from benchmarks.fuzz.sandbox import engines, scenes
 from benchmarks.fuzz.texts import check_engine, check_scene, check_table, tables, texts
 from benchmarks.reliability_parts import part_file, write_part
@@ -54,6 +55,7 @@ TARGETS: dict[str, tuple[Callable[[], st.SearchStrategy[Any]], Callable[[Any], N
     "engine": (lambda: texts(engines()), check_engine),
     "table": (tables, check_table),
     "binary table": (binary_tables, check_binary_table),
+    "recording": (recordings, check_recording),
     "archive": (archives, check_archive),
     "figures": (archives, check_figures),
     "partial": (partials, check_partial),

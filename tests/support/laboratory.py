@@ -144,6 +144,18 @@ def rows_of_cycles(path: Path) -> None:
     path.write_text(head + "".join(lines))
 
 
+def four_cylinders(path: Path, late: float = 0.0) -> None:
+    """In-line four, order 1-3-4-2; cylinder 2 with 5 % more pressure rise."""
+    angle, _ = samples(0.0)
+    columns = [angle]
+    for number, fires in enumerate((0.0, 540.0, 180.0, 360.0), start=1):
+        inside = (angle - fires - late + 360.0) % 720.0 - 360.0
+        p = recorded_engine.pressure(inside * DEGREE) / 1e5
+        columns.append(p * (1.05 if number == 2 else 1.0))
+    head = "CA [deg],PCYL1 [bar],PCYL2 [bar],PCYL3 [bar],PCYL4 [bar]\n"
+    path.write_text(head + rows(*columns))
+
+
 STYLES: dict[str, tuple[Callable[[Path], None], str, dict[str, Any]]] = {
     "own format": (own, "own.csv", {}),
     "AVL": (avl, "avl.csv", {}),

@@ -10,7 +10,7 @@ import pytest
 import sweeps
 from sweeps.reading.laboratory.pressure import read_pressure
 from tests.support import recorded_engine
-from tests.support.laboratory import DEGREE, STYLES, avl, imep, rows, samples
+from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
 
 
 def true_imep() -> float:
@@ -37,18 +37,6 @@ def test_a_shift_of_two_degrees_would_be_seen_here(tmp_path: Path) -> None:
     avl(tmp_path / "avl.csv")
     mean = read_pressure(tmp_path / "avl.csv", shift=2.0).mean
     assert abs(imep(mean.angle, mean.pressure[0]) / TRUE - 1.0) > 0.05
-
-
-def four_cylinders(path: Path, late: float = 0.0) -> None:
-    """In-line four, order 1-3-4-2; cylinder 2 with 5 % more pressure rise."""
-    angle, _ = samples(0.0)
-    columns = [angle]
-    for number, fires in enumerate((0.0, 540.0, 180.0, 360.0), start=1):
-        inside = (angle - fires - late + 360.0) % 720.0 - 360.0
-        p = recorded_engine.pressure(inside * DEGREE) / 1e5
-        columns.append(p * (1.05 if number == 2 else 1.0))
-    head = "CA [deg],PCYL1 [bar],PCYL2 [bar],PCYL3 [bar],PCYL4 [bar]\n"
-    path.write_text(head + rows(*columns))
 
 
 def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:

@@ -1,0 +1,113 @@
+"""Files of laboratories with bytes changed, and hostile options of their import."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from functools import cache
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from benchmarks.fuzz.changes import cut_up
+from benchmarks.fuzz.checking import refused_or_taken, unchanged
+from benchmarks.fuzz.sandbox import sandbox
+
+__all__ = ["check_recording", "recordings"]
+
+STEP = 4.0
+"""Degrees: small files are read fast, and a change more often hits what steers the reading."""
+
+_VALUES = st.one_of(
+    st.sampled_from(
+        ["p", "CA", "1", "9**9**9", "kPa", "V", "rev", "\x1b[2J", "", "BDC", "inlet", "compression",
+         "low_pass", "savitzky_golay", "cycles", "gas exchange", "backward", ";", "tab", ",", True]
+    ),
+    st.integers(-3, 1000), st.floats(-720.0, 720.0), st.floats(),
+    st.lists(st.floats(-10.0, 400.0), max_size=3), st.just(["CA", "p"]),
+)  # fmt: skip
+
+
+@cache
+def good_recordings() -> dict[str, bytes]:
+    """A sound recording of one cycle of each kind."""
+    import netCDF4
+    import pandas as pd
+    from asammdf import MDF, Signal
+    from nptdms import ChannelObject, TdmsWriter
+    from scipy.io import savemat
+
+    angle = np.arange(-360.0, 360.0, STEP)
+    pressure = 1.0 + 50.0 * np.exp(-((((angle + 350.0) % 720.0 - 360.0) / 30.0) ** 2))
+    table = pd.DataFrame({"CA [deg]": angle, "p [bar]": pressure})
+    home = sandbox() / "out"
+    table.to_excel(home / "good.xlsx", index=False)
+    table.to_parquet(home / "good.parquet")
+    (home / "good.csv").write_text("Run;12\nCA;p\ndeg;bar\n" + table.to_csv(
+        sep=";", decimal=",", index=False, header=False))  # fmt: skip
+    for suffix, compressed in ((".mat", True), (".MAT", False)):
+        savemat(home / f"good{suffix}", {"CA": angle, "p_bar": pressure}, do_compression=compressed)
+    with TdmsWriter(home / "good.tdms") as writer:
+        writer.write_segment(
+            [
+                ChannelObject("run", "CA", angle, {"unit_string": "deg"}),
+                ChannelObject("run", "p", pressure, {"unit_string": "bar", "wf_increment": 0.01}),
+            ]
+        )
+    with MDF(version="4.10") as file:
+        times = 1e-3 * np.arange(len(angle))
+        file.append([Signal(angle, times, name="CA", unit="deg"),
+                     Signal(pressure, times, name="p", unit="bar")])  # fmt: skip
+        file.save(home / "good.mf4")
+    with netCDF4.Dataset(home / "good.nc", "w") as file:
+        file.createDimension("n", len(angle))
+        for name, unit, values in (("CA", "degree", angle), ("p", "bar", pressure)):
+            variable = file.createVariable(name, "f8", ("n",))
+            variable.units = unit
+            variable[:] = values
+    found = {path.suffix: path.read_bytes() for path in sorted(home.glob("good.*"))}
+    for path in home.glob("good.*"):
+        path.unlink()
+    return found
+
+
+@st.composite
+def _parts_changed(draw: st.DrawFn, data: bytes) -> bytes:
+    """An .xlsx file in which one of the texts is changed, so that it can still be unpacked."""
+    made = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(made, "w") as new:
+        names = old.namelist()
+        chosen = draw(st.sampled_from(names))
+        for name in names:
+            text = old.read(name)
+            new.writestr(name, draw(cut_up(text)) if name == chosen else text)
+    return made.getvalue()
+
+
+def recordings() -> st.SearchStrategy[tuple[str, bytes, dict[str, Any]]]:
+    """Suffix, bytes and options."""
+    from sweeps.reading.laboratory.pressure_options import ImportOptions
+
+    keys = st.sampled_from(sorted(ImportOptions.model_fields))
+    options = st.one_of(st.just({}), st.dictionaries(keys, _VALUES, max_size=2))
+    good = good_recordings()
+
+    def changed(suffix: str) -> st.SearchStrategy[tuple[str, bytes, dict[str, Any]]]:
+        kinds = [st.just(good[suffix]), cut_up(good[suffix])]
+        if suffix == ".xlsx":
+            kinds.append(_parts_changed(good[suffix]))
+        return st.tuples(st.just(suffix), st.one_of(kinds), options)
+
+    return st.sampled_from(sorted(good)).flatmap(changed)
+
+
+def check_recording(example: tuple[str, bytes, dict[str, Any]]) -> None:
+    from sweeps.reading.laboratory.pressure import read_pressure
+
+    suffix, data, options = example
+    path = sandbox() / "scenes" / f"recording{suffix}"
+    path.unlink(missing_ok=True)
+    path.write_bytes(data)
+    with unchanged(sandbox()):
+        refused_or_taken(lambda: read_pressure(path, **options).text())

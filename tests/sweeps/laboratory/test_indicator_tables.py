@@ -1,0 +1,141 @@
+"""Laboratory files in scenes, archives and the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import sweeps
+from sweeps.cli.main import main
+from sweeps.reading.laboratory.imported_pressure import HEADER
+from tests.support.laboratory import avl, excel_german, four_cylinders, matlab, rows, samples
+
+QUANTITIES = {"quantities": ["imep"]}
+
+
+def command(*words: object) -> Any:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def scene(folder: Path, keys: str, top: str = "") -> Path:
+    path = folder / "scene.toml"
+    path.write_text(
+        f'engine = "ntua"\n{top}\n[indicator]\n{keys}\n[output]\nquantities = ["imep"]\n'
+    )
+    return path
+
+
+def test_a_scene_takes_what_import_writes_and_what_it_reads(tmp_path: Path) -> None:
+    excel_german(tmp_path / "excel.csv")
+    made = command("import", tmp_path / "excel.csv", "-o", tmp_path / "pressure.csv",
+                   "--engine", "ntua")  # fmt: skip
+    assert made.exit_code == 0, made.output
+    assert "column 'Kurbelwinkel' taken for the crank angle" in made.stdout
+    raw = sweeps.read_scene(scene(tmp_path, 'file = "excel.csv"'))
+    done = sweeps.read_scene(scene(tmp_path, 'file = "pressure.csv"'))
+    assert raw.indicator is not None and done.indicator is not None
+    assert np.array_equal(raw.indicator.angle, done.indicator.angle)
+    assert np.array_equal(raw.indicator.pressure, done.indicator.pressure)
+    assert raw.indicator_notes == done.indicator_notes
+    assert raw.indicator_notes[1] == "raw file: excel.csv"
+
+
+def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
+    matlab(tmp_path / "run.mat")
+    path = scene(tmp_path, 'file = "run.mat"\nunit = "MPa"\naverage = true\nangle_step = 1.0')
+    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    (tmp_path / "run.mat").unlink()
+    again = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
+    assert again.exit_code == 0, again.output
+    with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
+        assert float(one.imep) == float(other.imep)
+        notes = one.attrs["indicator_notes"].splitlines()
+        assert "average of 20 cycles" in notes and notes[2].startswith("sha256 of the raw file: ")
+        kept = json.loads(one.attrs["input_files"])["files"]["run.mat"]
+    assert kept.get("text", HEADER).startswith(HEADER)
+
+
+def test_a_confidential_diagram_stays_out_of_the_archive(tmp_path: Path) -> None:
+    avl(tmp_path / "avl.csv")
+    path = scene(tmp_path, 'file = "avl.csv"\nshift = 1.0\nconfidential = true')
+    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    with sweeps.open(tmp_path / "a.nc") as archive:
+        kept = json.loads(archive.attrs["input_files"])["files"]["avl.csv"]
+    assert sorted(kept) == ["samples_sha256", "sha256"]
+    refused = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
+    assert refused.exit_code == 2 and "confidential" in refused.stderr
+    excel_german(tmp_path / "other.csv")
+    wrong = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator",
+                    tmp_path / "other.csv")  # fmt: skip
+    assert wrong.exit_code == 2 and "not the diagram" in wrong.stderr
+    assert not (tmp_path / "b.nc").exists()
+    right = command("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc", "--indicator",
+                    tmp_path / "avl.csv")  # fmt: skip
+    assert right.exit_code == 0, right.output
+    with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
+        assert float(one.imep) == float(other.imep)
+        kept = json.loads(other.attrs["input_files"])["files"]["avl.csv"]
+    assert "text" not in kept and "zlib" not in kept
+
+
+def test_a_plain_confidential_diagram_too(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    (tmp_path / "p.csv").write_text("crank_angle_deg,pressure_bar\n" + rows(angle, pressure))
+    path = scene(tmp_path, 'file = "p.csv"\nconfidential = true')
+    assert command("run", path, "-o", tmp_path / "a.nc").exit_code == 0
+    words = ["rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc"]
+    assert command(*words).exit_code == 2
+    assert command(*words, "--indicator", tmp_path / "p.csv").exit_code == 0
+
+
+def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:
+    avl(tmp_path / "avl.csv")
+    tables = {
+        "engine": "ntua",
+        "indicator": {"file": str(tmp_path / "avl.csv"), "confidential": True},
+        "output": {"quantities": ["pressure"]},
+    }
+    with pytest.raises(sweeps.SceneError, match="'pressure': not allowed"):
+        sweeps.read_scene(tables)
+
+
+def test_what_the_checks_say_stands_in_the_archive(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 40.0)))
+    scene(tmp_path, 'file = "p.csv"')
+    planned = command("plan", tmp_path / "scene.toml")
+    assert "[indicator]: clipped: " in planned.stderr
+    scene(tmp_path, 'file = "p.csv"', 'silenced_warnings = ["clipped"]')
+    assert "clipped" not in command("plan", tmp_path / "scene.toml").stderr
+
+
+def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path) -> None:
+    avl(tmp_path / "avl.csv")
+    before = (tmp_path / "avl.csv").read_bytes()
+    same = command("import", tmp_path / "avl.csv", "-o", tmp_path / "avl.csv", "--overwrite")
+    assert same.exit_code == 2 and "is the raw file" in same.stderr
+    for words in (["--unit", "kg"], ["--angle-step", "x"], ["--cycle", "0"], ["--shift", "1e9"]):
+        bad = command("import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv", *words)
+        assert bad.exit_code == 2 and bad.stderr.count("\n") == 1, bad.output
+    assert [p.name for p in tmp_path.iterdir()] == ["avl.csv"]
+    assert (tmp_path / "avl.csv").read_bytes() == before
+    words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv"]
+    assert command(*words).exit_code == 0
+    again = command(*words)
+    assert again.exit_code == 2 and "--overwrite" in again.stderr
+
+
+def test_cylinders_by_name_on_the_command_line(tmp_path: Path) -> None:
+    four_cylinders(tmp_path / "four.csv")
+    words = ["import", tmp_path / "four.csv", "-o", tmp_path / "p.csv",
+             "--pressure-column", "PCYL1", "--pressure-column", "PCYL3",
+             "--firing-angles", "0,180"]  # fmt: skip
+    made = command(*words)
+    assert made.exit_code == 0, made.output
+    text = (tmp_path / "p.csv").read_text()
+    assert "crank_angle_deg,pressure_bar,pressure_1_bar,pressure_2_bar\n" in text
