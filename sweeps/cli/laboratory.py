@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
 from sweeps.cli.exits import guarded, say, warn
-from sweeps.cli.files import check_output, writing
-from sweeps.errors import SceneError, plain_number
+from sweeps.cli.files import check_folder, check_output, writing
+from sweeps.errors import SceneError, one_line, plain_number
 from sweeps.reading.laboratory.pressure_options import ImportOptions
+
+if TYPE_CHECKING:
+    from sweeps.reading.laboratory.imported_pressure import ImportedPressure
 
 __all__ = ["import_"]
 
@@ -43,10 +46,13 @@ _flags = {
 @click.argument("raw", type=PATH)
 @output_option("The CSV file to write.")
 @_options_of_import
+@click.option("--figures", type=PATH, help="Folder for figures of the recorded cycles.")
 @overwrite_option("Replace the CSV file if it exists.")
 @quiet_option
 @guarded
-def import_(raw: Path, output: Path, overwrite: bool, quiet: bool, **given: Any) -> None:
+def import_(
+    raw: Path, output: Path, figures: Path | None, overwrite: bool, quiet: bool, **given: Any
+) -> None:
     """Write the pressure of RAW over crank angle as CSV, as scenes read it.
 
     RAW is a text file, .xlsx, .mat, .tdms, .mf4, .nc or .parquet. What is found, guessed and done
@@ -54,6 +60,8 @@ def import_(raw: Path, output: Path, overwrite: bool, quiet: bool, **given: Any)
     options, which are the keys of [indicator] in a scene.
     """
     check_output(output, overwrite)
+    if figures is not None:
+        check_folder(figures)
     if output.exists() and raw.exists() and output.samefile(raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
     from sweeps.reading.laboratory.pressure import read_pressure
@@ -68,11 +76,28 @@ def import_(raw: Path, output: Path, overwrite: bool, quiet: bool, **given: Any)
             unfinished.replace(output)
         finally:
             unfinished.unlink(missing_ok=True)
+    if figures is not None:
+        with writing(figures):
+            _draw(found, figures)
     if not quiet:
         for step in found.steps:
             say(step)
         say(f"{output}: {len(found.mean.angle)} points")
     warn(found.warnings)
+
+
+def _draw(found: ImportedPressure, folder: Path) -> None:
+    """Draw the sheet of each cylinder, in folders of their own where there are several."""
+    from engine_dyn.recordings.signal_checks import examine
+    from sweeps.figures import draw
+    from sweeps.reading.laboratory.evaluation import evaluated
+
+    for number, (name, cycles) in enumerate(found.recorded.items(), start=1):
+        findings = examine(cycles, found.geometry)
+        sheet = evaluated(
+            cycles, found.geometry, title=one_line(f"{found.file}, {name}", 60), findings=findings
+        )
+        draw(sheet, folder / f"cylinder_{number}" if len(found.recorded) > 1 else folder)
 
 
 def _value(name: str, text: Any) -> Any:

@@ -22,6 +22,9 @@ __all__ = ["CrankAngles", "crank_angles", "cut_into_cycles", "is_half_a_cycle_la
 SAME = 1e-6
 """Degrees within which angles are the same."""
 
+MOST_ANGLE = 1e9
+"""[degree]; beyond it, parts of a degree are lost."""
+
 GAP = 2.5
 """A step is a gap where it is longer than this many of the steps on both its sides."""
 
@@ -84,6 +87,8 @@ def crank_angles(
     for name, values in pressures.items():
         angles, flat[name] = _in_one_column(recording, name, values, angle, period)
     place = _Place(recording)
+    if np.abs(angles).max() > MOST_ANGLE:
+        raise SceneError(f"{recording.label}: has crank angles beyond {MOST_ANGLE:g} degree")
     steps = np.diff(angles)
     usual = float(np.median(steps)) if len(steps) else 0.0
     if usual == 0.0:

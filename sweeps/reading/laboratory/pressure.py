@@ -2,7 +2,7 @@
 
 1. columns, 2. unit and calibration, 3. angles: unit, direction, zero, delay and shift, 4. firing
 angles of the cylinders, firing or gas exchange, 5. cycles, 6. pegging, 7. average or one cycle,
-8. smoothing, 9. thinning. What is not asked for is left out, but 1 to 5.
+8. smoothing, lag of the measuring chain, 9. thinning. 6 to 9 are done where they are asked for.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from engine_dyn.recordings.heat_release import (
 from engine_dyn.recordings.pegging import EXPONENT, peg_by_compression, peg_to_inlet
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
-from engine_dyn.recordings.smoothing import smooth
+from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.checks import check_structure, mentioned, plain
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.engine_files import load_engine
@@ -49,6 +49,9 @@ __all__ = ["imported", "read_pressure"]
 
 USUAL_CRANK_RATIO = 0.28
 """Where no engine says it; works depend on it by some percent."""
+
+MOST_PRESSURE = 1e10
+"""[Pa]; no sensor has it."""
 
 REVERSED = -0.05
 """Work over its absolute area below which an engine's diagram is taken for a reversed one."""
@@ -132,9 +135,9 @@ def imported(
     warnings: list[str] = []
     degrees = period / DEGREE
     _check_together(options, degrees, recording.label)
-    recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
-    geometry = _geometry(engine, options, said)
     try:
+        recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
+        geometry = _geometry(engine, options, said)
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
@@ -156,8 +159,9 @@ def imported(
 
 def _check_together(options: PressureOptions, degrees: float, label: str) -> None:
     """Refuse keys that need others, or exclude them."""
-    if options.delay and options.speed is None:
-        raise SceneError(f"{label}: delay: needs speed, in rpm, which turns it into an angle")
+    for key in ("delay", "time_constant"):
+        if getattr(options, key) and options.speed is None:
+            raise SceneError(f"{label}: {key}: needs speed, in rpm")
     if options.pegging == "inlet" and options.inlet_pressure is None:
         raise SceneError(f"{label}: pegging = 'inlet': needs inlet_pressure, in bar")
     if options.average and options.cycle is not None:
@@ -185,6 +189,12 @@ def _cycles(
         name: _pascal(recording, name, values, signals.units[name], options, said)
         for name, values in signals.pressures.items()
     }
+    for name, values in pressures.items():
+        if np.abs(values).max() > MOST_PRESSURE:
+            raise SceneError(
+                f"{recording.label}, column '{one_line(name, 60)}': has pressures of "
+                f"{np.abs(values).max() / BAR:.3g} bar; must be below {MOST_PRESSURE / BAR:g} bar"
+            )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
     found = crank_angles(recording, angles, pressures, degrees, options, said)
     moved = _correction(options, said)
@@ -463,6 +473,9 @@ def _finished(
             f"{found.peak_change / BAR:+.2g} bar"
         )
         cycles = found.cycles
+    if options.time_constant and options.speed is not None:
+        cycles = without_delay(cycles, options.speed * RPM, time_constant=options.time_constant)
+        said.append(f"first-order lag of {options.time_constant:g} s taken out")
     return _thinned(cycles, options.angle_step, said)
 
 

@@ -65,7 +65,7 @@ class PressureOptions(ReadingChoices):
         description="a number in seconds, up to 0.1: by which the measuring chain is late",
     )  # fmt: skip
     speed: float | None = Field(
-        default=None, gt=0.0, le=1e5, description="a number in rpm, which turns delay into an angle"
+        default=None, gt=0.0, le=1e5, description="a number in rpm, for delay and time_constant"
     )
     firing_angles: list[float] | None = Field(
         default=None, min_length=1, max_length=100,
@@ -98,6 +98,10 @@ class PressureOptions(ReadingChoices):
     highest_order: float = Field(
         default=60.0, gt=0.0, description="a number: what 'low_pass' keeps, orders of the turn"
     )
+    time_constant: float = Field(
+        default=0.0, ge=0.0, le=0.1,
+        description="a number in seconds, up to 0.1: of a first-order lag of the measuring chain",
+    )  # fmt: skip
     angle_step: float | None = Field(
         default=None, gt=0.0, le=30.0,
         description="a number in degree that divides the cycle: the step of the diagram",
