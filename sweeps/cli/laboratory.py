@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -12,7 +12,6 @@ from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_op
 from sweeps.cli.exits import guarded, say, warn
 from sweeps.cli.files import check_folder, check_output, writing
 from sweeps.errors import SceneError, one_line, plain_number
-from sweeps.reading.laboratory.pressure_options import ImportOptions
 
 if TYPE_CHECKING:
     from sweeps.reading.laboratory.imported_pressure import ImportedPressure
@@ -20,32 +19,44 @@ if TYPE_CHECKING:
 __all__ = ["import_"]
 
 
-def _options_of_import(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command an option for each key of `ImportOptions`."""
-    for name, field in reversed(ImportOptions.model_fields.items()):
-        flag = f"--{name.replace('_', '-')}"
-        about = f"{field.description or ''}"
+class _WithKeys(click.Command):
+    """A command with an option for each key of `ImportOptions`.
+
+    They are made when the command is used: help on all commands does not load what the keys need.
+    """
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Options of the command itself, then those of the keys."""
+        own = super().get_params(ctx)
+        return [*own[:-1], *_key_options(), own[-1]]
+
+
+@cache
+def _key_options() -> tuple[click.Option, ...]:
+    from sweeps.reading.laboratory.pressure_options import ImportOptions
+
+    found = []
+    for name, field in ImportOptions.model_fields.items():
+        words = [f"--{name.replace('_', '-')}", name]
         if field.annotation is bool:
-            command = click.option(flag, name, is_flag=True, help=_flags[name])(command)
-        else:
-            several = name == "pressure_column"
-            how = " (several: repeat the option)" if several else ""
-            command = click.option(
-                flag, name, multiple=several, metavar="VALUE", help=f"{about}{how}"
-            )(command)
-    return command
+            found.append(click.Option(words, is_flag=True, help=_FLAGS[name]))
+            continue
+        several = name == "pressure_column"
+        how = " (several: repeat the option)" if several else ""
+        about = f"{field.description or ''}{how}"
+        found.append(click.Option(words, multiple=several, metavar="VALUE", help=about))
+    return tuple(found)
 
 
-_flags = {
+_FLAGS = {
     "average": "Average over all cycles.",
     "two_stroke": "The cycle is one turn.",
 }
 
 
-@click.command(name="import")
+@click.command(name="import", cls=_WithKeys)
 @click.argument("raw", type=PATH)
 @output_option("The CSV file to write.")
-@_options_of_import
 @click.option("--figures", type=PATH, help="Folder for figures of the recorded cycles.")
 @overwrite_option("Replace the CSV file if it exists.")
 @quiet_option
@@ -102,6 +113,8 @@ def _draw(found: ImportedPressure, folder: Path) -> None:
 
 def _value(name: str, text: Any) -> Any:
     """Value of an option in the type of its key; a text that has none is left for the check."""
+    from sweeps.reading.laboratory.pressure_options import ImportOptions
+
     if isinstance(text, bool):
         return text
     if isinstance(text, tuple):
