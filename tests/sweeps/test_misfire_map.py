@@ -1,0 +1,80 @@
+"""The map of missed cycles: formulas against drawn speeds, and its page is current."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine_dyn.units import BAR, RPM
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+tool: Any = importlib.import_module("misfire_map")
+
+
+@pytest.fixture(scope="module")
+def motors() -> dict[str, Any]:
+    return {name: tool.Motor(name) for name in tool.ENGINES}
+
+
+@pytest.mark.parametrize(
+    ("name", "speed", "imep", "case"),
+    [
+        ("si_four_87x101", 6000.0, 1.0, tool.UNKNOWN),
+        ("v6_96x81", 6000.0, 1.0, tool.UNKNOWN),
+        ("v6_96x81", 3000.0, 2.0, tool.LEARNED),
+    ],
+)
+def test_rates_of_drawn_speeds_are_those_of_the_formulas(
+    motors: dict[str, Any], name: str, speed: float, imep: float, case: Any
+) -> None:
+    """Within four standard deviations of a count; cycles of a recording share its wheel."""
+    one = tool.counted(motors[name], speed * RPM, imep * BAR, case, recordings=400, seed=5)
+    recordings, alarms = 200, one.alarms_expected
+    tries = recordings * len(motors[name].firing)  # as if all cycles of a recording were one
+    assert abs(one.alarms - alarms) < 4.0 * np.sqrt(alarms * (1.0 - alarms) / tries)
+    spread = np.sqrt(one.found_expected * (1.0 - one.found_expected) / recordings)
+    assert abs(one.found - one.found_expected) < 4.0 * spread
+    assert one.cycles >= 400
+
+
+def test_twice_the_inertia_halves_the_errors_that_are_allowed(motors: dict[str, Any]) -> None:
+    motor = motors["v6_96x81"]
+    point = (6000.0 * RPM, 2.0 * BAR, tool.UNKNOWN)
+    ratio = tool.largest_errors(tool.heavier(motor, 2.0), *point) / tool.largest_errors(
+        motor, *point
+    )
+    assert ratio == pytest.approx(0.5, rel=0.06)  # errors are interpolated between sizes
+
+
+def test_the_map_is_worse_at_high_speed_and_low_load(motors: dict[str, Any]) -> None:
+    for motor in motors.values():
+        for case in tool.CASES:
+            slow, fast, strong = (
+                tool.margin(motor, rpm * RPM, imep * BAR, case, 1e-3)
+                for rpm, imep in ((3000.0, 1.0), (6000.0, 1.0), (6000.0, 4.0))
+            )
+            assert slow > fast
+            assert strong > fast
+
+
+def test_a_stiff_shaft_is_a_rigid_one(motors: dict[str, Any]) -> None:
+    for end in ("front", "flywheel"):
+        stiff, soft = (
+            max(tool.torsion_errors(motors["v6_96x81"], 600.0, 2e5, end, frequency))
+            for frequency in (2e5, 400.0)
+        )
+        assert stiff < 1e-3 < soft
+
+
+def test_the_page_is_current(motors: dict[str, Any]) -> None:
+    page = tool.DOCUMENT.read_text(encoding="utf-8")
+    assert "{{" not in page
+    for table in (tool.torsion_table, tool.reference_table, tool.corner_table):
+        for line in table(motors).splitlines():
+            assert line in page

@@ -1,0 +1,708 @@
+"""Write docs/misfire_detection.md: where single missed cycles and dead cylinders show in the speed.
+
+Two engines of the catalogue on a rigid crank, their speed seen through a 60-2 wheel whose teeth
+have errors. The map follows from formulas (docs/method.md (190) to (199)); at some points of it the
+formulas are held against speeds that are integrated over the angle with cycles drawn at random, and
+judged as a recording would be. Run it from the project's root: `python tools/misfire_map.py`;
+`--no-figures` leaves the figure alone. It takes two to four minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.engine import Engine
+from engine_dyn.forces.torque import pressure
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_work import (
+    MeanCycle,
+    WheelNoise,
+    WorkEstimator,
+    combustion_torque,
+    detection,
+    energy_deviation,
+    work_estimator,
+)
+from engine_dyn.recordings.tooth_errors import speed_through_wheel
+from engine_dyn.recordings.wheel import TURN, wheel_from_text
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE, RPM
+from sweeps.reading.engine_files import load_engine
+
+ROOT = Path(__file__).resolve().parents[1]
+TEMPLATE = Path(__file__).with_suffix(".md.in")
+DOCUMENT = ROOT / "docs" / "misfire_detection.md"
+FIGURE = ROOT / "docs" / "figures" / "misfire_map.png"
+
+ENGINES = {"si_four_87x101": "four cylinders", "v6_96x81": "six cylinders"}
+WHEEL = wheel_from_text("60-2")
+GAP = 78.0 * DEGREE
+"""Where the first tooth passes after the dead centre of cylinder 1; any place would do."""
+
+SAMPLES = 1440
+PERIOD = 4.0 * np.pi
+IDLE, IDLE_DISPERSION, FULL_DISPERSION = 1.0 * BAR, 0.10, 0.03
+FALSE_ALARMS, WANTED = 1e-4, 0.99
+EARLIER = 100
+"""Cycles of the engine's own mean, and cycles over which a dead cylinder is looked for."""
+
+EARLIER_DRAWN = 20
+"""The same of the drawn speeds, to save time."""
+
+HEAVIER = (2.0, 4.0)
+"""Factors on the inertia whose limits the figure shows too."""
+
+NORMAL = NormalDist()
+SEED = 21
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is looked for, and what is known of the wheel.
+
+    Attributes
+    ----------
+    title : str
+        For figure and tables.
+    constant : float
+        Errors of intervals that repeat every turn and are not known, as a share of the size that
+        the map gives.
+    passage : float
+        Errors of each passage of a tooth, as a share of the same size.
+    reference_cycles : float
+        See `work_estimator`.
+    averaged : int or None
+        See `work_estimator`.
+    """
+
+    title: str
+    constant: float
+    passage: float
+    reference_cycles: float = np.inf
+    averaged: int | None = None
+
+    def noise(self, size: float) -> WheelNoise:
+        """Errors of the wheel at a size, in shares of a pitch."""
+        return WheelNoise(self.constant * size, 0.0, self.passage * size)
+
+
+UNKNOWN = Case("missed cycle, teeth not learned", 1.0, 0.2)
+LEARNED = Case("missed cycle, teeth learned", 0.0, 1.0, EARLIER)
+DEAD = Case("dead cylinder, teeth not learned", 1.0, 0.2, averaged=EARLIER)
+CASES = (UNKNOWN, LEARNED, DEAD)
+WANTED_SIZE = 0.001
+SIZES = 1e-3 * np.array([0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 8.0, 14.0, 25.0])
+
+
+class Motor:
+    """An engine of the catalogue over speed and imep, on a rigid crank."""
+
+    def __init__(self, name: str) -> None:
+        """Read the engine and find the imep of its diagrams."""
+        self.engine: Engine = load_engine(name)
+        values = self.engine.values
+        self.geometry = CylinderGeometry(values["bore"], values["stroke"], values["crank_ratio"])
+        arrangement = self.engine.own_cylinders.arrangement  # type: ignore[union-attr]
+        self.firing = tuple(float(a) for a in arrangement.firing_angles)  # type: ignore[union-attr]
+        self.angle = (np.arange(SAMPLES) / SAMPLES - 0.5) * PERIOD
+        self.rows = np.linspace(0, self.engine.family.row_count - 1, 15)
+        self.diagrams = [self._pressures(row) for row in self.rows]
+        self.imeps = np.array([self.imep(fired) for fired, _ in self.diagrams])
+        share = values["rod_mass"] * values["rod_centre_of_gravity"]
+        rod = values["stroke"] / 2.0 / values["crank_ratio"]
+        mass = values["piston_mass"] + share / rod
+        single = mass * (self.geometry.volume_slope(self.angle) / self.geometry.area) ** 2
+        swing = self.of_all(single)
+        self.inertia = values["inertia"] + swing - swing.mean()
+
+    def _pressures(self, row: float) -> tuple[Floats, Floats]:
+        family: Any = self.engine.family
+        fired, motored = (pressure(self.angle, family, row, 1.0, f) for f in (1.0, 0.0))
+        return fired, motored
+
+    def imep(self, fired: Floats) -> float:
+        """Of the whole cycle [Pa]."""
+        torque = fired * self.geometry.volume_slope(self.angle)
+        return float(torque.mean() * PERIOD / self.geometry.swept_volume)
+
+    @property
+    def highest(self) -> float:
+        """Imep at full load [Pa]."""
+        return float(self.imeps[-1])
+
+    def dispersion(self, imep: float) -> float:
+        """Relative standard deviation: a power of imep between idle and full load."""
+        slope = np.log(FULL_DISPERSION / IDLE_DISPERSION) / np.log(self.highest / IDLE)
+        return float(IDLE_DISPERSION * (imep / IDLE) ** slope)
+
+    def pressures(self, imep: float) -> tuple[Floats, Floats]:
+        """Fired and motored at an imep; below the lowest load, with less of its combustion."""
+        if imep < self.imeps[0]:
+            fired, motored = self.diagrams[0]
+            none = self.imep(motored)
+            return motored + (imep - none) / (self.imeps[0] - none) * (fired - motored), motored
+        upper = min(int(np.searchsorted(self.imeps, imep)), len(self.rows) - 1)
+        upper = max(upper, 1)
+        share = (imep - self.imeps[upper - 1]) / (self.imeps[upper] - self.imeps[upper - 1])
+        low, high = self.diagrams[upper - 1 : upper + 1]
+        fired, motored = ((1.0 - share) * a + share * b for a, b in zip(low, high, strict=True))
+        return fired, motored
+
+    def of_all(self, single: Floats) -> Floats:
+        """Sum over the cylinders of what one does over the angle from its own dead centre."""
+        shifts = [round(firing / PERIOD * SAMPLES) for firing in self.firing]
+        return np.asarray(sum(np.roll(single, shift) for shift in shifts))
+
+    def cycle(self, speed: float, imep: float) -> tuple[MeanCycle, float]:
+        """Mean cycle, and the imep that a missed one lacks [Pa].
+
+        The load torque is constant over the cycle: that of a car, which its driveline parts from
+        the engine at these frequencies. Where the crank would stop within the cycle, the speed
+        is refused with ValueError.
+        """
+        fired, motored = self.pressures(imep)
+        torque = self.of_all(fired * self.geometry.volume_slope(self.angle))
+        torque = torque - torque.mean()
+        work = np.cumsum(torque + np.roll(torque, 1)) * (0.5 * PERIOD / SAMPLES)
+        energy = 0.5 * self.inertia.mean() * speed**2
+        for _ in range(60):  # the mean speed is given, not the energy
+            with np.errstate(invalid="ignore"):
+                omega = np.sqrt(2.0 * (energy + work - work.mean()) / self.inertia)
+            if not np.all(omega > 0.1 * speed):
+                raise ValueError(f"the crank stops within the cycle at {speed / RPM:.0f} rpm")
+            energy *= (speed / omega.mean()) ** 2
+        lacking = self.imep(fired) - self.imep(motored)
+        combustion = combustion_torque(self.angle, fired, motored, self.geometry)
+        return (
+            MeanCycle(self.angle, omega, self.inertia, combustion, self.firing, PERIOD), lacking
+        )  # fmt: skip
+
+
+def estimator_at(
+    motor: Motor, speed: float, imep: float, case: Case, size: float = WANTED_SIZE
+) -> tuple[WorkEstimator, float]:
+    """Estimator at one point of the map, and the imep that a missed cycle lacks [Pa]."""
+    cycle, lacking = motor.cycle(speed, imep)
+    found = work_estimator(
+        cycle, WHEEL, GAP, case.noise(size), dispersion=motor.dispersion(imep) * imep,
+        reference_cycles=case.reference_cycles, averaged=case.averaged,
+    )  # fmt: skip
+    return found, lacking
+
+
+def margin(motor: Motor, speed: float, imep: float, case: Case, size: float) -> float:
+    """Least distance of a missed cycle from the threshold, in its standard deviations."""
+    found, lacking = estimator_at(motor, speed, imep, case, size)
+    return float(detection(found, lacking, FALSE_ALARMS).margin.min())
+
+
+def largest_errors(motor: Motor, speed: float, imep: float, case: Case) -> float:
+    """Size of the errors, in shares of a pitch, up to which enough is detected."""
+    wanted = NORMAL.inv_cdf(WANTED)
+    last, at = np.inf, SIZES[0]
+    for size in SIZES:
+        now = margin(motor, speed, imep, case, float(size))
+        if now < wanted:
+            if not np.isfinite(last):
+                return float(size)  # less than the smallest size that is tried
+            share = (last - wanted) / (last - now)
+            return float(at * (size / at) ** share)
+        last, at = now, float(size)
+    return float(SIZES[-1])
+
+
+# Speeds drawn at random ---------------------------------------------------------------------------
+
+
+def drawn_speeds(
+    motor: Motor, speed: float, imep: float, factors: Floats, noise: WheelNoise,
+    rng: np.random.Generator,
+) -> Floats:  # fmt: skip
+    """Raw speeds of recordings: equation of motion over the angle, then the wheel.
+
+    Nothing is shared with the estimator but the diagrams: Runge and Kutta's formula for the speed
+    itself, true places of teeth, times between them.
+
+    Parameters
+    ----------
+    factors : ndarray, shape (recordings, cycles, cylinders)
+        On the pressure above the motored one.
+
+    Returns
+    -------
+    ndarray, shape (recordings, cycles - 1, intervals)
+        [rad/s]; the first begins with the first tooth of cycle 0.
+    """
+    recordings, cycles, _ = factors.shape
+    cycle, _ = motor.cycle(speed, imep)
+    fired, motored = motor.pressures(imep)
+    slope = motor.geometry.volume_slope(motor.angle)
+    extra, carried = (fired - motored) * slope, motor.of_all(motored * slope)
+    mean = float((carried + motor.of_all(extra)).mean())
+    step = PERIOD / SAMPLES
+    orders = np.fft.rfftfreq(SAMPLES, 1.0 / SAMPLES) * 2.0 * np.pi / PERIOD
+    inertia = np.append(motor.inertia, motor.inertia[0])
+    by_angle = np.fft.irfft(1j * orders * np.fft.rfft(motor.inertia), SAMPLES)
+    by_angle = np.append(by_angle, by_angle[0])
+
+    def torque_of(number: int) -> Floats:
+        """Torque over one cycle; cylinders that fire late in the one before still work."""
+        now, before = factors[:, number], factors[:, max(number - 1, 0)]
+        found = np.tile(carried, (recordings, 1))
+        for place, firing in enumerate(motor.firing):
+            start = round(firing / step)
+            rolled = np.roll(extra, start)
+            found[:, start:] += now[:, place, None] * rolled[start:]
+            found[:, :start] += before[:, place, None] * rolled[:start]
+        return found
+
+    omega, time = np.full(recordings, cycle.speed[0]), np.zeros(recordings)
+    speeds, times = [omega], [time]
+    following = torque_of(0)
+    for number in range(cycles):
+        torque = following
+        following = torque_of(min(number + 1, cycles - 1))
+        torque = np.hstack([torque, following[:, :1]])
+        # a slow governor: the load follows the energy from cycle to cycle, not within one
+        energy = 0.5 * inertia[0] * omega**2
+        load = mean + 0.05 * (energy - 0.5 * inertia[0] * cycle.speed[0] ** 2) / PERIOD
+
+        def rise(place: int, w: Floats, torque: Floats = torque, load: Floats = load) -> Floats:
+            return (torque[:, place] - load - 0.5 * by_angle[place] * w * w) / (inertia[place] * w)
+
+        for place in range(0, SAMPLES, 2):
+            k1 = rise(place, omega)
+            k2 = rise(place + 1, omega + step * k1)
+            k3 = rise(place + 1, omega + step * k2)
+            k4 = rise(place + 2, omega + 2.0 * step * k3)
+            after = omega + step / 3.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            middle = 0.5 * (omega + after) + step / 4.0 * (k1 - k4)  # of the cubic between
+            time = time + step / 3.0 * (1.0 / omega + 4.0 / middle + 1.0 / after)
+            omega = after
+            speeds.append(omega)
+            times.append(time)
+    return _seen(np.array(times).T, np.array(speeds).T, 2.0 * step, noise, rng)
+
+
+def _seen(
+    times: Floats, speeds: Floats, step: float, noise: WheelNoise, rng: np.random.Generator
+) -> Floats:
+    """Raw speeds from times over the angle, through one wheel with errors for each recording."""
+    recordings = len(times)
+    pitch = WHEEL.width.min()
+    turns = 2 * ((times.shape[1] - 1) * step / PERIOD - 1.0)
+    width = WHEEL.width + noise.interval * pitch * rng.standard_normal((recordings, WHEEL.teeth))
+    width *= TURN / width.sum(axis=1, keepdims=True)
+    within = np.cumsum(width, axis=1) - width
+    edges = (TURN * np.arange(round(turns) + 1)[:, None] + within[:, None, :]).reshape(
+        recordings, -1
+    )[:, : round(turns) * WHEEL.teeth + 1]
+    edges = edges + GAP + 0.5 * PERIOD + noise.passage * pitch * rng.standard_normal(edges.shape)
+    place = (edges / step).astype(int)
+    u = edges / step - place
+    rows = np.arange(recordings)[:, None]
+    t0, t1 = times[rows, place], times[rows, place + 1]
+    s0, s1 = step / speeds[rows, place], step / speeds[rows, place + 1]
+    at = (
+        t0 * (1.0 + 2.0 * u) * (1.0 - u) ** 2 + t1 * u * u * (3.0 - 2.0 * u)
+        + u * (1.0 - u) * ((1.0 - u) * s0 - u * s1)
+    )  # fmt: skip
+    raw = np.tile(WHEEL.width, round(turns)) / np.diff(at, axis=1)
+    return np.asarray(raw.reshape(recordings, -1, 2 * WHEEL.teeth))
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Rates by formula and of drawn speeds, of one cylinder and one cycle."""
+
+    alarms_expected: float
+    alarms: float
+    found_expected: float
+    found: float
+    cycles: int
+
+
+def counted(
+    motor: Motor, speed: float, imep: float, case: Case, size: float = WANTED_SIZE,
+    *, share: float | None = None, recordings: int = 240, false_alarms: float = 0.04,
+    seed: int = SEED,
+) -> Counted:  # fmt: skip
+    """Judge drawn speeds with the thresholds of the formula.
+
+    Rates of one in 10,000 are too rare to be counted in minutes: the threshold is set for four
+    false alarms in a hundred cycles, and missed cycles lack only so much of their imep that some
+    ninety in a hundred are found.
+
+    Parameters
+    ----------
+    share : float, optional
+        Of the combustion that a missed cycle lacks.
+    """
+    rng = np.random.default_rng(seed)
+    first = EARLIER_DRAWN if np.isfinite(case.reference_cycles) else 0
+    case = replace(case, reference_cycles=first or np.inf)
+    estimator, lacking = estimator_at(motor, speed, imep, case, size)
+    if share is None:
+        wanted = detection(estimator, lacking, false_alarms)
+        ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
+        share = float(np.max((ninety - wanted.threshold) / lacking))
+    wanted = detection(estimator, share * lacking, false_alarms)
+    cycles, number = first + 14, len(motor.firing)
+    dispersion = motor.dispersion(imep) * imep / lacking
+    factors = 1.0 + dispersion * rng.standard_normal((recordings, cycles, number))
+    missed = np.zeros(factors.shape, dtype=bool)
+    spoilt = range(recordings // 2, recordings)  # the others have normal cycles alone
+    for one in spoilt:
+        missed[one, first + 3 :: 4, rng.integers(number)] = True
+    missed[:, -2:] = False
+    factors[missed] = 1.0 - share
+    raw = drawn_speeds(motor, speed, imep, factors, case.noise(size), rng)
+    if first:
+        reference = raw[:, :first].mean(axis=1, keepdims=True)
+    else:
+        cycle, _ = motor.cycle(speed, imep)
+        reference = speed_through_wheel(cycle.angle, cycle.speed, WHEEL, GAP, PERIOD)
+    relative = energy_deviation(raw, reference)
+    found = np.array([estimator.deviations(one) for one in relative])
+    below = found < wanted.threshold
+    known = np.isfinite(found)
+    known[:, : first + 1] = False
+    normal = below[: recordings // 2][known[: recordings // 2]]
+    hits = missed[:, : found.shape[1]] & known
+    each = -np.expm1(np.log1p(-false_alarms) / number)
+    expected = np.broadcast_to(wanted.probability, found.shape)[hits].mean()
+    return Counted(each, float(normal.mean()), float(expected), float(below[hits].mean()),
+                   int(hits.sum()))  # fmt: skip
+
+
+# What the formulas leave out ----------------------------------------------------------------------
+
+
+def errors_of_reference(motor: Motor, speed: float, imep: float) -> dict[str, float]:
+    """Largest deviation [Pa] that is found in a perfect engine whose model is wrong."""
+    estimator, _ = estimator_at(motor, speed, imep, UNKNOWN)
+    true, _ = motor.cycle(speed, imep)
+    raw = speed_through_wheel(true.angle, true.speed, WHEEL, GAP, PERIOD)
+
+    def found(cycle: MeanCycle, gap_angle: float) -> float:
+        model = speed_through_wheel(cycle.angle, cycle.speed, WHEEL, gap_angle, PERIOD)
+        relative = np.tile(energy_deviation(raw, model), (3, 1))
+        return float(np.abs(estimator.deviations(relative)[1]).max())
+
+    laden = copy(motor)
+    laden.inertia = motor.inertia.mean() + 1.03 * (motor.inertia - motor.inertia.mean())
+    late = copy(motor)
+    late.diagrams = [(np.roll(f, round(2.0 * DEGREE / PERIOD * SAMPLES)), m)
+                     for f, m in motor.diagrams]  # fmt: skip
+    return {
+        "reciprocating mass 3 % too high": found(laden.cycle(speed, imep)[0], GAP),
+        "inertia 3 % too high": found(replace(true, speed=_flatter(true.speed, 1.03)), GAP),
+        "wheel turned by 0.5 degrees": found(true, GAP + 0.5 * DEGREE),
+        "pressure 2 degrees late": found(late.cycle(speed, imep)[0], GAP),
+    }
+
+
+def _flatter(speed: Floats, ratio: float) -> Floats:
+    """Speed whose fluctuation is that of a larger inertia, to first order."""
+    return np.asarray(speed.mean() + (speed - speed.mean()) / ratio)
+
+
+def torsion_errors(
+    motor: Motor,
+    speed: float,
+    imep: float,
+    end: str,
+    frequency: float = 400.0,
+    share: float = 0.3,
+    loss_factor: float = 0.05,
+) -> tuple[float, float]:
+    """What a torsional mode does to the deviations when one cycle is missed, over what it lacks.
+
+    Two masses and a spring: crank with cylinders, and flywheel. Linear, at constant mean speed,
+    with the missed cycle in the middle of 32.
+
+    Parameters
+    ----------
+    end : {"front", "flywheel"}
+        Where the wheel is.
+    frequency : float
+        Natural frequency [Hz].
+    share : float
+        Of the inertia that turns with the cylinders.
+    loss_factor : float
+        Of the spring.
+
+    Returns
+    -------
+    missed, other : float
+        Error of the missed cycle's deviation, and the largest change of a normal one.
+    """
+    cycles, middle = 32, 16
+    estimator, lacking = estimator_at(motor, speed, imep, LEARNED)
+    cycle, _ = motor.cycle(speed, imep)
+    inertia = float(motor.inertia.mean())
+    torque = np.zeros(cycles * SAMPLES)
+    start = round((motor.firing[0] / PERIOD + middle) * SAMPLES)
+    torque[start : start + SAMPLES] = -lacking * cycle.combustion  # from half a cycle before
+    waves = np.fft.rfft(torque)
+    order = np.arange(waves.size) / cycles * TURN / PERIOD
+    omega = order * speed
+    spring = (TURN * frequency) ** 2 * share * (1.0 - share) * inertia * (1.0 + 1j * loss_factor)
+    natural = spring / (share * (1.0 - share) * inertia)
+    ratio = natural / (natural - omega**2)
+    if end == "front":
+        ratio = ratio * (1.0 - omega**2 * (1.0 - share) * inertia / spring)
+    waves[0] = 0.0
+    rigid = np.divide(waves, 1j * omega * inertia * speed, where=omega > 0.0,
+                      out=np.zeros_like(waves))  # fmt: skip
+    found = []
+    edges = GAP + TURN * np.arange(2 * cycles)[:, None] + WHEEL.angle
+    edges = np.append(edges.ravel(), GAP + 2.0 * cycles * TURN)
+    at = np.arange(cycles * SAMPLES + 1) * PERIOD / SAMPLES
+    for response in (rigid, rigid * ratio):
+        curve = np.fft.irfft(response, torque.size)
+        curve = np.append(curve, curve[0])
+        total = np.append(0.0, np.cumsum(0.5 * (curve[1:] + curve[:-1]))) * PERIOD / SAMPLES
+        seen = np.diff(np.interp(edges - GAP, at - GAP, total, period=None)) / np.diff(edges)
+        rows = seen.reshape(cycles, -1)[: cycles - 1]
+        found.append(estimator.deviations(rows) / lacking)
+    change = np.abs(found[1] - found[0])
+    missed = change[middle, 0]
+    change[middle, 0] = 0.0
+    return float(missed), float(np.nanmax(change))
+
+
+# Document -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Largest errors [share of a pitch], and margins with heavier flywheels, of one engine.
+
+    Attributes
+    ----------
+    speed, imep : ndarray
+        [rad/s] and [Pa].
+    errors : dict
+        Of each case, shape (imep, speed).
+    margins : dict
+        Of each case and factor on the inertia, at errors of the wanted size.
+    """
+
+    speed: Floats
+    imep: Floats
+    errors: dict[Case, Floats]
+    margins: dict[tuple[Case, float], Floats]
+
+
+def heavier(motor: Motor, factor: float) -> Motor:
+    """The same engine with a larger flywheel."""
+    other = copy(motor)
+    other.inertia = motor.inertia + (factor - 1.0) * motor.inertia.mean()
+    return other
+
+
+def make_map(motor: Motor) -> Map:
+    speed = np.linspace(800.0, 6000.0, 14) * RPM
+    imep = np.geomspace(IDLE, motor.highest, 11)
+
+    def over(found: Callable[[float, float], float]) -> Floats:
+        return np.array([[found(float(w), float(p)) for w in speed] for p in imep])
+
+    errors = {c: over(lambda w, p, c=c: largest_errors(motor, w, p, c)) for c in CASES}
+    margins = {}
+    for factor in HEAVIER:
+        other = heavier(motor, factor)
+        for case in CASES:
+            margins[case, factor] = over(
+                lambda w, p, c=case, m=other: margin(m, w, p, c, WANTED_SIZE)
+            )
+    return Map(speed, imep, errors, margins)
+
+
+def draw(maps: dict[str, Map]) -> None:
+    import matplotlib
+    from matplotlib.lines import Line2D
+    from matplotlib.patheffects import withStroke
+
+    from sweeps.figures.marks import DASHES, shade
+    from sweeps.figures.sheet import STYLE, new_sheet
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
+        figure, panels = new_sheet(2, 3, 4.9, sharex=True, sharey="row")
+        levels = [0.1, 0.2, 0.5, 1.0, 2.0]
+        colours = [shade(0.05 + 0.95 * i / len(levels)) for i in range(len(levels) + 1)]
+        wanted = NORMAL.inv_cdf(WANTED)
+        for row, (name, found) in enumerate(maps.items()):
+            for column, case in enumerate(CASES):
+                panel = panels[3 * row + column]
+                x, y = found.speed / RPM, found.imep / BAR
+                filled = panel.contourf(
+                    x, y, 100.0 * found.errors[case], levels, colors=colours, extend="both"
+                )
+                for rank, factor in enumerate(HEAVIER):
+                    limit = panel.contour(
+                        x, y, found.margins[case, factor], [wanted], colors="black",
+                        linestyles=[DASHES[rank]], linewidths=1.3,
+                    )  # fmt: skip
+                    limit.set(path_effects=[withStroke(linewidth=3.0, foreground="white")])
+                panel.set_yscale("log")
+                panel.set_yticks([1, 2, 5, 10], labels=["1", "2", "5", "10"])
+                panel.minorticks_off()
+                panel.grid(visible=False)
+                panel.set_title(f"{ENGINES[name]}\n{case.title}")
+                if row == 1:
+                    panel.set_xlabel("Engine speed (rpm)")
+            panels[3 * row].set_ylabel("imep (bar)")
+        bar = figure.colorbar(filled, ax=panels, shrink=0.8, pad=0.02)
+        bar.set_label("Largest errors of teeth (% of a pitch)")
+        handles = [
+            Line2D([], [], color="black", linestyle=DASHES[rank], linewidth=1.3,
+                   label=f"{factor:g} times the inertia")
+            for rank, factor in enumerate(HEAVIER)
+        ]  # fmt: skip
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=2,
+            title="Errors of 0.1 %: below and to the right of the line less than 99 % are detected",
+        )  # fmt: skip
+        figure.savefig(FIGURE, dpi=150, metadata={"Software": None})
+
+
+def limits_table(motors: dict[str, Motor]) -> str:
+    lines = ["| engine | rpm | imep, bar | " + " | ".join(c.title for c in CASES) + " |",
+             "| --- | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
+    for name, motor in motors.items():
+        for rpm in (800.0, 2000.0, 4000.0, 6000.0):
+            for imep in (1.0, 3.0, motor.highest / BAR):
+                sizes = [largest_errors(motor, rpm * RPM, imep * BAR, c) for c in CASES]
+                cells = ["above 2.5" if s >= SIZES[-1] else f"{100.0 * s:.2g}" for s in sizes]
+                lines.append(f"| {ENGINES[name]} | {rpm:.0f} | {imep:.3g} | "
+                             + " | ".join(cells) + " |")  # fmt: skip
+    return "\n".join(lines)
+
+
+def corner_table(motors: dict[str, Motor]) -> str:
+    """What decides at the highest speed and the lowest load."""
+    lines = [
+        "| engine, 6000 rpm, 1 bar | error of a deviation, bar | dispersion of the others, bar "
+        "| threshold, bar | detected | |",
+        "| --- | ---: | ---: | ---: | ---: | --- |",
+    ]
+    exact = Case("", 1.0, 0.2)
+    for name, motor in motors.items():
+        twice, four = heavier(motor, 2.0), heavier(motor, 4.0)
+        rows: list[tuple[str, Motor, WheelNoise, float]] = [
+            ("errors of intervals 0.1 %, 0.02 % a passage", motor, exact.noise(1e-3), 1.0),
+            ("errors of places 0.1 %, 0.02 % a passage", motor, WheelNoise(0, 1e-3, 2e-4), 1.0),
+            ("errors known, 0.02 % a passage", motor, WheelNoise(0, 0, 2e-4), 1.0),
+            ("errors known, 0.1 % a passage", motor, WheelNoise(0, 0, 1e-3), 1.0),
+            ("errors of intervals 0.2 %, 0.04 % a passage", motor, exact.noise(2e-3), 1.0),
+            ("the first, twice the inertia", twice, exact.noise(1e-3), 1.0),
+            ("the first, four times the inertia", four, exact.noise(1e-3), 1.0),
+            ("the first, dispersion 20 %", motor, exact.noise(1e-3), 2.0),
+        ]
+        for text, one, noise, factor in rows:
+            cycle, lacking = one.cycle(6000.0 * RPM, IDLE)
+            found = work_estimator(cycle, WHEEL, GAP, noise, dispersion=factor * 0.1 * IDLE)
+            judged = detection(found, lacking, FALSE_ALARMS)
+            worst = int(judged.margin.argmin())
+            share = float(judged.probability[worst])
+            lines.append(
+                f"| {ENGINES[name]}: {text} | {found.noise[worst] / BAR:.3f} | "
+                f"{found.others[worst] / BAR:.3f} | {judged.threshold[worst] / BAR:.2f} | "
+                f"{_percent(share)} | {'' if share > WANTED else 'fails'} |"
+            )
+    return "\n".join(lines)
+
+
+def _percent(share: float) -> str:
+    return "more than 99.9 %" if share > 0.999 else f"{100.0 * share:.1f} %"
+
+
+def counted_table(motors: dict[str, Motor]) -> str:
+    lines = [
+        "| engine | rpm | imep, bar | looked for | false alarms by formula | counted "
+        "| detected by formula | counted | missed cycles |",
+        "| --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    four, six = motors
+    points = [
+        (four, 6000.0, 1.0, UNKNOWN), (four, 1500.0, 8.0, UNKNOWN), (six, 6000.0, 1.0, UNKNOWN),
+        (four, 3000.0, 4.0, LEARNED), (six, 6000.0, 1.0, LEARNED),
+    ]  # fmt: skip
+    for seed, (name, rpm, imep, case) in enumerate(points, SEED):
+        one = counted(motors[name], rpm * RPM, imep * BAR, case, recordings=1600, seed=seed)
+        lines.append(
+            f"| {ENGINES[name]} | {rpm:.0f} | {imep:g} | {case.title} | "
+            f"{100 * one.alarms_expected:.2f} % | {100 * one.alarms:.2f} % | "
+            f"{100 * one.found_expected:.1f} % | {100 * one.found:.1f} % | {one.cycles} |"
+        )
+    return "\n".join(lines)
+
+
+def reference_table(motors: dict[str, Motor]) -> str:
+    points = [(n, rpm, p) for n in motors for rpm, p in ((1000.0, 4.0), (6000.0, 1.0))]
+    found = [errors_of_reference(motors[n], rpm * RPM, p * BAR) for n, rpm, p in points]
+    lines = [
+        "| wrong in the model | "
+        + " | ".join(f"{ENGINES[n]}, {rpm:.0f} rpm, {p:g} bar" for n, rpm, p in points) + " |",
+        "| --- | ---: | ---: | ---: | ---: |",
+    ]  # fmt: skip
+    for key in found[0]:
+        lines.append(f"| {key} | " + " | ".join(f"{one[key] / BAR:.4f}" for one in found) + " |")
+    return "\n".join(lines)
+
+
+def torsion_table(motors: dict[str, Motor]) -> str:
+    lines = [
+        "| engine | rpm | imep, bar | threshold | wheel at the front: missed | others "
+        "| wheel at the flywheel: missed | others |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for name, motor in motors.items():
+        for rpm, imep in ((1000.0, 4.0), (3000.0, 1.0), (6000.0, 1.0), (6000.0, 12.0)):
+            estimator, lacking = estimator_at(motor, rpm * RPM, imep * BAR, LEARNED)
+            threshold = float(detection(estimator, lacking, FALSE_ALARMS).threshold.max())
+            cells = [f"{100.0 * -threshold / lacking:.0f} %"]
+            for end in ("front", "flywheel"):
+                cells += [
+                    f"{100.0 * x:.1f} %" for x in torsion_errors(motor, rpm * RPM, imep * BAR, end)
+                ]
+            lines.append(f"| {ENGINES[name]} | {rpm:.0f} | {imep:g} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Write docs/misfire_detection.md.")
+    parser.add_argument("--no-figures", action="store_true")
+    arguments = parser.parse_args()
+    motors = {name: Motor(name) for name in ENGINES}
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, motor in motors.items():
+        lost = motor.cycle(6000.0 * RPM, motor.highest)[1] * motor.geometry.swept_volume
+        stop = np.sqrt(2.0 * lost / motor.inertia.mean()) / RPM
+        text = text.replace("{{ stop " + ENGINES[name] + " }}", f"{stop:.0f}")
+        most = f"{motor.highest / BAR:.1f}"
+        text = text.replace("{{ highest " + ENGINES[name] + " }}", most)
+    for name, table in {
+        "limits": limits_table, "corner": corner_table, "counted": counted_table,
+        "reference": reference_table, "torsion": torsion_table,
+    }.items():  # fmt: skip
+        text = text.replace("{{ " + name + " }}", table(motors))
+    DOCUMENT.write_text(text, encoding="utf-8")
+    if not arguments.no_figures:
+        draw({name: make_map(motor) for name, motor in motors.items()})
+
+
+if __name__ == "__main__":
+    main()
