@@ -359,8 +359,7 @@ def work_estimator(
         own, rest, nuisance = _templates(cycle, edges, place, averaged is not None)
         known = np.column_stack([own, own + rest.sum(axis=1), nuisance])
         teeth = noise.covariance(wheel, int(first[place]), intervals, float(averaged or 1))
-        cycles = spread**2 * rest @ rest.T
-        row = _best_row(known, teeth + cycles)
+        row = _best_row(known, spread * rest, teeth)
         weights[place] = row
         errors[place] = np.sqrt(row @ teeth @ row)
         others[place] = spread * np.linalg.norm(row @ rest)
@@ -485,9 +484,25 @@ def _means(values: Floats, weight: Floats, at: Floats, edges: Floats) -> Floats:
     return np.asarray(upper / lower)
 
 
-def _best_row(known: Floats, covariance: Floats) -> Floats:
-    """First row of (K' C^-1 K)^-1 K' C^-1: weights of the estimate of the first unknown."""
+def _best_row(known: Floats, drawn: Floats, covariance: Floats) -> Floats:
+    """Weights of the estimate of the first unknown, docs/method.md (195).
+
+    Parameters
+    ----------
+    known : ndarray, shape (n, unknowns)
+        Responses to the unknowns K.
+    drawn : ndarray, shape (n, others)
+        Responses to random numbers of variance 1.
+    covariance : ndarray, shape (n, n)
+        Of the errors. The covariance of both, which is nearly singular where the errors are small,
+        is not formed: the random numbers are unknowns beside K, measured once as 0.
+    """
     scale = np.linalg.norm(known, axis=0)
-    columns = known / scale
-    solved = np.linalg.solve(covariance, columns)
-    return np.asarray(np.linalg.solve(columns.T @ solved, solved.T)[0] / scale[0])
+    lower = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(lower, np.hstack([known / scale, drawn]))
+    unknowns, others = known.shape[1], drawn.shape[1]
+    prior = np.hstack([np.zeros((others, unknowns)), np.eye(others)])
+    orthogonal, upper = np.linalg.qr(np.vstack([white, prior]))
+    first = np.linalg.solve(upper.T, np.eye(unknowns + others)[0])  # first row of upper^-1
+    found = orthogonal[: len(known)] @ first
+    return np.asarray(np.linalg.solve(lower.T, found) / scale[0])
