@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types validation calibrate data-sheet bench bench-kernels studies quantities rates stress \
+.PHONY: help demo check test coverage lint imports types validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates stress \
 	large-runs reliability faults soak properties fuzz damage wheel lock licences clean distclean
 
 help:
@@ -30,6 +30,7 @@ help:
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make data-sheet  write docs/data_sheet.md, whose commands it runs"
+	@echo "make misfire-map write docs/misfire_detection.md and its figure: a few minutes"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
 	@echo "make quantities  rates of single quantities, on the terminal (5 min; QUANTITIES='--all', and others)"
@@ -86,6 +87,9 @@ calibrate: $(VENV)/.installed-test
 
 data-sheet: $(VENV)/.installed-test
 	$(python) tools/data_sheet.py
+
+misfire-map: $(VENV)/.installed-test
+	$(python) tools/misfire_map.py
 
 # Settings: BENCH=--quick (a minute or two, into out/bench), BENCH=--huge (up to 10^8 designs).
 bench: $(VENV)/.installed-bench

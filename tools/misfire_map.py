@@ -13,6 +13,7 @@ import argparse
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any
@@ -517,14 +518,12 @@ def make_map(motor: Motor) -> Map:
     def over(found: Callable[[float, float], float]) -> Floats:
         return np.array([[found(float(w), float(p)) for w in speed] for p in imep])
 
-    errors = {c: over(lambda w, p, c=c: largest_errors(motor, w, p, c)) for c in CASES}
+    errors = {case: over(partial(largest_errors, motor, case=case)) for case in CASES}
     margins = {}
     for factor in HEAVIER:
         other = heavier(motor, factor)
         for case in CASES:
-            margins[case, factor] = over(
-                lambda w, p, c=case, m=other: margin(m, w, p, c, WANTED_SIZE)
-            )
+            margins[case, factor] = over(partial(margin, other, case=case, size=WANTED_SIZE))
     return Map(speed, imep, errors, margins)
 
 
