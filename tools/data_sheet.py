@@ -50,7 +50,7 @@ REFUSED = "engine-dyn calibrate v2403.toml --power 80kW --speed 2700rpm -o other
 PLOT = "engine-dyn plot flywheel.nc -o figures"
 
 WIDTH = 150
-"""Characters of a line of output that are shown."""
+"""Characters of a line of output that are shown; refusals are shown whole."""
 
 
 def shell(command: str, folder: Path, status: int = 0) -> str:
@@ -60,7 +60,9 @@ def shell(command: str, folder: Path, status: int = 0) -> str:
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != status:
         raise RuntimeError(f"{command}: {done.returncode}: {done.stderr}")
-    lines = (done.stdout + (done.stderr if status else "")).splitlines()
+    if status:
+        return f"$ {command}\n{done.stderr.rstrip()}"
+    lines = done.stdout.splitlines()
     kept = [line if len(line) <= WIDTH else f"{line[:WIDTH]} [...]" for line in lines]
     return "\n".join([f"$ {command}", *kept]).rstrip()
 
