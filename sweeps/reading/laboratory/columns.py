@@ -14,7 +14,7 @@ from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.units import is_angle_unit, pressure_unit
 
-__all__ = ["Signals", "signals_of"]
+__all__ = ["Signals", "named_column", "signals_of"]
 
 _ANGLE = re.compile(
     r"^(ca|cad|crank.*|.*\bangle.*|angle.*|.*_angle.*|phi|φ|theta|.*kurbelwinkel.*|kw|°kw|degca|"
@@ -109,8 +109,14 @@ def _one_row(angles: Floats, recording: Recording, name: str) -> Floats:
     )
 
 
-def _named(recording: Recording, wanted: str | int, key: str) -> str:
-    """Name of a column that is given by its name or number."""
+def named_column(recording: Recording, wanted: str | int, key: str) -> str:
+    """Name of a column that is given by its name or number.
+
+    Raises
+    ------
+    SceneError
+        Where there is none; `key` is what gives it.
+    """
     names = list(recording.columns)
     if isinstance(wanted, str) and wanted in recording.columns:
         return wanted
@@ -124,7 +130,7 @@ def _named(recording: Recording, wanted: str | int, key: str) -> str:
 
 def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> str | None:
     if options.angle_column is not None:
-        return _named(recording, options.angle_column, "angle_column")
+        return named_column(recording, options.angle_column, "angle_column")
     if options.angle_increment is not None:
         return None
     columns = recording.columns
@@ -156,7 +162,7 @@ def _pressures(
         listed = wanted if isinstance(wanted, list) else [wanted]
         if not listed:
             raise SceneError(f"{recording.label}: pressure_column = []: must name a column")
-        found = [_named(recording, item, "pressure_column") for item in listed]
+        found = [named_column(recording, item, "pressure_column") for item in listed]
         if angle in found or len(set(found)) < len(found):
             raise SceneError(
                 f"{recording.label}: pressure_column: names a column twice, or that of the angle"

@@ -39,6 +39,7 @@ from sweeps.reading.laboratory.cycles_of_signals import (
     is_half_a_cycle_late,
     work_sign,
 )
+from sweeps.reading.laboratory.encoder_angles import with_encoder_angles
 from sweeps.reading.laboratory.imported_pressure import ImportedPressure, values_on
 from sweeps.reading.laboratory.pressure_options import ImportOptions, PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
@@ -135,6 +136,8 @@ def imported(
     warnings: list[str] = []
     degrees = period / DEGREE
     _check_together(options, degrees, recording.label)
+    if options.encoder_column is not None or options.wheel is not None:
+        recording, options, angle = with_encoder_angles(recording, options, said)
     try:
         recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
         geometry = _geometry(engine, options, said)

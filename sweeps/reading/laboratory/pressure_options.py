@@ -48,6 +48,20 @@ class PressureOptions(ReadingChoices):
         default=None, gt=0.0, le=90.0,
         description="a number in degree: the step of the angle, of a file without angles",
     )  # fmt: skip
+    encoder_column: str | int | None = Field(
+        default=None, description=f"{_COLUMN}: the signal of a toothed wheel, sampled over time"
+    )
+    wheel: str | None = Field(default=None, description="a pattern such as '60-2' or '36-1'")
+    time_column: str | int | None = Field(
+        default=None, description=f"{_COLUMN}: the times of the samples"
+    )
+    sample_rate: float | None = Field(
+        default=None, gt=0.0, description="a number of samples per second, above 0"
+    )
+    gap_angle: float = Field(
+        default=0.0, ge=-720.0, le=720.0,
+        description="a number in degree: the crank angle of the first tooth after the gap",
+    )  # fmt: skip
     direction: Literal["forward", "backward"] | None = Field(
         default=None, description="'forward', or 'backward' where the angle falls with time"
     )

@@ -86,6 +86,29 @@ def test_gauge_pressure_gets_the_ambient_one(tmp_path: Path) -> None:
     assert np.allclose(found.mean.pressure[0] / 1e5, pressure + 0.9, atol=1e-4)
 
 
+def test_angles_from_a_toothed_wheel(tmp_path: Path) -> None:
+    """Samples over time at a speed that swings; the gap's first tooth passes 100 degrees late."""
+    times = 1e-5 * np.arange(60_000)  # 0.6 s at 1500 rpm: 7.5 cycles
+    rate = 9000.0
+    angle = rate * times + 2.0 * np.sin(2.0 * np.pi * rate * times / 360.0)
+    inside = (angle + 360.0) % 720.0 - 360.0
+    of_wheel = (angle - 100.0) % 360.0
+    tooth = (of_wheel % 6.0 < 3.0) & (of_wheel < 348.0)
+    signal = np.where(tooth, 5.0, 0.0)  # the crossing is known to a sample, 0.09 degree
+    pressure = recorded_engine.pressure(inside * DEGREE) / 1e5
+    (tmp_path / "run.csv").write_text(
+        "time [s],wheel [V],p [bar]\n" + rows(times, signal, pressure)
+    )
+    keys = {"encoder_column": "wheel", "wheel": "60-2", "average": True, "angle_step": 0.5}
+    found = read_pressure(tmp_path / "run.csv", time_column="time", gap_angle=100.0,
+                          pressure_column=3, **keys)  # fmt: skip
+    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=1e-2)
+    with pytest.raises(sweeps.SceneError, match="time_column or sample_rate"):
+        read_pressure(tmp_path / "run.csv", **keys)
+    with pytest.raises(sweeps.SceneError, match="wheel"):
+        read_pressure(tmp_path / "run.csv", sample_rate=1e5, **{**keys, "wheel": "36-1"})
+
+
 def test_angles_may_be_missing(tmp_path: Path) -> None:
     angle, pressure = samples(-360.0, 2880)
     del angle
