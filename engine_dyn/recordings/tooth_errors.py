@@ -12,16 +12,25 @@ import numpy as np
 
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.wheel import TURN, Wheel
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 
 __all__ = [
     "ToothErrors",
     "coasting_speed",
     "orders_without_wheel",
+    "sound_intervals",
     "speed_between",
     "speed_through_wheel",
     "tooth_errors",
 ]
+
+
+AROUND = 5
+"""Neighbours on each side of an interval that tell how far it is off."""
+
+FAR_OFF, LEAST_OFF = 10.0, 0.02
+"""Deviation from the neighbours, over the median one and relative to the speed, from which an
+interval is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +161,34 @@ def _closed(ratio: Floats, wheel: Wheel) -> Floats:
     """Errors whose widths make a turn, from logarithms that are known but for a constant."""
     width = wheel.width * np.exp(ratio - ratio.mean())
     return np.asarray(width * (TURN / width.sum()) / wheel.width - 1.0)
+
+
+def sound_intervals(raw: Floats, wheel: Wheel) -> Booleans:
+    """Intervals of the wheel that are not far off their neighbours in every turn.
+
+    Parameters
+    ----------
+    raw : ndarray, shape (..., turns * teeth)
+        Mean raw speeds [rad/s].
+    wheel : Wheel
+        Its pattern.
+
+    Returns
+    -------
+    ndarray of bool, shape (teeth,)
+
+    Notes
+    -----
+    Beside a gap, inductive sensors see teeth at other places, off by a tenth of a pitch and more.
+    Far off is by more than FAR_OFF times the median deviation of all intervals, and by more than
+    LEAST_OFF.
+    """
+    mean = np.log(raw).reshape(-1, wheel.teeth).mean(axis=0)
+    around = np.stack([np.roll(mean, shift) for shift in range(-AROUND, AROUND + 1)])
+    off = np.abs(mean - np.median(around, axis=0))
+    if wheel.teeth < 4 * AROUND or wheel.even:
+        return np.ones(wheel.teeth, dtype=bool)
+    return np.asarray(off <= max(FAR_OFF * float(np.median(off)), LEAST_OFF))
 
 
 def coasting_speed(teeth: PassedTeeth, degree: int = 3) -> Floats:

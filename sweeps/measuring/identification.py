@@ -11,9 +11,9 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.recordings.measured_speed import cycles_of_turns, find_gap_angle, fluctuation
-from engine_dyn.recordings.tooth_errors import speed_through_wheel
+from engine_dyn.recordings.tooth_errors import sound_intervals, speed_through_wheel
 from engine_dyn.recordings.wheel import TURN, Wheel
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
@@ -143,6 +143,12 @@ class _Task:
     cycles: list[Floats]
     vary: dict[str, Varied]
     fitted_teeth: bool
+    sound: Booleans
+
+    @property
+    def used(self) -> Booleans:
+        """Intervals of a cycle whose teeth are where a sensor sees them."""
+        return np.tile(self.sound, self.turns)
 
     @property
     def count(self) -> int:
@@ -174,15 +180,17 @@ class _Task:
             ]
         except ValueError as error:
             raise SceneError(f"{name}: [measured] {error}") from None
+        wheel = scene.measured.wheel
+        sound = sound_intervals(np.array([one.mean(axis=0) for one in cycles]), wheel)
         places = []
         for number, speeds in enumerate(cycles):
             place = _values_of(scene, number, len(cycles), name)
-            width = np.tile(scene.measured.wheel.width, round(period / TURN))
+            width = np.tile(wheel.width, round(period / TURN))
             time = np.mean(np.sum(width / speeds, axis=1))
             places.append({**place, "speed": float(period / time / RPM)})
         return cls(
-            name, scene, places, scene.measured.wheel, period, scene.measured.files, cycles, vary,
-            teeth == "estimated",
+            name, scene, places, wheel, period, scene.measured.files, cycles, vary,
+            teeth == "estimated", sound,
         )  # fmt: skip
 
     def keys(self, recordings: Sequence[int]) -> list[str]:
@@ -207,7 +215,9 @@ class _Task:
         """Fit to some of the recordings."""
         computed = self.speeds(recordings)
         width = np.tile(self.wheel.width, self.turns)
-        cycles = [MeasuredCycles(self.labels[i], self.cycles[i], width) for i in recordings]
+        cycles = [
+            MeasuredCycles(self.labels[i], self.cycles[i], width, self.used) for i in recordings
+        ]
         start = np.array([[self._start(key, computed) for key in computed.keys]])
         for key, one in zip(computed.keys, start[0], strict=True):
             if not np.isfinite(one):
@@ -222,7 +232,13 @@ class _Task:
         assert self.scene.measured is not None
         known = self.scene.measured.table.gap_angle
         found = find_gap_angle(
-            raw, angle, speed[0], self.wheel, self.period, None if known is None else known * DEGREE
+            raw,
+            angle,
+            speed[0],
+            self.wheel,
+            self.period,
+            None if known is None else known * DEGREE,
+            self.sound,
         )
         starts = np.asarray(found.angle + TURN * found.turn, dtype=np.float64)
         seen = _Seen(computed, self.wheel, self.period, starts)
@@ -276,15 +292,17 @@ class _Task:
         value = found.fit.value[shared]
         angle, speed = computed.speeds(value[None])
         raw = self.cycles[held_out].mean(axis=0)[None]
-        turn = find_gap_angle(raw, angle, speed[0], self.wheel, self.period, found.gap_angle).turn
+        turn = find_gap_angle(
+            raw, angle, speed[0], self.wheel, self.period, found.gap_angle, self.sound
+        ).turn
         starts = np.asarray(found.gap_angle + TURN * turn, dtype=np.float64)
         seen = _Seen(computed, self.wheel, self.period, starts)
         errors = np.tile(found.fit.tooth_error, self.turns) if self.fitted_teeth else 0.0
-        logs = seen(value[None])[0][0] + errors
+        logs = seen(value[None])[0][0][self.used] + errors
         step = 0.1 * found.fit.deviation[shared]
         batch = value + np.diag(step)
-        slopes = (seen(batch)[0] + errors - logs) / step[:, None]
-        teeth = np.tile(np.eye(self.wheel.teeth), (1, self.turns))
+        slopes = (seen(batch)[0][:, self.used] + errors - logs) / step[:, None]
+        teeth = np.tile(np.eye(int(self.sound.sum())), (1, self.turns))
         if not self.fitted_teeth:
             teeth = teeth[:0]
         top, bottom = int(np.argmax(logs)), int(np.argmin(logs))
@@ -369,13 +387,19 @@ def _dataset(
     import xarray as xr
 
     fit, count = found.fit, task.count
-    errors = np.tile(fit.tooth_error, task.turns) if task.fitted_teeth else 0.0
-    logs = np.array([one[0] for one in found.seen(fit.value[None])]) + errors
+    errors = np.where(task.sound, 0.0, np.nan)
+    if task.fitted_teeth:
+        errors[task.sound] = fit.tooth_error
+    deviations = np.full(errors.size, np.nan)
+    deviations[task.sound] = fit.tooth_deviation if task.fitted_teeth else 0.0
+    logs = np.array([one[0] for one in found.seen(fit.value[None])]) + np.tile(errors, task.turns)
     width = np.tile(task.wheel.width, task.turns)
     raw = np.array([one.mean(axis=0) for one in task.cycles])
-    level = np.log(raw) - logs
-    computed = np.exp(logs + (level @ width / width.sum())[:, None])
-    deltas = [fluctuation(one) for one in task.cycles]
+    share = np.where(task.used, width, 0.0)
+    level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
+    computed = np.exp(logs + level[:, None])
+    counted = computed[:, task.used]
+    deltas = [fluctuation(one[:, task.used]) for one in task.cycles]
     middle = np.concatenate([[0.0], np.cumsum(width)[:-1]]) + 0.5 * width + 0.5 * task.period
     middles = (found.seen.starts[:, None] + middle) % task.period - 0.5 * task.period
     order = np.argsort(middles, axis=1)
@@ -398,13 +422,13 @@ def _dataset(
                                "coefficient of speed fluctuation, measured, tooth errors in it"),
         "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in deltas],
                                            "standard error of delta_measured_raw"),
-        "delta_through_wheel": (recording, np.ptp(computed, axis=1) / computed.mean(axis=1),
+        "delta_through_wheel": (recording, np.ptp(counted, axis=1) / counted.mean(axis=1),
                                 "coefficient of speed fluctuation, fitted, through the wheel"),
     }  # fmt: skip
     if task.fitted_teeth:
-        data["tooth_error"] = (("tooth",), np.expm1(-fit.tooth_error),
+        data["tooth_error"] = (("tooth",), np.expm1(-errors),
                                "relative error of the wheel's interval")  # fmt: skip
-        data["tooth_error_deviation"] = (("tooth",), fit.tooth_deviation,
+        data["tooth_error_deviation"] = (("tooth",), deviations,
                                          "standard deviation of tooth_error")  # fmt: skip
     if predicted:
         data["delta_predicted"] = (recording, [one[0] for one in predicted],

@@ -19,7 +19,12 @@ from engine_dyn.recordings.measured_speed import (
     orders_of_samples,
     speed_over_angle,
 )
-from engine_dyn.recordings.tooth_errors import ToothErrors, speed_through_wheel, tooth_errors
+from engine_dyn.recordings.tooth_errors import (
+    ToothErrors,
+    sound_intervals,
+    speed_through_wheel,
+    tooth_errors,
+)
 from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE, RPM
@@ -37,13 +42,6 @@ __all__ = ["ORDERS", "measured"]
 
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders of the crank's turn that are compared."""
-
-AROUND = 5
-"""Neighbours on each side of an interval that tell how far it is off."""
-
-FAR_OFF, LEAST_OFF = 10.0, 0.02
-"""Deviation from the neighbours, over the median one and relative to the speed, from which an
-interval is left out."""
 
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
@@ -76,7 +74,7 @@ class _Curves:
     edges : list of ndarray, shape (intervals + 1,)
         True angles of the teeth [rad].
     sound : ndarray of bool, shape (recordings, intervals)
-        False for intervals beside a gap that are far off, see `_sound_intervals`.
+        False for intervals beside a gap that are far off, see `sound_intervals`.
     of_wheel : ToothErrors, optional
         Estimated from all recordings.
     gap_angle : float, optional
@@ -189,7 +187,7 @@ def _curves(
     wheel, turns = given.wheel, round(period / TURN)
     cycles = [cycles_of_turns(r.teeth, turns) for r in records if r.teeth is not None]
     raw = np.array([one.mean(axis=0) for one in cycles])
-    sound = _sound_intervals(raw, wheel)
+    sound = sound_intervals(raw, wheel)
     each = np.tile(sound, turns)
     known = given.table.gap_angle
     found = find_gap_angle(
@@ -232,21 +230,6 @@ def _curves(
         of_wheel,
         found.angle,
     )
-
-
-def _sound_intervals(raw: Floats, wheel: Wheel) -> Booleans:
-    """Intervals of the wheel that are not far off their neighbours in every turn.
-
-    Beside a gap, inductive sensors see teeth at other places, off by a tenth of a pitch and more.
-    Far off is by more than FAR_OFF times the median deviation of all intervals, and by more than
-    LEAST_OFF.
-    """
-    mean = np.log(raw).reshape(-1, wheel.teeth).mean(axis=0)
-    around = np.stack([np.roll(mean, shift) for shift in range(-AROUND, AROUND + 1)])
-    off = np.abs(mean - np.median(around, axis=0))
-    if wheel.teeth < 4 * AROUND or wheel.even:
-        return np.ones(wheel.teeth, dtype=bool)
-    return np.asarray(off <= max(FAR_OFF * float(np.median(off)), LEAST_OFF))
 
 
 def _errors_of(

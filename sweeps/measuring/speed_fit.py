@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from engine_dyn.types import Floats
+from engine_dyn.types import Booleans, Floats
 
 __all__ = [
     "LARGEST_CONDITION",
@@ -106,11 +106,14 @@ class MeasuredCycles:
         [rad/s]; the cycles count as independent of each other, the intervals of one do not.
     width : ndarray, shape (intervals,)
         Of the intervals [rad].
+    used : ndarray of bool, shape (intervals,), optional
+        Intervals that count; all unless given.
     """
 
     name: str
     speed: Floats
     width: Floats
+    used: Booleans | None = None
 
     def __post_init__(self) -> None:
         """Refuse fewer than two cycles, and speeds that are none."""
@@ -124,7 +127,17 @@ class MeasuredCycles:
     @property
     def shapes(self) -> Floats:
         """Logarithm of the speed of each cycle, less its mean over angle."""
-        return level_free(np.log(self.speed), self.width)
+        return level_free(np.log(self.speed), self.share)
+
+    @property
+    def counted(self) -> Booleans:
+        """Intervals that count, shape (intervals,)."""
+        return np.ones(self.width.size, dtype=np.bool_) if self.used is None else self.used
+
+    @property
+    def share(self) -> Floats:
+        """Widths of the intervals that count, 0 for the others [rad]."""
+        return np.where(self.counted, self.width, 0.0)
 
     @property
     def deviation(self) -> Floats:
@@ -133,7 +146,9 @@ class MeasuredCycles:
         reach = round(NEIGHBOURS * variance.size)
         around = np.arange(-reach, reach + 1)
         near = variance[(np.arange(variance.size)[:, None] + around) % variance.size]
-        return np.asarray(np.sqrt(near.mean(axis=1) / len(self.speed)))
+        deviation = np.sqrt(near.mean(axis=1) / len(self.speed))
+        # Infinite ones take what does not count out of all sums.
+        return np.where(self.counted, deviation, np.inf)
 
 
 class Inseparable(ValueError):
@@ -160,8 +175,8 @@ class FittedSpeeds:
         Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
         all columns of length 1, what the rest can imitate taken out.
     tooth_error, tooth_deviation : ndarray, shape (T,)
-        Logarithm of the ratio that a tooth shows too much, and its standard deviation; empty where
-        the teeth are taken as perfect.
+        Logarithm of the ratio that a tooth shows too much, and its standard deviation; only of the
+        intervals that count, and empty where the teeth are taken as perfect.
     residual : tuple of ndarray
         Measured less computed shape, in standard errors, for each recording.
     reduced_chi_square : float
@@ -287,7 +302,7 @@ def fit_speeds(
     interval = np.stack([free - reach * deviation, free + reach * deviation], axis=1)[:count]
     interval = np.clip(interval, low[:, None], high[:, None])
     parts = problem.parts(residual)
-    told = sum(part.size for part in parts) - len(parts) - free.size
+    told = sum(int(recording.counted.sum()) - 1 for recording in recordings) - free.size
     chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
     likely = problem.likelihood_of_noise(residual, slopes, weight, inverse)
     return FittedSpeeds(
@@ -351,15 +366,16 @@ class _Problem:
         self.shapes = [recording.shapes for recording in recordings]
         self.deviations = [recording.deviation for recording in recordings]
         self.measured = sum(recording.width.size for recording in recordings)
-        self.unit = min(float(np.median(deviation)) for deviation in self.deviations)
+        self.unit = min(float(deviation.min()) for deviation in self.deviations)
         self._priors = sum(p.prior is not None for p in parameters)
+        self.fitted = recordings[0].counted[:teeth]
         self.of_teeth = self._slopes_of_teeth()
 
     def computed(self, values: Floats) -> list[Floats]:
         """Shapes that the model says, for parameters of shape (n, P)."""
         found = self.model(values)
         return [
-            level_free(np.asarray(logs), recording.width)
+            level_free(np.asarray(logs), recording.share)
             for logs, recording in zip(found, self.recordings, strict=True)
         ]
 
@@ -388,7 +404,7 @@ class _Problem:
 
     @property
     def _share(self) -> Floats:
-        width = self.recordings[0].width[: self.teeth]
+        width = self.recordings[0].width[: self.teeth][self.fitted]
         return np.asarray(width / width.sum())
 
     def _slopes_of_teeth(self) -> Floats:
@@ -398,14 +414,15 @@ class _Problem:
             one = np.zeros((recording.width.size, self.teeth))
             if self.teeth:
                 one[np.arange(len(one)), np.arange(len(one)) % self.teeth] = 1.0
-                one -= recording.width @ one / recording.width.sum()
-            blocks.append(-one / deviation[:, None])
-        blocks.append(np.zeros((self._priors, self.teeth)))
+                one -= recording.share @ one / recording.share.sum()
+            blocks.append(-one[:, self.fitted] / deviation[:, None])
+        fitted = int(self.fitted.sum())
+        blocks.append(np.zeros((self._priors, fitted)))
         if self.teeth:
             # The mean error of all teeth is none: their widths make a turn.
             blocks.append(self._share[None] / self.unit)
             if self.tooth_prior is not None:
-                blocks.append(np.eye(self.teeth) / self.tooth_prior)
+                blocks.append(np.eye(fitted) / self.tooth_prior)
         return np.vstack(blocks)
 
     def slopes(self, value: Floats) -> Floats:
@@ -447,7 +464,8 @@ class _Problem:
         # What is known without the data is left free to follow them: the rest must be told apart
         # beside it.
         known = np.array([p.prior is not None for p in self.parameters])
-        known = np.append(known, np.full(self.teeth, self.tooth_prior is not None))
+        teeth = int(self.fitted.sum())
+        known = np.append(known, np.full(teeth, self.tooth_prior is not None))
         basis, _ = np.linalg.qr(slopes[:, known])
         left = slopes[:, ~known]
         left = left - basis @ (basis.T @ left)
