@@ -82,13 +82,13 @@ class CylinderGeometry:
         )
 
     def displaced(self, angle: ArrayLike) -> Floats:
-        """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (155)."""
+        """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (145)."""
         radius = self._radius
         travel = slider_crank.position(angle, self.crank_ratio, self.pin_offset / radius)
         return np.asarray(self.area * radius * travel, dtype=np.float64)
 
     def volume(self, angle: ArrayLike) -> Floats:
-        """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (155).
+        """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (145).
 
         Raises
         ------

@@ -163,7 +163,7 @@ def _peak(cycles: RecordedCycles) -> float:
 
 
 def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -> MotoredDeadCentre:
-    """Dead centre from cycles without combustion, docs/method.md (166) and (167).
+    """Dead centre from cycles without combustion, docs/method.md (156) and (157).
 
     Raises
     ------
@@ -186,7 +186,7 @@ def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -
 
 
 def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float, float]:
-    """Shift and its standard error from both sides of dead centre, docs/method.md (167)."""
+    """Shift and its standard error from both sides of dead centre, docs/method.md (157)."""
     angle = np.arange(SYMMETRY[0], SYMMETRY[1], 1.0 * DEGREE)
     mean = cycles.mean
     if not np.all(mean[np.abs(cycles.angle) < 1.1 * SYMMETRY[1]] > 0.0):
@@ -213,7 +213,7 @@ def _symmetry(cycles: RecordedCycles, geometry: CylinderGeometry) -> tuple[float
 def dead_centre_of_fired(
     cycles: RecordedCycles, geometry: CylinderGeometry, priors: Priors = PRIORS
 ) -> DeadCentre:
-    """Dead centre from compression and expansion of cycles with combustion, docs/method.md (164).
+    """Dead centre from compression and expansion of cycles with combustion, docs/method.md (154).
 
     Parameters
     ----------
