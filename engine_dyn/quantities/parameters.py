@@ -139,6 +139,10 @@ PARAMETERS: tuple[Node, ...] = (
         source="Kakaitsas section 5.2.5", low=0.0, low_included=True, when="given_load",
     ),
     parameter(
+        "recorded_cycle", "c", "1", "number of the recorded cycle, as if it repeated for ever",
+        whole=True, low=1.0, low_included=True, source="this project", when="over_cycles",
+    ),
+    parameter(
         "cylinders", "Z", "1", "number of cylinders", whole=True, low=1.0, low_included=True,
         high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
     ),

@@ -104,6 +104,11 @@ NODES: tuple[Node, ...] = (
         public=False, when="over_speed", needs=("load", "speed", "family"), make=_place_at_speed,
     ),
     Node(
+        "place", "", "1", "place of the recorded cycle in the table", kind="value",
+        public=False, when="over_cycles", needs=("recorded_cycle",),
+        make=lambda recorded_cycle: recorded_cycle - 1.0,
+    ),
+    Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
         when="given_cycles", needs=("place",), make=lambda place: place,
     ),

@@ -40,6 +40,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "over_load": "the engine's diagrams depend on the load",
         "over_speed": "the engine's diagrams depend on load and speed",
+        "over_cycles": "the diagrams are recorded cycles, chosen by their numbers",
     },
     {
         "bare": "no auxiliaries take torque",

@@ -161,7 +161,11 @@ def leaves_of(
     family = engine.family
     if scene.indicator is not None:
         # A given diagram holds whatever the load is called.
-        family = family_from_diagrams([float(leaves["load"].data)], [scene.indicator])
+        load = [float(leaves["load"].data)]
+        family = family_from_diagrams(load, [scene.indicator])
+        if "over_cycles" in words:  # rows that nothing is interpolated between
+            cycles = scene.recorded_cycles
+            family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
         follows = scene.characteristic is not None  # the scale then tells whether it is reached

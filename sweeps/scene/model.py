@@ -63,7 +63,9 @@ class Scene(GivenValues):
     torque_tables : TorqueTables
         Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
-        The measured diagram that replaces the engine's own.
+        The measured diagram that replaces the engine's own; of several cycles their mean.
+    recorded_cycles : tuple of Diagram
+        Each recorded cycle, for the key `recorded_cycle`; empty without them.
     indicator_notes : tuple of str
         What was done to the recording that it comes from, as its file says.
     confidential : tuple of str
@@ -110,6 +112,7 @@ class Scene(GivenValues):
     arrangements: tuple[Cylinders, ...]
     torque_tables: TorqueTables
     indicator: Diagram | None
+    recorded_cycles: tuple[Diagram, ...]
     indicator_notes: tuple[str, ...]
     confidential: tuple[str, ...]
     characteristic: Characteristic | None

@@ -18,11 +18,15 @@ __all__ = ["variant_words"]
 def variant_words(scene: Scene) -> tuple[str, ...]:
     """Words that select variants: one of each group of `engine_dyn.quantities.variants`."""
     over_speed = scene.indicator is None and isinstance(scene.engine.family, FamilyGrid)
+    if scene.gives("recorded_cycle"):
+        diagrams = "over_cycles"
+    else:
+        diagrams = "over_speed" if over_speed else "over_load"
     scaled = scene.indicator is None and scene.engine.pressure_scale is not None
     return (
         scene.closure,
         *_cylinder_words(scene),
-        "over_speed" if over_speed else "over_load",
+        diagrams,
         "auxiliaries" if scene.nonzero("auxiliary_torque") else "bare",
         "own_cycles" if scene.cycle_keys else "given_cycles",
         "scale_over_speed" if scaled else "one_scale",

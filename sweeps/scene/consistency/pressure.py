@@ -22,6 +22,7 @@ __all__ = [
     "check_diagram_count",
     "check_load",
     "check_motored",
+    "check_recorded_cycles",
     "check_speed",
 ]
 
@@ -47,6 +48,24 @@ def check_load(scene: Scene, name: str) -> None:
                 f"{scene.engine.name} has diagrams"
             )
         raise SceneError(f"{name}: [{table}] load = {loads[bad][0]:g}: must be {covered}")
+
+
+def check_recorded_cycles(scene: Scene, name: str) -> None:
+    """Check that the numbers of recorded cycles are those of cycles that were read."""
+    given = scene.given("recorded_cycle")
+    if given is None:
+        return
+    table, numbers = given
+    count = len(scene.recorded_cycles)
+    if not count:
+        raise SceneError(
+            f"{name}: [{table}] recorded_cycle: needs [indicator] with a file of several cycles"
+        )
+    if numbers.max() > count:
+        raise SceneError(
+            f"{name}: [{table}] recorded_cycle = {numbers.max():g}: must be from 1 to {count}, as "
+            "many as [indicator] has"
+        )
 
 
 def check_speed(scene: Scene, name: str) -> None:

@@ -9,6 +9,7 @@ from sweeps.scene.consistency.pressure import (
     check_cycles,
     check_diagram_count,
     check_load,
+    check_recorded_cycles,
     check_motored,
     check_speed,
 )
@@ -27,6 +28,7 @@ def check_scene(scene: Scene, name: str) -> None:
         For the first thing that does not fit.
     """
     check_load(scene, name)
+    check_recorded_cycles(scene, name)
     check_speed(scene, name)
     check_cycles(scene, name)
     check_diagram_count(scene, name)
