@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.reading.csv_tables import CsvTable, csv_of_text, read_csv, with_line
 
-__all__ = ["NAMES", "indicator_of_text", "read_indicator"]
+__all__ = ["NAMES", "WHAT", "cycles_of_text", "indicator_of_text", "read_indicator"]
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"
+_CYCLE = re.compile(r"cycle_[1-9][0-9]*_bar")
 
 
 def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
@@ -49,9 +51,22 @@ def indicator_of_text(text: str, name: str, period: float = FOUR_STROKE) -> Diag
     return _diagram(csv_of_text(text, name, WHAT, NAMES), period)
 
 
-def _diagram(table: CsvTable, period: float) -> Diagram:
+def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[Diagram, ...]:
+    """Return the diagrams of all recorded cycles: columns `cycle_1_bar`, `cycle_2_bar` and so on.
+
+    Raises
+    ------
+    SceneError
+        As `read_indicator`; empty without such columns.
+    """
+    table = csv_of_text(text, name, WHAT, NAMES)
+    columns = [column for column in table.header if _CYCLE.fullmatch(column)]
+    return tuple(_diagram(table, period, column) for column in columns)
+
+
+def _diagram(table: CsvTable, period: float, column: str = PRESSURE_COLUMN) -> Diagram:
     angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
-    pressure = np.array(table.numbers(PRESSURE_COLUMN)) * BAR
+    pressure = np.array(table.numbers(column)) * BAR
     try:
         return diagram_from_points(angle, pressure, period)
     except ValueError as error:

@@ -13,10 +13,23 @@ from typing import NamedTuple
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.errors import SceneError
-from sweeps.reading.indicator_files import NAMES, indicator_of_text, read_indicator
+from sweeps.reading.indicator_files import (
+    NAMES,
+    WHAT,
+    cycles_of_text,
+    indicator_of_text,
+    read_indicator,
+)
 from sweeps.reading.laboratory.imported_pressure import HEADER
 from sweeps.reading.laboratory.recording import MOST_BYTES, SUFFIXES, read_recording
-from sweeps.reading.referred_files import file_bytes, keep_instead, kept, kept_name, referred
+from sweeps.reading.referred_files import (
+    file_bytes,
+    keep_instead,
+    kept,
+    kept_name,
+    read_text,
+    referred,
+)
 from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
@@ -35,7 +48,9 @@ class Indicated(NamedTuple):
     Attributes
     ----------
     diagram : Diagram, optional
-        None without the table.
+        None without the table. Of recorded cycles their mean.
+    cycles : tuple of Diagram
+        Recorded cycles, where they are asked for.
     notes : tuple of str
         What was done to the recording, by the header of the imported file.
     confidential : tuple of str
@@ -43,11 +58,14 @@ class Indicated(NamedTuple):
     """
 
     diagram: Diagram | None
+    cycles: tuple[Diagram, ...] = ()
     notes: tuple[str, ...] = ()
     confidential: tuple[str, ...] = ()
 
 
-def read_indicator_table(table: Indicator, engine: Engine, base: Path, name: str) -> Indicated:
+def read_indicator_table(
+    table: Indicator, engine: Engine, base: Path, name: str, *, cycles: bool = False
+) -> Indicated:
     """Read the diagram of [indicator].
 
     Parameters
@@ -60,6 +78,8 @@ def read_indicator_table(table: Indicator, engine: Engine, base: Path, name: str
         Folder where its path starts from.
     name : str
         The scene as messages call it.
+    cycles : bool
+        Whether each recorded cycle is a diagram.
 
     Raises
     ------
@@ -77,15 +97,19 @@ def read_indicator_table(table: Indicator, engine: Engine, base: Path, name: str
         )
     if _is_diagram(table, path):
         diagram = read_indicator(path, where, engine.period)
+        text = read_text(path, where, WHAT) if cycles else ""
+        each = cycles_of_text(text, where, engine.period) if cycles else ()
         notes = _notes(path)
     else:
         from sweeps.reading.laboratory.pressure import imported
 
         recording = read_recording(path, where, table)
-        text = imported(recording, path.name, table, engine.period, engine).text()
+        found = imported(recording, path.name, table, engine.period, engine)
+        text = found.text(cycles=cycles)
         keep_instead(path, text.encode())
         diagram, notes = indicator_of_text(text, where, engine.period), _header(text)
-    return Indicated(diagram, notes, secret)
+        each = cycles_of_text(text, where, engine.period) if cycles else ()
+    return Indicated(diagram, each, notes, secret)
 
 
 def _is_diagram(table: Indicator, path: Path) -> bool:

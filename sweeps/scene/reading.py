@@ -170,6 +170,7 @@ def _assembled(
         dimensions=dimensions,
         labels=labels,
         indicator=indicated.diagram,
+        recorded_cycles=indicated.cycles,
         indicator_notes=indicated.notes,
         confidential=indicated.confidential,
         characteristic=read_characteristic(given, values, name),
@@ -230,4 +231,6 @@ def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> 
             f"{name}: [{table}] load: not allowed together with [indicator], whose one diagram "
             "holds for every design"
         )
-    return read_indicator_table(given.indicator, values.engine, base, name)
+    return read_indicator_table(
+        given.indicator, values.engine, base, name, cycles=values.gives("recorded_cycle")
+    )

@@ -16,10 +16,16 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.errors import SceneError, printable
 
-__all__ = ["HEADER", "ImportedPressure", "values_on"]
+__all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "ImportedPressure", "values_on"]
 
 HEADER = "# Cylinder pressure over crank angle: absolute; angle 0 is firing top dead centre"
 """First line of a file that `ImportedPressure.text` makes."""
+
+CYCLE_COLUMN = "cycle_{}_bar"
+"""Column of one of several recorded cycles."""
+
+MOST_CYCLES = 1000
+"""Each becomes a diagram with tables of its own, of some tenth of a megabyte."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,18 +78,19 @@ class ImportedPressure:
         pressure = np.mean([values_on(first.angle, member) for member in members], axis=0)
         return RecordedCycles(first.angle, np.asarray(pressure)[None, :], first.period)
 
-    def text(self) -> str:
+    def text(self, *, cycles: bool = False) -> str:
         """CSV of the diagram, with what was done, as [indicator] of a scene reads it.
 
         Columns `crank_angle_deg` and `pressure_bar`; of several cylinders also the pressure of
-        each. The same input gives the same text.
+        each. With `cycles`, `pressure_bar` is the mean of all cycles, and `cycle_1_bar`,
+        `cycle_2_bar` and so on are the cycles. The same input gives the same text.
 
         Raises
         ------
         SceneError
-            As `mean`.
+            As `mean`; with `cycles`, for several cylinders, and for more than MOST_CYCLES.
         """
-        mean = self.mean
+        mean = self._mean_of_cycles() if cycles else self.mean
         lines = [
             HEADER,
             f"# raw file: {self.file}",
@@ -97,10 +104,28 @@ class ImportedPressure:
         if len(self.cylinders) > 1:
             for number, member in enumerate(self.cylinders.values(), start=1):
                 columns[f"pressure_{number}_bar"] = values_on(mean.angle, member) / BAR
+        if cycles:
+            (only,) = self.cylinders.values()
+            for number, pressure in enumerate(only.pressure, start=1):
+                columns[CYCLE_COLUMN.format(number)] = pressure / BAR
         lines.append(",".join(columns))
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         lines += [",".join(f"{value:.10g}" for value in row) for row in rows]
         return "\n".join(lines) + "\n"
+
+    def _mean_of_cycles(self) -> RecordedCycles:
+        """One cycle, the mean of those of the one cylinder that there is."""
+        if len(self.cylinders) > 1:
+            raise SceneError(
+                f"{self.file}: recorded cycles of {len(self.cylinders)} cylinders; must be of one: "
+                "name its pressure_column"
+            )
+        (only,) = self.cylinders.values()
+        if only.cycles > MOST_CYCLES:
+            raise SceneError(
+                f"{self.file}: {only.cycles} recorded cycles; must be at most {MOST_CYCLES}"
+            )
+        return RecordedCycles(only.angle, only.mean[None, :], only.period)
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write the diagram as CSV (see `text`).

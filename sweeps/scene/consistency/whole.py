@@ -9,8 +9,8 @@ from sweeps.scene.consistency.pressure import (
     check_cycles,
     check_diagram_count,
     check_load,
-    check_recorded_cycles,
     check_motored,
+    check_recorded_cycles,
     check_speed,
 )
 from sweeps.scene.consistency.rod import check_offset, check_rod, check_throw_radii
