@@ -1,0 +1,106 @@
+"""Recorded cycles as an axis: each as if it repeated for ever."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from tests.support.commands import ok, refused
+from tests.support.laboratory import four_cylinders, rows_of_cycles
+
+COUNT = 5
+QUANTITIES = ["delta", "imep", "peak_pressure", "omega"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recorded")
+    rows_of_cycles(folder / "run.csv")
+    return folder
+
+
+def scene(folder: Path, **tables: Any) -> dict[str, Any]:
+    return {
+        "engine": "ntua",
+        "indicator": {"file": str(folder / "run.csv"), "unit": "bar", **tables.pop("keys", {})},
+        "output": {"quantities": QUANTITIES},
+        **tables,
+    }
+
+
+@pytest.fixture(scope="module")
+def cycles(folder: Path) -> xr.Dataset:
+    axes = {"recorded_cycle": list(range(1, COUNT + 1)), "inertia": [2.0, 4.0]}
+    return sweeps.run(scene(folder, axes=axes))
+
+
+def test_each_cycle_is_that_cycle_alone(folder: Path, cycles: xr.Dataset) -> None:
+    assert cycles["delta"].dims == ("recorded_cycle", "inertia")
+    assert cycles["imep"].dims == cycles["peak_pressure"].dims == ("recorded_cycle",)
+    assert (cycles["status"] == 0).all()
+    for number in (1, 4):
+        alone = sweeps.run(scene(folder, keys={"cycle": number}, axes={"inertia": [2.0, 4.0]}))
+        here = cycles.sel(recorded_cycle=number)
+        for name in QUANTITIES:
+            np.testing.assert_allclose(here[name], alone[name], rtol=2e-6)
+
+
+def test_cycles_scatter_about_their_mean(folder: Path, cycles: xr.Dataset) -> None:
+    mean = sweeps.run(scene(folder, keys={"average": True}, axes={"inertia": [2.0, 4.0]}))
+    assert len(np.unique(cycles["imep"])) == COUNT
+    # imep is linear in the pressure, delta nearly so.
+    assert float(cycles["imep"].mean()) == pytest.approx(float(mean["imep"]), rel=1e-6)
+    off = cycles["delta"].mean("recorded_cycle") / mean["delta"] - 1.0
+    assert (np.abs(off) < 0.01).all() and (cycles["delta"].std("recorded_cycle") > 0.0).all()
+
+
+def test_numbers_do_not_depend_on_which_cycles_are_asked_for(
+    folder: Path, cycles: xr.Dataset
+) -> None:
+    some = sweeps.run(scene(folder, axes={"recorded_cycle": [4, 2], "inertia": [2.0]}))
+    for name in QUANTITIES:
+        there = cycles[name].sel(recorded_cycle=[4, 2])
+        there = there.sel(inertia=[2.0]) if "inertia" in there.dims else there
+        assert (some[name].values == there.values).all(), name
+
+
+def test_archives_hold_all_cycles(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    (tmp_path / "run.csv").write_bytes((folder / "run.csv").read_bytes())
+    path.write_text(
+        'engine = "ntua"\n[axes]\nrecorded_cycle = [1, 5]\n[indicator]\nfile = "run.csv"\n'
+        'unit = "bar"\n[output]\nquantities = ["delta"]\n'
+    )
+    ok("run", path, "-o", tmp_path / "a.nc")
+    (tmp_path / "run.csv").unlink()
+    ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
+    ok("extend", tmp_path / "b.nc", "--axis", "recorded_cycle=3")
+    with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
+        assert other["recorded_cycle"].values.tolist() == [1, 3, 5]
+        assert (one["delta"].values == other["delta"].sel(recorded_cycle=[1, 5]).values).all()
+
+
+def test_what_has_no_such_cycles_is_refused(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"recorded_cycle = 6: must be from 1 to 5"):
+        sweeps.run(scene(folder, axes={"recorded_cycle": [1, 6]}))
+    with pytest.raises(SceneError, match=r"recorded_cycle.*must be from 1 to 1"):
+        sweeps.run(scene(folder, keys={"average": True}, axes={"recorded_cycle": [1, 2]}))
+    with pytest.raises(SceneError, match="recorded_cycle: needs \\[indicator\\]"):
+        sweeps.run({"engine": "ntua", "axes": {"recorded_cycle": [1]},
+                    "output": {"quantities": ["delta"]}})  # fmt: skip
+    four_cylinders(tmp_path / "four.csv")
+    wrong = scene(folder, axes={"recorded_cycle": [1]})
+    wrong["indicator"] = {"file": str(tmp_path / "four.csv")}
+    with pytest.raises(SceneError, match="recorded cycles of 4 cylinders; must be of one"):
+        sweeps.run(wrong)
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "ntua"\n[axes]\nrecorded_cycle = [1.5]\n[output]\nquantities = ["delta"]\n'
+    )
+    assert "recorded_cycle = 1.5" in refused("run", path, "-o", tmp_path / "a.nc")
