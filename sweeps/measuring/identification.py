@@ -300,6 +300,7 @@ class _Task:
         errors = np.tile(found.fit.tooth_error, self.turns) if self.fitted_teeth else 0.0
         logs = seen(value[None])[0][0][self.used] + errors
         step = 0.1 * found.fit.deviation[shared]
+        step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))  # at bounds
         batch = value + np.diag(step)
         slopes = (seen(batch)[0][:, self.used] + errors - logs) / step[:, None]
         teeth = np.tile(np.eye(int(self.sound.sum())), (1, self.turns))

@@ -168,7 +168,7 @@ class FittedSpeeds:
     interval : ndarray, shape (P, 2)
         95 % intervals, cut off at the bounds.
     covariance : ndarray, shape (P, P)
-        Of the values without bounds.
+        Of the values; 0 for those at their bounds.
     covariance_with_teeth : ndarray, shape (P + T, P + T)
         Of the values and of the errors of the teeth.
     condition : float
@@ -207,7 +207,9 @@ class FittedSpeeds:
     @property
     def correlation(self) -> Floats:
         """Correlations of the values, shape (P, P)."""
-        return np.asarray(self.covariance / np.outer(self.deviation, self.deviation))
+        sizes = np.outer(self.deviation, self.deviation)
+        none = np.full(sizes.shape, np.nan)
+        return np.divide(self.covariance, sizes, out=none, where=sizes > 0.0)
 
 
 Model = Callable[[Floats], Sequence[Floats]]
@@ -263,7 +265,6 @@ def fit_speeds(
     correlation within a cycle: Liang and Zeger, Biometrika 73 (1986) 13, from memory.
     """
     from scipy.optimize import least_squares
-    from scipy.stats import t
 
     names = [one.name for one in parameters]
     if not names or len({*names}) < len(names):
@@ -276,35 +277,35 @@ def fit_speeds(
     weight = np.ones(problem.rows)
     for _ in range(1 if loss == "linear" else ROUNDS):
         apart = _Apart(problem.of_teeth, weight)
-        value = least_squares(
+        found = least_squares(
             lambda here, left=apart: left.of(problem.residuals(here)), value,
             lambda here, left=apart: left.of(problem.slopes(here)[:, : len(names)]),
             bounds=(low, high), x_scale=[p.scale for p in parameters],
             xtol=1e-10, ftol=1e-12, gtol=1e-12,
-        ).x  # fmt: skip
+        )  # fmt: skip
+        value = found.x
         errors = apart.errors(problem.residuals(value))
         residual = problem.residuals(value) + problem.of_teeth @ errors
         weight = _weights(residual, loss)
     unknown = np.concatenate([value, errors])
     slopes = problem.slopes(value)
     condition = problem.check_condition(slopes, largest_condition)
-    inverse = _inverse_of_curvature(np.sqrt(weight)[:, None] * slopes)
-    free = unknown - inverse @ (slopes.T @ (weight * residual))
-    shares = [inverse @ spread @ inverse for spread in problem.spreads_of_scores(slopes, weight)]
-    covariance = np.sum(shares, axis=0)
-    variances = np.diagonal(shares, axis1=1, axis2=2)
-    deviation = np.sqrt(np.diag(covariance))
-    count = len(parameters)
-    # Welch and Satterthwaite: what few cycles say of the variance, for each recording.
     few = np.array([len(recording.speed) - 1 for recording in recordings])
-    freedom = np.diag(covariance) ** 2 / np.sum(variances[:-1] ** 2 / few[:, None], axis=0)
-    reach = t.ppf(0.975, freedom)
-    interval = np.stack([free - reach * deviation, free + reach * deviation], axis=1)[:count]
+    spreads = problem.spreads_of_scores(slopes, weight)
+    every = _Unbound.of(slopes, weight, residual, spreads, few, np.ones(unknown.size, dtype=bool))
+    # The others are as certain as they are with what is at its bound held there.
+    inside = np.append(found.active_mask == 0, np.ones(errors.size, dtype=bool))
+    held = every if inside.all() else _Unbound.of(slopes, weight, residual, spreads, few, inside)
+    step = np.where(inside, held.step, every.step)
+    reach = np.where(inside, held.reach, every.reach)
+    count = len(parameters)
+    interval = np.stack([unknown + step - reach, unknown + step + reach], axis=1)[:count]
     interval = np.clip(interval, low[:, None], high[:, None])
+    covariance, deviation = held.covariance, np.sqrt(np.diag(held.covariance))
     parts = problem.parts(residual)
-    told = sum(int(recording.counted.sum()) - 1 for recording in recordings) - free.size
+    told = sum(int(recording.counted.sum()) - 1 for recording in recordings) - unknown.size
     chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
-    likely = problem.likelihood_of_noise(residual, slopes, weight, inverse)
+    likely = problem.likelihood_of_noise(residual, slopes, weight, held.inverse)
     return FittedSpeeds(
         tuple(parameters), value, interval, covariance[:count, :count], covariance,
         condition, errors, deviation[count:], parts, chi, likely,
@@ -327,6 +328,48 @@ def _inverse_of_curvature(slopes: Floats) -> Floats:
     _, singular, rows = np.linalg.svd(slopes / length, full_matrices=False)
     root = (rows / singular[:, None]) / length
     return np.asarray(root.T @ root)
+
+
+@dataclass(frozen=True, eq=False)
+class _Unbound:
+    """The solution that the last linear model has where it is not bound, and its uncertainty.
+
+    Attributes
+    ----------
+    inverse, covariance : ndarray, shape (n, n)
+        Inverse of the curvature, and covariance; 0 for unknowns that are held.
+    step, reach : ndarray, shape (n,)
+        From the unknowns as they are, and half the width of the 95 % intervals.
+    """
+
+    inverse: Floats
+    covariance: Floats
+    step: Floats
+    reach: Floats
+
+    @classmethod
+    def of(
+        cls, slopes: Floats, weight: Floats, residual: Floats, spreads: Sequence[Floats],
+        few: Floats, free: Booleans,
+    ) -> _Unbound:  # fmt: skip
+        """Solve for the unknowns that are free.
+
+        `few` are the degrees of freedom of each recording's spread; the last spread has all.
+        """
+        from scipy.stats import t
+
+        inverse = np.zeros((free.size, free.size))
+        inverse[np.ix_(free, free)] = _inverse_of_curvature(
+            np.sqrt(weight)[:, None] * slopes[:, free]
+        )
+        shares = [inverse @ spread @ inverse for spread in spreads]
+        covariance = np.sum(shares, axis=0)
+        variance, parts = np.diag(covariance), np.diagonal(shares, axis1=1, axis2=2)
+        # Welch and Satterthwaite: what few cycles say of the variance, for each recording.
+        told = np.sum(parts[:-1] ** 2 / few[:, None], axis=0)
+        freedom = np.divide(variance**2, told, out=np.full(free.size, np.inf), where=told > 0.0)
+        step = -inverse @ (slopes.T @ (weight * residual))
+        return cls(inverse, covariance, step, np.sqrt(variance) * t.ppf(0.975, freedom))
 
 
 class _Apart:
