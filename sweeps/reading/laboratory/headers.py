@@ -48,13 +48,15 @@ def start_of_numbers(rows: Sequence[Sequence[str]], decimal: str = ".") -> tuple
     """Find where the numbers begin: the row (from 0) and how many columns they have.
 
     That is the first row of numbers (blank fields between them allowed) that only such rows of as
-    many columns follow, five of them or all that there are.
+    many columns follow, five of them or all that there are. Where two such rows in a row stand
+    above, the numbers begin there: a text among numbers is no header.
     """
     widths = [_width(row, decimal) for row in rows]
     for place, width in enumerate(widths):
         following = widths[place : place + 6]
         if width and all(other == width for other in following):
-            return place, width
+            above = (i for i in range(place - 1) if widths[i] == widths[i + 1] == width)
+            return next(above, place), width
     return None
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from sweeps.errors import SceneError
 from sweeps.reading.laboratory.pressure import read_pressure
+from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import pressure_unit
 from tests.support.laboratory import rows, samples
@@ -206,3 +207,12 @@ def test_units_of_pressure(unit: str, pascal: float) -> None:
 @pytest.mark.parametrize("unit", ["9**9**9", "rpm", "__import__('os')", "bar*bar", "1e400", ""])
 def test_what_is_no_unit_of_pressure(unit: str) -> None:
     assert pressure_unit(unit, "raw.csv") is None
+
+
+@pytest.mark.parametrize("rows", ["0.1\n0.2\n0.3\nhello\n0.4\n", "0.1\n0.2\nhello\n0.3\n0.4\n"])
+def test_a_word_among_numbers_is_no_header(rows: str, tmp_path: Path) -> None:
+    """Only what followed it was taken."""
+    path = tmp_path / "times.csv"
+    path.write_text("time [s]\n" + rows)
+    column = read_recording(path, "times.csv", ReadingChoices()).columns["time"]
+    assert len(column.values) == 5 and column.text is not None and column.text[1] == "hello"
