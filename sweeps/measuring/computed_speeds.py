@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -108,13 +109,15 @@ class SpeedsOfRecordings:
             return float(column[int(number) - 1] if number else column.mean())
         return (OF_DIAGRAM | OF_WHEEL)[plain][0]
 
-    def speeds(self, values: Floats) -> tuple[Floats, Floats]:
+    def speeds(self, values: Floats, *, first: bool = False) -> tuple[Floats, Floats]:
         """Speeds over the angle.
 
         Parameters
         ----------
         values : ndarray, shape (n, P)
             Of the keys, in the units of files.
+        first : bool
+            Whether nothing was computed before: what is wrong is then wrong with the scene.
 
         Returns
         -------
@@ -122,6 +125,11 @@ class SpeedsOfRecordings:
             [rad].
         speed : ndarray, shape (n, recordings, samples)
             [rad/s]; NaN for designs without an answer.
+
+        Raises
+        ------
+        SceneError
+            Where the first values are refused.
         """
         number = len(values)
         columns = {key: np.tile(column, (number, 1)) for key, column in self.scene.designs.items()}
@@ -133,16 +141,26 @@ class SpeedsOfRecordings:
                 table[:, [int(own) - 1] if own else slice(None)] = varied[:, None]
         changes = np.stack([diagrams[key].ravel() for key in OF_DIAGRAM], axis=1)
         distinct, which = np.unique(changes, axis=0, return_inverse=True)
-        speeds: Any = None
-        angle = np.empty(0)
+        results: dict[int, Floats] = {}
+        refused: ValueError | None = None
         for place, change in enumerate(distinct):
             here = which.ravel() == place
             picked = {key: column.ravel()[here] for key, column in columns.items()}
-            angle, found = _run(_with_diagrams(replace(self.scene, designs=picked), *change))
-            if speeds is None:
-                speeds = np.empty((number * self.count, angle.size))
-            speeds[here] = found
-        return angle, np.asarray(speeds).reshape(number, self.count, -1)
+            try:
+                scene = _with_diagrams(replace(self.scene, designs=picked), *change)
+                results[place] = _run(scene)
+            except ValueError as error:  # a step too far, such as a pressure below none
+                refused = error
+        if not results and refused is not None and first:
+            raise refused
+        cycle = math.degrees(self.scene.engine.period)
+        step = self.scene.angle_step
+        points = -0.5 * cycle + step * np.arange(round(cycle / step))
+        angle = np.asarray(points * DEGREE, dtype=np.float64)
+        speeds = np.full((number * self.count, angle.size), np.nan)
+        for place, found in results.items():
+            speeds[which.ravel() == place] = found
+        return angle, speeds.reshape(number, self.count, -1)
 
 
 def _first_value(scene: Scene, key: str) -> float:
@@ -170,8 +188,8 @@ def _first_value(scene: Scene, key: str) -> float:
         return float("nan")
 
 
-def _run(scene: Scene) -> tuple[Floats, Floats]:
-    """Angles [rad] and speeds [rad/s] of the designs of a scene."""
+def _run(scene: Scene) -> Floats:
+    """Speeds [rad/s] of the designs of a scene over `crank_angle`."""
     import warnings
 
     from engine_dyn import ImplausibleWarning
@@ -181,8 +199,7 @@ def _run(scene: Scene) -> tuple[Floats, Floats]:
         # Steps of a fit may pass through engines that nobody builds.
         warnings.simplefilter("ignore", ImplausibleWarning)
         results = run(scene)
-    angle = np.asarray(results["crank_angle"].values, dtype=float) * DEGREE
-    return angle, np.asarray(results["omega"].transpose(DESIGN, "crank_angle").values)
+    return np.asarray(results["omega"].transpose(DESIGN, "crank_angle").values)
 
 
 def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) -> Scene:

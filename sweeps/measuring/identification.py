@@ -222,7 +222,7 @@ class _Task:
         for key, one in zip(computed.keys, start[0], strict=True):
             if not np.isfinite(one):
                 raise ValueError(f"{key}: has no value to start from; give it one in [set]")
-        angle, speed = computed.speeds(start)
+        angle, speed = computed.speeds(start, first=True)
         if not np.isfinite(speed).all():
             bad = int(np.flatnonzero(~np.isfinite(speed[0]).all(axis=1))[0])
             raise ValueError(
