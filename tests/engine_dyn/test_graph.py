@@ -83,6 +83,7 @@ NO_SCENES = (
 
 ONLY_THEN = {
     "diagram_scale": {"characteristic"}, "inertia_beyond_gear": set(),
+    "recorded_cycle": {"over_cycles"},
     "shape_at_nominal": {law.name for law in LAWS} - {"power_law"},
 }  # fmt: skip
 """Names that nothing needs unless a scene has one of these words."""

@@ -181,7 +181,10 @@ def test_steps_that_divide_the_cycle(step: float) -> None:
     )
 
 
-def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
+TRIANGLE = [(angle, 30.0 - abs(angle) / 12.5) for angle in range(-360, 360, 5)]
+
+
+def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path) -> None:
     engine = read_scene(scene()).engine
     for key, node in PARAMETERS.items():
         value = engine.values.get(key, 0.01 if key.endswith("_offset") else max(1.0, node.low))
@@ -198,6 +201,12 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for() -> None:
             raw = scene(set={key: 0.5, "ring_pressure": 1.0})
         elif key in OF_CYLINDER:
             raw = scene(set={key: value, "cylinders": MOST_CYLINDERS})
+        elif key == "recorded_cycle":
+            (tmp_path / "run.csv").write_text(
+                "crank_angle_deg,pressure_bar,cycle_1_bar\n"
+                + "".join(f"{angle},{p},{p}\n" for angle, p in TRIANGLE)
+            )
+            raw = scene(indicator={"file": str(tmp_path / "run.csv")}, set={key: value})
         else:
             raw = scene(set={key: value})
         read_scene(raw)

@@ -128,8 +128,8 @@ VARIED: tuple[dict[str, Any], ...] = (
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""
 
-ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles"}
-"""Words of scenes with files or engines of their own: `test_driven`, `test_modelled`."""
+ELSEWHERE = {"table", "angle_load", "over_speed", "own_cycles", "over_cycles"}
+"""Words of scenes with files or engines of their own: `test_driven`, `test_modelled` ..."""
 
 
 @pytest.mark.parametrize("scene", [*built_in_scenes(), *VARIED], ids=str)
