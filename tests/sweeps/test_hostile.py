@@ -626,6 +626,17 @@ def test_axes_longer_than_their_file_are_refused(tmp_path: Path) -> None:
         assert "damaged: 100000000000 points of huge in a file of" in refused(command, path, *more)
 
 
+@pytest.mark.parametrize("seconds", ["", "soon", [1.0, 2.0]])
+def test_seconds_of_an_archive_that_are_no_number(seconds: Any, tmp_path: Path) -> None:
+    path, other = tmp_path / "a.nc", tmp_path / "b.nc"
+    for one in (path, other):
+        one.write_bytes(sound_archive())
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("seconds", seconds)
+    told = refused("merge", other, path, "-o", tmp_path / "c.nc")
+    assert "a.nc: what it holds of its scene is damaged" in told
+
+
 def test_damaged_tables_of_parquet(tmp_path: Path) -> None:
     """Places of labels in a dictionary that has fewer, columns with fewer rows than the file."""
     import pyarrow as pa
