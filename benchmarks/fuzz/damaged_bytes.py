@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Literal
 
 from benchmarks.fuzz.archives import good_archive
-from sweeps.reading.hdf5_structure import _checksum, _Walk
+from sweeps.reading.hdf5_messages import checksum
+from sweeps.reading.hdf5_structure import _Walk
 
 __all__ = ["KINDS", "Damaged", "damaged", "sound_files", "spans_of"]
 
@@ -163,7 +164,7 @@ def damaged(number: int, seed: int) -> Damaged:
     if len(data) == len(sound) and draw.random() < 0.5:
         for begin, end, checked in spans_of(name):
             if checked and data[begin:end] != sound[begin:end]:
-                data[end : end + 4] = _checksum(bytes(data[begin:end])).to_bytes(4, "little")
+                data[end : end + 4] = checksum(bytes(data[begin:end])).to_bytes(4, "little")
     return Damaged(name, kind, bytes(data))
 
 

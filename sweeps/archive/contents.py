@@ -153,6 +153,7 @@ def read_contents(path: Path) -> Contents:
         folder, files = files_as_now(folder, files, check_format(attributes, path))
         identity = json.loads(attributes["identity"])
         check_identity(identity)
+        attributes["seconds"] = float(attributes.get("seconds", 0.0))
         source = json.loads(attributes["scene"])
         if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
             raise ValueError("scene: no tables")

@@ -56,7 +56,7 @@ class Joined:
         `command` is the command line, for the archive.
         """
         first = self.archives[0]
-        seconds = sum(float(a.attributes.get("seconds", 0.0)) for a in self.archives)
+        seconds = sum(a.attributes["seconds"] for a in self.archives)
         labels = describe(self.plan, seconds=seconds, command=command, single=first.single)
         made = str(labels.attributes["history"]).replace(" computed ", " joined ")
         before = [str(a.attributes.get("history", "")) for a in self.archives]

@@ -70,6 +70,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
             # Column by column, so that only one column of a group of rows is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
+                values.validate(full=True)  # places of texts, and lengths, are as the file says
                 if node is None:
                     columns.take(key, _labels_of(values))
                 else:
@@ -77,6 +78,11 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
                     numbers = values.to_numpy(zero_copy_only=False)
                     take_numbers(columns, key, numbers, missing, begin)
                 begin += batch.num_rows
+            if begin != file.metadata.num_rows:
+                raise SceneError(
+                    f"{name}: column {key} has {begin} of {file.metadata.num_rows} rows; the file "
+                    "is damaged"
+                )
     return columns
 
 

@@ -26,6 +26,22 @@ from typing import IO, NamedTuple
 
 import numpy as np
 
+from sweeps.reading.hdf5_messages import (
+    OWN_TYPES,
+    Damaged,
+    Unknown,
+    after_name,
+    check_atomic,
+    check_layout,
+    check_message,
+    check_name,
+    dataspace,
+    expect,
+    fill_value,
+    padded,
+    uint,
+    verify,
+)
 from sweeps.reading.regular_files import opened_file
 
 __all__ = ["SIGNATURE", "not_walked", "signature_place"]
@@ -77,23 +93,15 @@ def not_walked(path: Path) -> str:
         walk = _Walk(stream)
         try:
             walk.file()
-        except _Unknown as error:
+        except Unknown as error:
             return str(error)
         except (struct.error, IndexError):
             return "a structure that ends too early"
         except RecursionError:
             return "types nested deeply"
-        except _Damaged as error:
+        except Damaged as error:
             raise OSError(errno.EINVAL, f"damaged: {error}") from None
     return ""
-
-
-class _Unknown(Exception):
-    """Something that this walk does not know, which may be sound."""
-
-
-class _Damaged(Exception):
-    """Something that no sound file has."""
 
 
 class _Leaf(NamedTuple):
@@ -130,7 +138,8 @@ class _Object:
 
     def __init__(self) -> None:
         self.type: _Type | None = None
-        self.rank = 0
+        self.space: tuple[int, int] | None = None
+        self.kinds: Counter[int] = Counter()
         self.scales: list[int] = []
         self.layout: bytes | None = None
         self.filtered = False
@@ -138,19 +147,13 @@ class _Object:
         self.fill = b""
 
 
-def _uint(data: bytes, place: int, size: int) -> int:
-    if place + size > len(data):
-        raise struct.error
-    return int.from_bytes(data[place : place + size], "little")
-
-
 def _bytes_for(limit: int) -> int:
     """Bytes in which HDF5 stores numbers up to a limit."""
     return max(limit.bit_length() - 1, 0) // 8 + 1
 
 
-def _padded(size: int) -> int:
-    return -(-size // 8) * 8
+_REPEATED = {0x00, 0x06, 0x0C}
+"""Types of messages that a header may have more than once: nothing, links, attributes."""
 
 
 class _Walk:
@@ -174,29 +177,29 @@ class _Walk:
         """Bytes of a structure, which lies inside the file."""
         self.step()
         if address + length > self.size:
-            raise _Damaged(f"{what} at byte {address} ends outside the file")
+            raise Damaged(f"{what} at byte {address} ends outside the file")
         if length > LARGEST_METADATA:
-            raise _Unknown(f"{what} of {length} bytes")
+            raise Unknown(f"{what} of {length} bytes")
         self.stream.seek(address)
         data = self.stream.read(length)
         if len(data) < length:
-            raise _Damaged(f"{what} at byte {address} ends outside the file")
+            raise Damaged(f"{what} at byte {address} ends outside the file")
         return data
 
     def once(self, address: int, length: int, signature: bytes, what: str) -> bytes:
         """Bytes of a structure with a signature, which nothing else leads to."""
         if address in self.seen:
-            raise _Damaged(f"{what} at byte {address} is reached twice")
+            raise Damaged(f"{what} at byte {address} is reached twice")
         self.seen.add(address)
         data = self.at(address, length, what)
         if data[:4] != signature:
-            raise _Damaged(f"no {what} at byte {address}, where one should be")
+            raise Damaged(f"no {what} at byte {address}, where one should be")
         return data
 
     def step(self, count: int = 1) -> None:
         self.steps += count
         if self.steps > MOST_STEPS:
-            raise _Unknown(f"more than {MOST_STEPS} structures")
+            raise Unknown(f"more than {MOST_STEPS} structures")
 
     # --- superblock and object headers ------------------------------------------------------------
 
@@ -207,12 +210,12 @@ class _Walk:
             "<4B4Q", data, 8
         )
         if version not in (2, 3):
-            raise _Unknown(f"superblock of version {version}")
+            raise Unknown(f"superblock of version {version}")
         if (offsets, lengths, base, extension) != (8, 8, 0, _UNDEFINED):
-            raise _Unknown("superblock with an extension or other sizes")
-        _verify(data, 0, "superblock")
+            raise Unknown("superblock with an extension or other sizes")
+        verify(data, 0, "superblock")
         if end > self.size:
-            raise _Damaged(f"{self.size} bytes of {end}")
+            raise Damaged(f"{self.size} bytes of {end}")
         self.links.append(root)
         self.objects.append(root)
         walked: dict[int, bool] = {}
@@ -222,7 +225,7 @@ class _Walk:
                 walked[address] = self.object(address)
         for address, count in Counter(self.links).items():
             if walked[address] and count > 1:
-                raise _Damaged(f"group at byte {address} is held twice, perhaps by itself")
+                raise Damaged(f"group at byte {address} is held twice, perhaps by itself")
 
     def object(self, address: int) -> bool:
         """Walk an object header and what it leads to; whether it is a group."""
@@ -231,8 +234,12 @@ class _Walk:
         for kind, flags, body in self.messages(address):
             self.message(kind, flags, body, found)
         self.current = outer
-        if any(count != found.rank for count in found.scales):
-            raise _Unknown("dimensions that are not those of their variable")
+        if any(count > 1 for kind, count in found.kinds.items() if kind not in _REPEATED):
+            raise Unknown("a header that says something twice")
+        if any(found.space is None or count != found.space[0] for count in found.scales):
+            raise Unknown("dimensions that are not those of their variable")
+        if found.group == (found.type is not None):
+            raise Unknown("an object that is neither a group, a variable nor a type")
         if found.layout is not None:
             self.values(found)
         elif found.type is not None:  # a committed type
@@ -243,8 +250,10 @@ class _Walk:
         """Messages of an object header and its continuations: type, flags, body."""
         head = self.once(address, 6, b"OHDR", "object header")
         if head[4] != 2:
-            raise _Damaged(f"object header at byte {address} of version {head[4]}")
+            raise Damaged(f"object header at byte {address} of version {head[4]}")
         flags = head[5]
+        if flags & ~0x3F:
+            raise Unknown(f"object header with flags {flags}")
         start = 6 + (16 if flags & 0x20 else 0) + (4 if flags & 0x10 else 0)
         width = 1 << (flags & 3)
         size = int.from_bytes(self.at(address + start, width, "object header"), "little")
@@ -254,13 +263,13 @@ class _Walk:
             begin, place, size = blocks.pop()
             size += place
             data = self.at(begin, size + 4, "object header")
-            _verify(data, begin, "object header")
+            verify(data, begin, "object header")
             while place + 4 + ordered <= size:
                 self.step()
                 kind, length, marks = struct.unpack_from("<BHB", data, place)
                 place += 4 + ordered
                 if place + length > size:
-                    raise _Damaged(f"a message at byte {begin + place} ends outside its header")
+                    raise Damaged(f"a message at byte {begin + place} ends outside its header")
                 body = data[place : place + length]
                 place += length
                 if kind != 0x10:
@@ -268,7 +277,7 @@ class _Walk:
                     continue
                 where, more = struct.unpack_from("<2Q", body)
                 if more < 8:
-                    raise _Damaged(f"continuation at byte {where} of {more} bytes")
+                    raise Damaged(f"continuation at byte {where} of {more} bytes")
                 self.once(where, 4, b"OCHK", "continuation of an object header")
                 blocks.append((where, 4, more - 8))
 
@@ -276,16 +285,19 @@ class _Walk:
         """Take from a message what it leads to."""
         shared = bool(flags & 2)
         if shared and kind not in (0x03, 0x0C):
-            raise _Unknown(f"shared message of type {kind}")
+            raise Unknown(f"shared message of type {kind}")
+        check_message(kind, flags, body)
+        found.kinds[kind] += 1
         if kind == 0x01:
-            found.rank = body[1]
+            found.space = dataspace(body)[:2]
         elif kind == 0x02:
             found.group = True
             self.dense(body, 8, self.link, 5)
         elif kind == 0x03:
-            found.type = self.shared_type(body) if shared else self.datatype(body, 0, 0)[0]
+            found.type, end = self.shared_type(body) if shared else self.datatype(body, 0, 0)
+            expect(end == len(body), "a type")
         elif kind == 0x05:
-            found.fill = _fill_value(body)
+            found.fill = fill_value(body)
         elif kind == 0x06:
             found.group = True
             self.link(body)
@@ -295,30 +307,35 @@ class _Walk:
             found.filtered = True
         elif kind == 0x0C:
             if shared:
-                raise _Unknown("shared attribute")
+                raise Unknown("shared attribute")
             self.attribute(body)
         elif kind == 0x15:
             self.dense(body, 2, self.attribute, 8)
         elif kind not in (0x00, 0x04, 0x0A, 0x0E, 0x12, 0x16):
-            raise _Unknown(f"message of type {kind}")
+            raise Unknown(f"message of type {kind}")
 
     def link(self, body: bytes) -> None:
         """Remember where a hard link leads."""
         version, flags = body[0], body[1]
+        expect(flags < 0x20, "a link")
         place = 2
         kind = 0
         if flags & 8:
             kind = body[place]
             place += 1
-        place += (8 if flags & 4 else 0) + (1 if flags & 0x10 else 0)
+        place += 8 if flags & 4 else 0
+        if flags & 0x10:
+            expect(body[place] < 2, "a link")
+            place += 1
         width = 1 << (flags & 3)
-        length = _uint(body, place, width)
+        length = uint(body, place, width)
         place += width
-        _check_name(body[place : place + length])
+        check_name(body[place : place + length])
         place += length
         if version != 1 or kind:
-            raise _Unknown("a link that is no hard link")
-        address = _uint(body, place, 8)
+            raise Unknown("a link that is no hard link")
+        address = uint(body, place, 8)
+        expect(place + 8 == len(body), "a link")
         self.links.append(address)
         self.objects.append(address)
 
@@ -328,10 +345,10 @@ class _Walk:
         """Walk a heap of links or attributes and the two B-trees that index it."""
         flags = body[1]
         place = 2 + (order_size if flags & 1 else 0)
-        address = _uint(body, place, 8)
-        indexes = [_uint(body, place + 8, 8)]
+        address = uint(body, place, 8)
+        indexes = [uint(body, place + 8, 8)]
         if flags & 2:
-            indexes.append(_uint(body, place + 16, 8))
+            indexes.append(uint(body, place + 16, 8))
         if address == _UNDEFINED:
             return
         heap = self.fractal_heap(address, 7 if kind == 5 else 8)
@@ -342,9 +359,9 @@ class _Walk:
             for record in self.records(index, kind + number):
                 found[-1].append(record[begin : begin + heap.id_size])
                 if kind == 8 and record[8] & 2:
-                    raise _Unknown("shared attribute")
+                    raise Unknown("shared attribute")
         if any(len({*f}) != len(f) or {*f} != {*found[0]} for f in found):
-            raise _Unknown("indexes that do not agree")
+            raise Unknown("indexes that do not agree")
         for identity in found[0]:
             take(self.of_heap(heap, identity))
 
@@ -352,16 +369,16 @@ class _Walk:
         """Walk the blocks of a fractal heap, whose IDs have the bytes that are expected."""
         form = struct.Struct("<4sBHHBI12QHQQHHQH")
         head = self.once(address, form.size + 4, b"FRHP", "fractal heap")
-        _verify(head, address, "fractal heap")
+        verify(head, address, "fractal heap")
         (
             _, version, id_size, filters, flags, largest, _, huge_tree, *_,
             huge_count, _, tiny_count, width, start, most_direct, bits, _, root, rows,
         ) = form.unpack_from(head)  # fmt: skip
         if version or filters or tiny_count or id_size != expected:
-            raise _Unknown("fractal heap that is filtered, or of another version or kind")
+            raise Unknown("fractal heap that is filtered, or of another version or kind")
         powers = (start, most_direct, width)
         if not all(n and n & (n - 1) == 0 for n in powers) or start > most_direct or bits > 64:
-            raise _Damaged(f"fractal heap at byte {address} with blocks of no power of two")
+            raise Damaged(f"fractal heap at byte {address} with blocks of no power of two")
         found: dict[int, tuple[int, int]] = {}
         if root != _UNDEFINED:
             offset_size = -(-bits // 8)
@@ -374,9 +391,9 @@ class _Walk:
             while todo:
                 block, offset, count = todo.pop()
                 if count > bits:
-                    raise _Damaged(f"block of a heap at byte {block} with {count} rows")
+                    raise Damaged(f"block of a heap at byte {block} with {count} rows")
                 data = self.once(block, extra + 8 * count * width + 4, b"FHIB", "block of a heap")
-                _verify(data, block, "block of a heap")
+                verify(data, block, "block of a heap")
                 for row in range(count):
                     size = start << max(row - 1, 0)
                     for child in struct.unpack_from(f"<{width}Q", data, extra + 8 * row * width):
@@ -393,7 +410,7 @@ class _Walk:
                 where, length, identity = struct.unpack_from("<3Q", record)
                 huge[identity] = (where, length)
         if len(huge) != huge_count or largest > most_direct:
-            raise _Unknown("fractal heap that does not know its own objects")
+            raise Unknown("fractal heap that does not know its own objects")
         offsets = sorted(found)
         return _Heap(
             offsets, [found[o] for o in offsets], -(-bits // 8),
@@ -405,38 +422,38 @@ class _Walk:
         data = self.once(address, size, b"FHDB", "block of a heap")
         if flags & 2:  # the checksum stands before the objects, and counts as 0 in itself
             plain = data[:extra] + bytes(4) + data[extra + 4 :] + data[extra : extra + 4]
-            _verify(plain, address, "block of a heap")
+            verify(plain, address, "block of a heap")
 
     def of_heap(self, heap: _Heap, identity: bytes) -> bytes:
         """An object of a fractal heap."""
         kind = identity[0] >> 4
         if kind == 0:
-            offset = _uint(identity, 1, heap.offset_size)
-            length = _uint(identity, 1 + heap.offset_size, heap.length_size)
+            offset = uint(identity, 1, heap.offset_size)
+            length = uint(identity, 1 + heap.offset_size, heap.length_size)
             number = bisect_right(heap.offsets, offset) - 1
             if number < 0 or offset + length > heap.offsets[number] + heap.blocks[number][1]:
-                raise _Damaged(f"object at {offset} of a heap lies in none of its blocks")
+                raise Damaged(f"object at {offset} of a heap lies in none of its blocks")
             return self.at(
                 heap.blocks[number][0] + offset - heap.offsets[number], length, "object of a heap"
             )
         if kind == 1 and heap.id_size < 17:
-            number = _uint(identity, 1, min(8, heap.id_size - 1))
+            number = uint(identity, 1, min(8, heap.id_size - 1))
             if number not in heap.huge:
-                raise _Damaged(f"huge object {number} of a heap is not in its index")
+                raise Damaged(f"huge object {number} of a heap is not in its index")
             return self.at(*heap.huge[number], "object of a heap")
-        raise _Unknown("object of a heap that is neither managed nor huge")
+        raise Unknown("object of a heap that is neither managed nor huge")
 
     def records(self, address: int, kind: int) -> Iterator[bytes]:
         """Records of a B-tree of version 2, of the kind that is expected."""
         form = struct.Struct("<4sBBIHHBBQHQ")
         head = self.once(address, form.size + 4, b"BTHD", "B-tree")
-        _verify(head, address, "B-tree")
+        verify(head, address, "B-tree")
         _, version, found, node, size, depth, _, _, root, count, total = form.unpack_from(head)
         smallest = {1: 24, 5: 11, 6: 15, 8: 17, 9: 13}[kind]
         if version or found != kind or size != smallest:
-            raise _Unknown(f"B-tree of type {found}")
+            raise Unknown(f"B-tree of type {found}")
         if node < 64 or depth > 32:
-            raise _Damaged(f"B-tree at byte {address} with nodes of {node} bytes, {depth} deep")
+            raise Damaged(f"B-tree at byte {address} with nodes of {node} bytes, {depth} deep")
         # How many records a node of each level may have, which says how its pointers are stored.
         most = [(node - 10) // size]
         together = [most[0]]
@@ -446,7 +463,7 @@ class _Walk:
             pointer.append(8 + narrow + (_bytes_for(together[-1]) if level > 1 else 0))
             most.append((node - 10 - pointer[-1]) // (size + pointer[-1]))
             if most[-1] < 1:
-                raise _Damaged(f"B-tree at byte {address} whose nodes have no room")
+                raise Damaged(f"B-tree at byte {address} whose nodes have no room")
             together.append((most[-1] + 1) * together[-1] + most[-1])
         if root == _UNDEFINED:
             return
@@ -455,10 +472,10 @@ class _Walk:
         while todo:
             place, count, level = todo.pop()
             if count > most[level]:
-                raise _Damaged(f"node of a B-tree at byte {place} with {count} records")
+                raise Damaged(f"node of a B-tree at byte {place} with {count} records")
             data = self.once(place, node, b"BTIN" if level else b"BTLF", "node of a B-tree")
             end = 6 + count * size + (count + 1) * pointer[level] * bool(level)
-            _verify(data[: end + 4], place, "node of a B-tree")
+            verify(data[: end + 4], place, "node of a B-tree")
             self.step(count)
             number += count
             for i in range(count):
@@ -467,48 +484,54 @@ class _Walk:
                 begin = 6 + count * size
                 for i in range(count + 1):
                     here = begin + i * pointer[level]
-                    todo.append((_uint(data, here, 8), _uint(data, here + 8, narrow), level - 1))
+                    todo.append((uint(data, here, 8), uint(data, here + 8, narrow), level - 1))
         if number != total:
-            raise _Damaged(f"B-tree at byte {address}: {number} of {total} records")
+            raise Damaged(f"B-tree at byte {address}: {number} of {total} records")
 
     # --- types ------------------------------------------------------------------------------------
 
-    def shared_type(self, body: bytes) -> _Type:
-        """Type that an object of its own holds."""
+    def shared_type(self, body: bytes) -> tuple[_Type, int]:
+        """Type that an object of its own holds, and where the reference to it ends."""
         version, kind = body[0], body[1]
         if version not in (1, 2, 3) or (version == 3 and kind != 2):
-            raise _Unknown("shared type that is not committed")
-        address = _uint(body, 8 if version == 1 else 2, 8)
+            raise Unknown("shared type that is not committed")
+        place = 8 if version == 1 else 2
+        address = uint(body, place, 8)
         if address not in self.types:
             self.object(address)
         if address not in self.types:
-            raise _Damaged(f"no type at byte {address}, where one should be")
-        return self.types[address]
+            raise Damaged(f"no type at byte {address}, where one should be")
+        return self.types[address], place + 8
 
     def datatype(self, data: bytes, place: int, depth: int) -> tuple[_Type, int]:
         """A datatype, and where it ends."""
         if depth > DEEPEST_TYPE:
-            raise _Unknown("types nested deeply")
+            raise Unknown("types nested deeply")
         self.step()
-        first, bits, size = data[place], _uint(data, place + 1, 3), _uint(data, place + 4, 4)
+        first, bits, size = data[place], uint(data, place + 1, 3), uint(data, place + 4, 4)
         kind, version = first & 15, first >> 4
         place += 8
         if not 1 <= version <= 3 or not size:
-            raise _Unknown(f"type of version {version} and {size} bytes")
-        if kind in (0, 1, 2, 3, 4, 5):
-            return _Type(size, ()), place + ((4, 12, 2, 0, 4, bits & 255)[kind])
+            raise Unknown(f"type of version {version} and {size} bytes")
+        if kind < 6:
+            return _Type(size, ()), place + check_atomic(kind, bits, size, data[place : place + 12])
+        if kind in (6, 8):
+            expect(not bits >> 16 and bits, "a type of members")
         if kind == 6:
             return self.compound(data, place, depth, version, bits & 0xFFFF, size)
         if kind == 7:
-            if bits & 15:
-                raise _Unknown("references to regions")
+            expect(not bits and size == 8, "a type of references")
             return _Type(size, (_Leaf(0, None),)), place
         if kind == 8:
+            expect(data[place] & 15 == 0, "a type of names")
             base, place = self.datatype(data, place, depth + 1)
+            expect(base.size == size, "a type of names")
             for _ in range(bits & 0xFFFF):
-                place = _after_name(data, place, version)
+                place = after_name(data, place, version)
             return _Type(size, ()), place + (bits & 0xFFFF) * base.size
         if kind == 9:
+            expect(bits & 15 < 2 and bits >> 4 & 15 < 3 and bits >> 8 < 2, "a type of sequences")
+            expect(size == 16, "a type of sequences")
             base, place = self.datatype(data, place, depth + 1)
             return _Type(size, (_Leaf(0, base),)), place
         if kind == 10:
@@ -518,10 +541,12 @@ class _Walk:
             base, place = self.datatype(
                 data, place + 4 * count * (1 if version == 3 else 2), depth + 1
             )
+            expect(not bits and 0 < count <= 32, "a type of arrays")
+            expect(math.prod(dims) * base.size == size, "a type of arrays")
             if base.leaves:
-                raise _Unknown(f"array of references over {dims}")
+                raise Unknown(f"array of references over {dims}")
             return _Type(size, ()), place
-        raise _Unknown(f"type of class {kind}")
+        raise Unknown(f"type of class {kind}")
 
     def compound(
         self, data: bytes, place: int, depth: int, version: int, count: int, size: int
@@ -529,17 +554,17 @@ class _Walk:
         """A compound type, and where it ends."""
         leaves: list[_Leaf] = []
         for _ in range(count):
-            place = _after_name(data, place, version)
+            place = after_name(data, place, version)
             width = 4 if version < 3 else _bytes_for(size)
-            offset = _uint(data, place, width)
+            offset = uint(data, place, width)
             place += width
             if version == 1:
                 if data[place]:
-                    raise _Unknown("arrays in a compound of version 1")
+                    raise Unknown("arrays in a compound of version 1")
                 place += 28
             member, place = self.datatype(data, place, depth + 1)
             if offset + member.size > size:
-                raise _Damaged("a member of a compound ends outside it")
+                raise Damaged("a member of a compound ends outside it")
             leaves += [_Leaf(offset + leaf.offset, leaf.base) for leaf in member.leaves]
         return _Type(size, tuple(leaves)), place
 
@@ -548,43 +573,44 @@ class _Walk:
     def attribute(self, body: bytes) -> None:
         """Walk what the value of an attribute leads to."""
         version, flags, name, kind, space = struct.unpack_from("<BBHHH", body)
-        if version not in (1, 2, 3) or flags & 2:
-            raise _Unknown(f"attribute of version {version}")
+        if version not in (1, 2, 3) or flags > (version > 1):
+            raise Unknown(f"attribute of version {version} with flags {flags}")
+        if version == 3:
+            expect(body[8] < 2, "an attribute")
         place = 9 if version == 3 else 8
-        pad = _padded if version == 1 else int
+        pad = padded if version == 1 else int
         if body[place + name - 1]:
-            raise _Unknown("a name that does not end")
+            raise Unknown("a name that does not end")
         called = body[place : place + name - 1]
-        _check_name(called)
+        check_name(called)
         place += pad(name)
         shared = version > 1 and flags & 1
-        if called in _OWN_TYPES and (shared or not _OWN_TYPES[called](body[place:])):
-            raise _Unknown(f"{called.decode()} of another type")
+        if called in OWN_TYPES and (shared or not OWN_TYPES[called](body[place:])):
+            raise Unknown(f"{called.decode()} of another type")
         if shared:
-            found = self.shared_type(body[place : place + kind])
+            found, end = self.shared_type(body[place : place + kind])
         else:
-            found, end = self.datatype(body, place, 0)
-            if end > place + kind:
-                raise _Damaged("the type of an attribute ends outside it")
+            found, end = self.datatype(body[place : place + kind], 0, 0)
+        expect(end == kind, "the type of an attribute")
         place += pad(kind)
-        count = _count(body[place : place + space])
+        _, count, end = dataspace(body[place : place + space])
+        expect(end == space, "the dataspace of an attribute")
         place += pad(space)
+        if place + count * found.size > len(body):
+            raise Damaged("the value of an attribute ends outside it")
+        expect(place + count * found.size == len(body), "the value of an attribute")
         if found.leaves:
-            if place + count * found.size > len(body):
-                raise _Damaged("the value of an attribute ends outside it")
             values = body[place : place + count * found.size]
             self.references(values, found)
         if called in (b"_Netcdf4Dimid", b"_Netcdf4Coordinates"):
-            if place + 4 * count > len(body):
-                raise _Damaged("the value of an attribute ends outside it")
             numbers = struct.unpack_from(f"<{count}I", body, place)
             if count and max(numbers) >= MOST_DIMENSIONS:
-                raise _Damaged(f"dimension {max(numbers)}, of which netCDF would make a list")
+                raise Damaged(f"dimension {max(numbers)}, of which netCDF would make a list")
         if called == b"DIMENSION_LIST":  # netCDF takes the first of each without looking
             if not all(
-                _uint(values, n, 4) and _uint(values, n + 4, 8) for n in range(0, 16 * count, 16)
+                uint(values, n, 4) and uint(values, n + 4, 8) for n in range(0, 16 * count, 16)
             ):
-                raise _Unknown("a list of dimensions with none in it")
+                raise Unknown("a list of dimensions with none in it")
             self.current.scales.append(count)
 
     def values(self, found: _Object) -> None:
@@ -592,29 +618,33 @@ class _Walk:
         body = found.layout or b""
         kind = found.type
         if kind is None or len(body) < 2 or body[0] != 3:
-            raise _Unknown(f"values stored by version {body[0] if body else 0}")
+            raise Unknown(f"values stored by version {body[0] if body else 0}")
+        if found.space is None:
+            raise Unknown("a variable without a dataspace")
+        check_layout(body, *found.space, kind.size)
+        expect(len(found.fill) in (0, kind.size), "a fill value")
         if kind.leaves and found.fill:
             self.references(found.fill, kind)
         if body[1] == 0:
             if kind.leaves:
-                self.references(body[4 : 4 + _uint(body, 2, 2)], kind)
+                self.references(body[4 : 4 + uint(body, 2, 2)], kind)
         elif body[1] == 1:
             address, size = struct.unpack_from("<2Q", body, 2)
             if address == _UNDEFINED:
                 return
             if address + size > self.size:
-                raise _Damaged(f"values at byte {address} end outside the file")
+                raise Damaged(f"values at byte {address} end outside the file")
             if kind.leaves:
                 self.references(self.at(address, size, "values"), kind)
         elif body[1] == 2:
             dims = body[2]
-            chunks = self.chunks(_uint(body, 3, 8), dims)
+            chunks = self.chunks(uint(body, 3, 8), dims)
             for size, address in chunks if kind.leaves else []:
                 if found.filtered:
-                    raise _Unknown("compressed references")
+                    raise Unknown("compressed references")
                 self.references(self.at(address, size, "values"), kind)
         else:
-            raise _Unknown("values stored elsewhere")
+            raise Unknown("values stored elsewhere")
 
     def chunks(self, root: int, dims: int) -> list[tuple[int, int]]:
         """Sizes and addresses of all chunks of a variable, from a B-tree of version 1."""
@@ -628,11 +658,11 @@ class _Walk:
         while todo:
             place, expected = todo.pop()
             head = self.once(place, 24, b"TREE", "B-tree of chunks")
-            kind, level, used = head[4], head[5], _uint(head, 6, 2)
+            kind, level, used = head[4], head[5], uint(head, 6, 2)
             if kind != 1 or used > 64 or level > 32:
-                raise _Unknown(f"B-tree of chunks with nodes of {used} entries")
+                raise Unknown(f"B-tree of chunks with nodes of {used} entries")
             if expected not in (-1, level):
-                raise _Damaged(f"B-tree of chunks at byte {place} whose level does not fall")
+                raise Damaged(f"B-tree of chunks at byte {place} whose level does not fall")
             data = self.at(place + 24, used * entry.itemsize, "B-tree of chunks")
             entries = np.frombuffer(data, entry)
             if level:
@@ -640,7 +670,7 @@ class _Walk:
                 continue
             ends = entries["child"] + entries["size"]
             if (ends > self.size).any() or (ends < entries["child"]).any():
-                raise _Damaged(f"a chunk in the B-tree at byte {place} ends outside the file")
+                raise Damaged(f"a chunk in the B-tree at byte {place} ends outside the file")
             chunks += zip(entries["size"].tolist(), entries["child"].tolist(), strict=True)
         return chunks
 
@@ -654,14 +684,14 @@ class _Walk:
                 for place in range(leaf.offset, len(data) - kind.size + leaf.offset + 1, kind.size):
                     self.step()
                     if base is None:
-                        self.reference(_uint(data, place, 8))
+                        self.reference(uint(data, place, 8))
                         continue
                     count, address, number = struct.unpack_from("<IQI", data, place)
                     if not count or not address:
                         continue
                     inside = self.collection(address)
                     if number not in inside or count * base.size > inside[number][1]:
-                        raise _Damaged(f"global heap at byte {address} has no such object {number}")
+                        raise Damaged(f"global heap at byte {address} has no such object {number}")
                     if base.leaves:
                         begin, _ = inside[number]
                         todo.append((self.at(begin, count * base.size, "object of a heap"), base))
@@ -677,9 +707,9 @@ class _Walk:
         if address in self.collections:
             return self.collections[address]
         head = self.once(address, 16, b"GCOL", "global heap")
-        size = _uint(head, 8, 8)
+        size = uint(head, 8, 8)
         if head[4] != 1 or size < 32:
-            raise _Damaged(f"global heap at byte {address} of {size} bytes")
+            raise Damaged(f"global heap at byte {address} of {size} bytes")
         data = self.at(address, size, "global heap")
         form = struct.Struct("<H6xQ")
         found: dict[int, tuple[int, int]] = {}
@@ -688,118 +718,11 @@ class _Walk:
             self.step()
             number, length = form.unpack_from(data, place)
             # The free space, which has no number, counts with its own header.
-            room = _padded(length) + 16 if number else length
+            room = padded(length) + 16 if number else length
             if room < 16 or place + room > size:
-                raise _Damaged(f"global heap at byte {address}: object {number} of {length} bytes")
+                raise Damaged(f"global heap at byte {address}: object {number} of {length} bytes")
             if number:
                 found[number] = (address + place + 16, length)
             place += room
         self.collections[address] = found
         return found
-
-
-def _verify(data: bytes, address: int, what: str) -> None:
-    """Verify the checksum of a structure, its last four bytes (Bob Jenkins, lookup3)."""
-    if _checksum(data[:-4]) != int.from_bytes(data[-4:], "little"):
-        raise _Damaged(f"{what} at byte {address} has a wrong checksum")
-
-
-def _checksum(data: bytes) -> int:
-    """Hash of bytes, hashlittle with 0 of Jenkins's lookup3.c."""
-    mask = 0xFFFFFFFF
-    a = b = c = 0xDEADBEEF + len(data) & mask
-    words = struct.unpack(f"<{len(data) // 4}I", data[: len(data) // 4 * 4])
-    mixed = max(len(data) - 1, 0) // 12
-    for i in range(0, 3 * mixed, 3):
-        b = b + words[i + 1] & mask
-        c = c + words[i + 2] & mask
-        a = (a + words[i] - c & mask) ^ (c << 4 & mask | c >> 28)
-        c = c + b & mask
-        b = (b - a & mask) ^ (a << 6 & mask | a >> 26)
-        a = a + c & mask
-        c = (c - b & mask) ^ (b << 8 & mask | b >> 24)
-        b = b + a & mask
-        a = (a - c & mask) ^ (c << 16 & mask | c >> 16)
-        c = c + b & mask
-        b = (b - a & mask) ^ (a << 19 & mask | a >> 13)
-        a = a + c & mask
-        c = (c - b & mask) ^ (b << 4 & mask | b >> 28)
-        b = b + a & mask
-    rest = data[12 * mixed :]
-    if not rest:
-        return c
-    x, y, z = struct.unpack("<3I", rest.ljust(12, b"\0"))
-    a, b, c = a + x & mask, b + y & mask, c + z & mask
-    c = (c ^ b) - (b << 14 & mask | b >> 18) & mask
-    a = (a ^ c) - (c << 11 & mask | c >> 21) & mask
-    b = (b ^ a) - (a << 25 & mask | a >> 7) & mask
-    c = (c ^ b) - (b << 16 & mask | b >> 16) & mask
-    a = (a ^ c) - (c << 4 & mask | c >> 28) & mask
-    b = (b ^ a) - (a << 14 & mask | a >> 18) & mask
-    return (c ^ b) - (b << 24 & mask | b >> 8) & mask
-
-
-def _check_name(name: bytes) -> None:
-    """The name of a link or an attribute; of others the library cannot be trusted to say no."""
-    try:
-        if not name or 0 in name:
-            raise _Unknown("a name that is empty or ends early")
-        name.decode()
-    except UnicodeDecodeError:
-        raise _Unknown("a name that is not UTF-8") from None
-
-
-def _is_text(kind: bytes) -> bool:
-    """Whether a type is a text of fixed length."""
-    return kind[0] & 15 == 3
-
-
-def _is_integer(kind: bytes) -> bool:
-    """Whether a type is a whole number of four bytes, least significant first."""
-    return kind[0] & 15 == 0 and not kind[1] & 1 and _uint(kind, 4, 4) == 4
-
-
-def _is_references(kind: bytes) -> bool:
-    """Whether a type is sequences (not texts) of references to objects."""
-    lists = kind[0] & 15 == 9 and kind[1] & 15 == 0 and _uint(kind, 4, 4) == 16
-    return lists and kind[8] & 15 == 7 and kind[9] & 15 == 0
-
-
-_OWN_TYPES: dict[bytes, Callable[[bytes], bool]] = {
-    b"DIMENSION_LIST": _is_references,
-    b"CLASS": _is_text,
-    b"NAME": _is_text,
-    b"_Netcdf4Dimid": _is_integer,
-    b"_Netcdf4Coordinates": _is_integer,
-}
-"""Attributes that netCDF reads while it opens a file, without looking at their types."""
-
-
-def _count(body: bytes) -> int:
-    """Number of values of a dataspace."""
-    version, dims = body[0], body[1]
-    if version not in (1, 2):
-        raise _Unknown(f"dataspace of version {version}")
-    if version == 2 and body[3] == 2:
-        return 0
-    return math.prod(struct.unpack_from(f"<{dims}Q", body, 8 if version == 1 else 4))
-
-
-def _fill_value(body: bytes) -> bytes:
-    """Bytes of a fill value; none where it is not given."""
-    version = body[0]
-    if version == 3:
-        return body[6 : 6 + _uint(body, 2, 4)] if body[1] & 0x20 else b""
-    if version == 2 and not body[3]:
-        return b""
-    if version in (1, 2):
-        return body[8 : 8 + _uint(body, 4, 4)]
-    raise _Unknown(f"fill value of version {version}")
-
-
-def _after_name(data: bytes, place: int, version: int) -> int:
-    """Where a name in a type ends; before version 3 names fill whole words of eight bytes."""
-    end = data.find(b"\0", place)
-    if end < 0:
-        raise struct.error
-    return end + 1 if version == 3 else place + _padded(end + 1 - place)

@@ -284,6 +284,12 @@ def check_archive(file: Any, path: Path) -> None:
         total += room
         if dims == (name,):  # coordinates are read whole
             at_once += room
+    for name, dimension in file.dimensions.items():
+        if len(dimension) > LARGEST_RATIO * size:  # each has a coordinate in archives
+            raise SceneError(
+                f"{path}: damaged: {len(dimension)} points of {one_line(name, 60)} in a file of "
+                f"{size_text(size)}"
+            )
     if total > LARGEST_RATIO * size:
         raise SceneError(
             f"{path}: damaged: variables of {size_text(total)} in a file of {size_text(size)}"

@@ -37,7 +37,7 @@ from sweeps.archive.provenance import (
     machine_kind,
 )
 from sweeps.archive.warnings import ATTRIBUTE
-from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, size_text
+from sweeps.errors import NAMED_BADLY, SceneError, counted, one_line, shown, size_text
 from sweeps.planning.blocks import Block, along, block_count, blocks, cut_to, holds
 from sweeps.planning.plan import Plan
 from sweeps.reading.netcdf_files import DAMAGE, opened_archive
@@ -225,7 +225,15 @@ class _Run:
                 f"{size_text(options.memory)}: its blocks are larger; give as much as the first "
                 "time"
             )
-        return {str(d): int(n) for d, n in header["lengths"].items()}, limit
+        lengths = {str(d): int(n) for d, n in header["lengths"].items()}
+        known = lengths.keys() <= self.plan.sizes.keys()
+        if not known or block_count(self.plan, lengths) != header["blocks"]:
+            raise SceneError(
+                f"{self.partial.path}: run.json is damaged: it has blocks of "
+                f"{shown(header['lengths'])}, which are not {header['blocks']} of this scene; "
+                "--overwrite begins again"
+            )
+        return lengths, limit
 
     def _begin(
         self, now: dict[str, Any], kind: dict[str, str], lengths: dict[str, int], limit: float

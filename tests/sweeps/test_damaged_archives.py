@@ -22,7 +22,7 @@ import pytest
 
 import sweeps
 from sweeps.errors import SceneError
-from sweeps.reading import hdf5_links, hdf5_structure, netcdf_child, netcdf_files
+from sweeps.reading import hdf5_links, hdf5_messages, hdf5_structure, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, refused
 
@@ -207,8 +207,8 @@ def test_a_wrong_checksum_is_told_before_the_library_sees_it(tmp_path: Path) -> 
 
 def test_checksum_of_a_known_text() -> None:
     """Jenkins's own example, in lookup3.c (driver5)."""
-    assert hdf5_structure._checksum(b"Four score and seven years ago") == 0x17770551
-    assert hdf5_structure._checksum(b"") == 0xDEADBEEF
+    assert hdf5_messages.checksum(b"Four score and seven years ago") == 0x17770551
+    assert hdf5_messages.checksum(b"") == 0xDEADBEEF
 
 
 # --- the child ------------------------------------------------------------------------------------
@@ -338,7 +338,7 @@ def test_a_huge_number_of_a_dimension_takes_no_memory(
         file.createVariable("both", "f8", ("a", "b"))
     data = bytearray(path.read_bytes())
     assert hdf5_structure.not_walked(path) == ""
-    monkeypatch.setattr(hdf5_structure, "_verify", lambda *_: None)  # checksums made right again
+    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)  # checksums made right again
     told = []
     begin = data.index(name) + len(name)
     for place in range(begin, begin + 40):  # type, space and value of the attribute
@@ -365,8 +365,37 @@ def test_attributes_of_netcdf_must_have_their_types(
         file.createVariable("both", "f8", ("a", "b"))
     data = bytearray(path.read_bytes())
     assert hdf5_structure.not_walked(path) == ""
-    monkeypatch.setattr(hdf5_structure, "_verify", lambda *_: None)  # checksums made right again
+    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)  # checksums made right again
     place = data.index(name + b"\0") + len(name) + 1
     data[place + (name == b"DIMENSION_LIST")] ^= 1  # of texts; the others are of another class
     path.write_bytes(data)
     assert hdf5_structure.not_walked(path) == f"{name.decode()} of another type"
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "told"),
+    [
+        ("flags of an attribute", -8, "attribute of version 3 with flags 64"),
+        ("offset of the bits of a float", 8, "a type of floats"),
+        ("exponent of a float", 13, "a type of floats"),
+        ("coding of a name", -1, "an attribute in a form"),
+    ],
+)
+def test_what_netcdf_does_not_write_is_not_cleared(
+    kind: str, place: int, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A type that the library refuses, while netCDF opens the file, ended a later close."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("a", 2)
+        variable = file.createVariable("a", "f8", ("a",))
+        variable.setncattr("half_width", 0.25)
+    data = bytearray(path.read_bytes())
+    float_type = bytes.fromhex("11203f0008000000")
+    name = data.index(b"half_width\0")
+    begin = data.index(float_type, name) if "float" in kind else name
+    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)
+    assert hdf5_structure.not_walked(path) == ""
+    data[begin + place] ^= 64
+    path.write_bytes(data)
+    assert told in hdf5_structure.not_walked(path)

@@ -31,6 +31,7 @@ from sweeps.catalogue import ENGINES
 from sweeps.errors import SceneError
 from sweeps.planning.plan import make_plan
 from sweeps.reading import hdf5_links, netcdf_files, regular_files
+from sweeps.reading.design_files import read_designs
 from sweeps.running import into_archive, limits
 from sweeps.running.options import Options
 from sweeps.scene.reading import read_scene
@@ -610,6 +611,52 @@ def test_archives_larger_than_memory_are_opened_but_not_their_axes(
         else:
             with pytest.raises(SceneError, match=r"axes of .* need .* of memory"):
                 sweeps.open(path)
+
+
+def test_axes_longer_than_their_file_are_refused(tmp_path: Path) -> None:
+    """Without a value, but `export` numbered the designs: 745 GiB."""
+    path = tmp_path / "a.nc"
+    path.write_bytes(sound_archive())
+    with netCDF4.Dataset(path, "a") as file:
+        file.createDimension("huge", 10**11)
+        file.createDimension("none", 0)
+        file.createVariable("bore", "f8", ("huge", "none"))
+    for command in ("export", "info", "plot"):
+        more = ("-o", tmp_path / "table.csv") if command == "export" else ()
+        assert "damaged: 100000000000 points of huge in a file of" in refused(command, path, *more)
+
+
+@pytest.mark.parametrize("seconds", ["", "soon", [1.0, 2.0]])
+def test_seconds_of_an_archive_that_are_no_number(seconds: Any, tmp_path: Path) -> None:
+    path, other = tmp_path / "a.nc", tmp_path / "b.nc"
+    for one in (path, other):
+        one.write_bytes(sound_archive())
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("seconds", seconds)
+    told = refused("merge", other, path, "-o", tmp_path / "c.nc")
+    assert "a.nc: what it holds of its scene is damaged" in told
+
+
+def test_damaged_tables_of_parquet(tmp_path: Path) -> None:
+    """Places of labels in a dictionary that has fewer, columns with fewer rows than the file."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path, count = tmp_path / "table.parquet", 70
+    case = pa.array([f"name {i}" for i in range(count)]).dictionary_encode()
+    table = pa.table({"bore": np.full(count, 0.1), "case": case})
+    pq.write_table(table, path, compression="none")
+    assert len(read_designs(path, "t")[1]["case"]) == count
+    data = path.read_bytes()
+    told = []
+    for place in range(len(data)):
+        path.write_bytes(data[:place] + bytes([data[place] ^ 0x7F]) + data[place + 1 :])
+        try:
+            read_designs(path, "t")
+        except SceneError as error:
+            told.append(str(error))
+    assert any("Dictionary" in line or "out of bounds" in line for line in told), set(told)
+    assert any("of 70 rows; the file is damaged" in line for line in told)
 
 
 def test_groups_that_hold_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

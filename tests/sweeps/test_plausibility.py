@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +212,16 @@ def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> N
     with pytest.warns(engine_dyn.ImplausibleWarning):
         assert list(sweeps.stream(scene, tmp_path / "stream.nc").warnings) == lines
     assert _lines(tmp_path / "stream.nc") == lines
+    extended = tmp_path / "extended.nc"
+    raw = {**SCENE, "axes": {"inertia": [0.25, 2.0, 2e4], "speed": [1500, 2000]}}
+    _done("run", _written(raw, tmp_path / "less.toml"), "-o", extended)
+    assert _lines(extended) != lines
+    assert _told(_done("extend", extended, "--axis", "inertia=30000").stderr) == lines
+    assert _lines(extended) == lines
+    if sys.platform != "win32":
+        spread = tmp_path / "spread.nc"
+        assert _told(_done("run", scene, "-o", spread, "--scheduler", "local:1").stderr) == lines
+        assert _lines(spread) == lines
     assert _done("run", scene, "-o", again, "--overwrite", "-q").stderr == ""
     assert _told(_done("plan", scene).stderr) == lines[:1]
 

@@ -270,6 +270,11 @@ def test_resume_computes_nothing_but_what_is_missing(
     )
     with pytest.raises(sweeps.SceneError, match="as much as the first time"):
         into_archive.run(plan, output, Options(resume=True, memory=100e6))
+    for wrong in ({"lengths": {"": 3}}, {"lengths": {"speed": 1}}, {"blocks": 1}):
+        (tmp_path / "out.nc.partial" / "run.json").write_text(json.dumps({**header, **wrong}))
+        with pytest.raises(sweeps.SceneError, match=r"run\.json is damaged: it has blocks of"):
+            into_archive.run(plan, output, Options(resume=True))
+    (tmp_path / "out.nc.partial" / "run.json").write_text(json.dumps(header))
     # Less memory would cut otherwise: what is there counts.
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e4)
     done = into_archive.run(plan, output, Options(resume=True))
