@@ -289,7 +289,9 @@ class _Walk:
         check_message(kind, flags, body)
         found.kinds[kind] += 1
         if kind == 0x01:
-            found.space = dataspace(body)[:2]
+            rank, count, end = dataspace(body)
+            expect(end == len(body), "a dataspace")
+            found.space = rank, count
         elif kind == 0x02:
             found.group = True
             self.dense(body, 8, self.link, 5)
