@@ -14,6 +14,7 @@ import struct
 from collections.abc import Callable
 
 __all__ = [
+    "MOST_RANK",
     "OWN_TYPES",
     "Damaged",
     "Unknown",
@@ -32,6 +33,7 @@ __all__ = [
 ]
 
 MOST_RANK = 32
+"""Dimensions of a dataspace or of a type of arrays (H5S_MAX_RANK)."""
 
 
 class Unknown(Exception):
