@@ -14,6 +14,7 @@ import struct
 from collections.abc import Callable
 
 __all__ = [
+    "MOST_RANK",
     "OWN_TYPES",
     "Damaged",
     "Unknown",
@@ -32,6 +33,7 @@ __all__ = [
 ]
 
 MOST_RANK = 32
+"""Dimensions of a dataspace or of a type of arrays (H5S_MAX_RANK)."""
 
 
 class Unknown(Exception):
@@ -196,9 +198,7 @@ def check_atomic(kind: int, bits: int, size: int, properties: bytes) -> int:
 def check_message(kind: int, flags: int, body: bytes) -> None:
     """Check a message of an object header as far as it stands alone."""
     expect(not flags & ~7, f"flags {flags} of a message of type {kind}")
-    if kind == 0x01:
-        expect(dataspace(body)[2] == len(body), "a dataspace")
-    elif kind in (0x02, 0x15):
+    if kind in (0x02, 0x15):
         wide = 8 if kind == 0x02 else 2
         expect(body[0] == 0 and body[1] < 4, "an index")
         needed = 2 + wide * (body[1] & 1) + 16 + 8 * (body[1] >> 1 & 1)

@@ -27,6 +27,7 @@ from typing import IO, NamedTuple
 import numpy as np
 
 from sweeps.reading.hdf5_messages import (
+    MOST_RANK,
     OWN_TYPES,
     Damaged,
     Unknown,
@@ -289,7 +290,9 @@ class _Walk:
         check_message(kind, flags, body)
         found.kinds[kind] += 1
         if kind == 0x01:
-            found.space = dataspace(body)[:2]
+            rank, count, end = dataspace(body)
+            expect(end == len(body), "a dataspace")
+            found.space = rank, count
         elif kind == 0x02:
             found.group = True
             self.dense(body, 8, self.link, 5)
@@ -541,7 +544,7 @@ class _Walk:
             base, place = self.datatype(
                 data, place + 4 * count * (1 if version == 3 else 2), depth + 1
             )
-            expect(not bits and 0 < count <= 32, "a type of arrays")
+            expect(not bits and 0 < count <= MOST_RANK, "a type of arrays")
             expect(math.prod(dims) * base.size == size, "a type of arrays")
             if base.leaves:
                 raise Unknown(f"array of references over {dims}")

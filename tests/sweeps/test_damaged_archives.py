@@ -325,20 +325,26 @@ def test_a_child_reads_all_values(tmp_path: Path) -> None:
         netcdf_child.read_apart(path)
 
 
+def small_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> bytearray:
+    """Write two axes and what lies over both, which the walk clears; what is changed of its bytes
+    counts as having a right checksum."""
+    with netCDF4.Dataset(path, "w") as file:
+        for axis in "ab":
+            file.createDimension(axis, 2)
+            file.createVariable(axis, "f8", (axis,)).setncattr("half_width", 0.25)
+        file.createVariable("both", "f8", ("a", "b"))
+    assert hdf5_structure.not_walked(path) == ""
+    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)
+    return bytearray(path.read_bytes())
+
+
 @pytest.mark.parametrize("name", [b"_Netcdf4Dimid", b"_Netcdf4Coordinates"])
 def test_a_huge_number_of_a_dimension_takes_no_memory(
     name: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A list as long as the number: 1.5e9 of them took 11 GB."""
     path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w") as file:
-        for axis in "ab":
-            file.createDimension(axis, 2)
-            file.createVariable(axis, "f8", (axis,))
-        file.createVariable("both", "f8", ("a", "b"))
-    data = bytearray(path.read_bytes())
-    assert hdf5_structure.not_walked(path) == ""
-    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)  # checksums made right again
+    data = small_file(path, monkeypatch)
     told = []
     begin = data.index(name) + len(name)
     for place in range(begin, begin + 40):  # type, space and value of the attribute
@@ -358,14 +364,7 @@ def test_attributes_of_netcdf_must_have_their_types(
 ) -> None:
     """A list of dimensions that said it was a list of texts crashed the library."""
     path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w") as file:
-        for axis in "ab":
-            file.createDimension(axis, 2)
-            file.createVariable(axis, "f8", (axis,))
-        file.createVariable("both", "f8", ("a", "b"))
-    data = bytearray(path.read_bytes())
-    assert hdf5_structure.not_walked(path) == ""
-    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)  # checksums made right again
+    data = small_file(path, monkeypatch)
     place = data.index(name + b"\0") + len(name) + 1
     data[place + (name == b"DIMENSION_LIST")] ^= 1  # of texts; the others are of another class
     path.write_bytes(data)
@@ -386,16 +385,10 @@ def test_what_netcdf_does_not_write_is_not_cleared(
 ) -> None:
     """A type that the library refuses, while netCDF opens the file, ended a later close."""
     path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w") as file:
-        file.createDimension("a", 2)
-        variable = file.createVariable("a", "f8", ("a",))
-        variable.setncattr("half_width", 0.25)
-    data = bytearray(path.read_bytes())
+    data = small_file(path, monkeypatch)
     float_type = bytes.fromhex("11203f0008000000")
     name = data.index(b"half_width\0")
     begin = data.index(float_type, name) if "float" in kind else name
-    monkeypatch.setattr(hdf5_structure, "verify", lambda *_: None)
-    assert hdf5_structure.not_walked(path) == ""
     data[begin + place] ^= 64
     path.write_bytes(data)
     assert told in hdf5_structure.not_walked(path)
