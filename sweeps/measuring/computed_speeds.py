@@ -16,6 +16,9 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, did_you_mean
+from sweeps.planning.memory import check_memory
+from sweeps.planning.plan import make_plan
+from sweeps.running.in_memory import compute
 from sweeps.scene.model import Scene
 
 __all__ = ["OF_DIAGRAM", "OF_WHEEL", "SpeedsOfRecordings"]
@@ -189,17 +192,15 @@ def _first_value(scene: Scene, key: str) -> float:
 
 
 def _run(scene: Scene) -> Floats:
-    """Speeds [rad/s] of the designs of a scene over `crank_angle`."""
-    import warnings
+    """Speeds [rad/s] of the designs of a scene over `crank_angle`.
 
-    from engine_dyn import ImplausibleWarning
-    from sweeps.running.in_memory import run
-
-    with warnings.catch_warnings():
-        # Steps of a fit may pass through engines that nobody builds.
-        warnings.simplefilter("ignore", ImplausibleWarning)
-        results = run(scene)
-    return np.asarray(results["omega"].transpose(DESIGN, "crank_angle").values)
+    Without the labels and warnings of `sweeps.run`, which take as long as a few designs: steps of
+    a fit may pass through engines that nobody builds.
+    """
+    plan = make_plan(scene)
+    check_memory(plan)
+    omega, dims = compute(plan)["omega"], plan.dims("omega")
+    return np.asarray(np.moveaxis(omega, dims.index("crank_angle"), -1))
 
 
 def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) -> Scene:

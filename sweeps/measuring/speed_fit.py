@@ -85,7 +85,9 @@ class Parameter:
             )
         if (self.prior is None) != (self.prior_deviation is None):
             raise ValueError(f"{self.name}: a prior needs a value and a standard deviation")
-        if self.prior_deviation is not None and not self.prior_deviation > 0.0:
+        if self.prior is not None and not np.isfinite(self.prior):
+            raise ValueError(f"{self.name}: prior {self.prior:g} must be a number")
+        if self.prior_deviation is not None and not 0.0 < self.prior_deviation < np.inf:
             raise ValueError(
                 f"{self.name}: standard deviation {self.prior_deviation:g} of the prior must be "
                 "positive"

@@ -1,0 +1,209 @@
+"""A fit to measured speeds as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.recordings.measured_speed import fluctuation
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+from sweeps.measuring.computed_speeds import OF_DIAGRAM, OF_WHEEL
+from sweeps.measuring.fitted_recordings import Seen
+from sweeps.measuring.speed_fit import FittedSpeeds
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["SpeedFit", "fit_dataset"]
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedFit:
+    """A fit to some recordings.
+
+    Attributes
+    ----------
+    fit : FittedSpeeds
+        Values and their uncertainty; the angle of the gap is counted from that of `seen`.
+    seen : Seen
+        How the recordings show computed speeds.
+    with_teeth : bool
+        Whether errors of the teeth were fitted.
+    """
+
+    fit: FittedSpeeds
+    seen: Seen
+    with_teeth: bool
+
+    @property
+    def tooth_errors(self) -> Floats:
+        """Logarithms that each interval of a cycle shows too much; 0 where none are known."""
+        given = self.seen.recordings
+        if not self.with_teeth:
+            return np.zeros(given.width.size)
+        errors = np.zeros(given.sound.size)
+        errors[given.sound] = self.fit.tooth_error
+        return np.tile(errors, given.turns)
+
+    @property
+    def added(self) -> Floats:
+        """What makes fitted values those that are told, shape (P,)."""
+        gap = self.seen.gap_angle or 0.0
+        return np.array([gap / DEGREE if p.name in OF_WHEEL else 0.0 for p in self.fit.parameters])
+
+
+def fit_dataset(
+    title: str, found: SpeedFit, predicted: Sequence[tuple[float, float]]
+) -> xr.Dataset:
+    """Labels and units of a fit to all recordings.
+
+    Parameters
+    ----------
+    title : str
+        Of the scene.
+    found : SpeedFit
+        The fit.
+    predicted : sequence of two float
+        For each recording, or empty: raw delta predicted from the others, standard deviation.
+    """
+    import xarray as xr
+
+    fit, given = found.fit, found.seen.recordings
+    names = np.array([p.name for p in fit.parameters], dtype=object)
+    units = {"omega_raw": "rad s-1", "omega_raw_std": "rad s-1", "omega_through_wheel": "rad s-1"}
+    middles = found.seen.middles()
+    data = _of_parameters(found) | _of_speeds(found, middles) | _of_teeth(found)
+    if predicted:
+        data["delta_predicted"] = (("recording",), [one[0] for one in predicted],
+                                   "raw delta predicted from the other recordings")  # fmt: skip
+        data["delta_predicted_deviation"] = (("recording",), [one[1] for one in predicted],
+                                             "standard deviation of delta_predicted")  # fmt: skip
+    order = np.argsort(middles[0])
+    coordinates: dict[str, Any] = {
+        "parameter": ("parameter", names, {"long_name": "fitted parameter"}),
+        "unit": ("parameter", np.array([_unit(n) for n in names], dtype=object),
+                 {"long_name": "unit of the fitted parameter"}),
+        "other_parameter": ("other_parameter", names, {"long_name": "fitted parameter"}),
+        "recording": ("recording", np.arange(len(given.labels), dtype=np.int32),
+                      {"long_name": "number of the recording", "units": "1"}),
+        "interval": ("interval", middles[0][order] / DEGREE,
+                     {"long_name": "crank angle in the middle of the interval between teeth",
+                      "units": "degree"}),
+        "interval_width": ("interval", given.width[order] / DEGREE,
+                           {"long_name": "width of the interval between teeth",
+                            "units": "degree"}),
+        "interval_used": ("interval", given.used[order].astype(np.int8),
+                          {"long_name": "whether the fit takes the interval (1)", "units": "1"}),
+        "file": ("recording", np.array(given.labels, dtype=object), {"long_name": "recording"}),
+        "speed": ("recording", [place["speed"] for place in given.places],
+                  {"long_name": "measured mean speed", "units": "rpm"}),
+    }  # fmt: skip
+    if found.with_teeth:
+        coordinates["tooth"] = ("tooth", np.arange(1, given.sound.size + 1, dtype=np.int32),
+                                {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
+    attributes = {
+        "title": title,
+        "condition_number": fit.condition,
+        "reduced_chi_square": fit.reduced_chi_square,
+        "likelihood_of_noise": fit.likelihood_of_noise,
+        "recordings": "\n".join(
+            f"{label} sha256 {digest}"
+            for label, digest in zip(given.labels, given.sha256, strict=True)
+        ),
+        "remarks": "\n".join(given.remarks),
+    }
+    if given.wheel is not None and found.seen.gap_angle is not None:
+        attributes |= {
+            "teeth": "estimated" if found.with_teeth else "perfect",
+            "wheel": given.wheel.text,
+            "gap_angle": found.seen.gap_angle / DEGREE,
+        }
+    variables = {
+        key: xr.Variable(
+            dims, np.asarray(values), {"long_name": text, "units": units.get(key, "1")}
+        )
+        for key, (dims, values, text) in data.items()
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def _of_parameters(found: SpeedFit) -> dict[str, Any]:
+    """Values, intervals, and what was known before."""
+    fit, of, added = found.fit, ("parameter",), found.added
+
+    def known(values: Sequence[float | None]) -> Floats:
+        return np.array([np.nan if value is None else value for value in values])
+
+    prior = known([p.prior for p in fit.parameters]) + added
+    return {
+        "value": (of, fit.value + added, "fitted value, in the unit of each"),
+        "value_low": (of, fit.interval[:, 0] + added, "lower end of the 95 % interval"),
+        "value_high": (of, fit.interval[:, 1] + added, "upper end of the 95 % interval"),
+        "value_deviation": (of, fit.deviation, "standard deviation of the value"),
+        "prior": (of, prior, "value known without the speed"),
+        "prior_deviation": (of, known([p.prior_deviation for p in fit.parameters]),
+                            "standard deviation of prior"),
+        "correlation": (("parameter", "other_parameter"), fit.correlation, "of fitted values"),
+    }  # fmt: skip
+
+
+def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
+    """Measured and fitted speeds in the order of the angle, and their delta."""
+    fit, given = found.fit, found.seen.recordings
+    logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
+    raw = np.array([one.mean(axis=0) for one in given.cycles])
+    spread = np.array([_spread(one) for one in given.cycles])
+    share = np.where(given.used, given.width, 0.0)
+    level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
+    computed = np.exp(logs + level[:, None])
+    counted = computed[:, given.used]
+    deltas = [fluctuation(one[:, given.used]) for one in given.cycles]
+    order = np.argsort(middles, axis=1)
+    raw, spread, computed, residual = (
+        np.take_along_axis(rows, order, axis=1)
+        for rows in (raw, spread, computed, np.array(fit.residual))
+    )
+    recording, over = ("recording",), ("recording", "interval")
+    return {
+        "residual": (over, residual, "measured less computed, in standard errors"),
+        "omega_raw": (over, raw, "raw speed between teeth, mean over cycles"),
+        "omega_raw_std": (over, spread, "standard deviation of omega_raw over cycles"),
+        "omega_through_wheel": (over, computed, "fitted speed as the wheel shows it"),
+        "recorded_cycles": (recording, np.array([len(one) for one in given.cycles], dtype=np.int32),
+                            "number of recorded cycles"),
+        "delta_measured_raw": (recording, [d.delta for d in deltas],
+                               "coefficient of speed fluctuation, measured, tooth errors in it"),
+        "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in deltas],
+                                           "standard error of delta_measured_raw"),
+        "delta_through_wheel": (recording, np.ptp(counted, axis=1) / counted.mean(axis=1),
+                                "coefficient of speed fluctuation, fitted, through the wheel"),
+    }  # fmt: skip
+
+
+def _spread(cycles: Floats) -> Floats:
+    """Standard deviation over cycles, each at the mean level [rad/s]."""
+    level = cycles.mean(axis=1, keepdims=True)
+    return np.asarray((cycles / level).std(axis=0, ddof=1) * level.mean())
+
+
+def _of_teeth(found: SpeedFit) -> dict[str, Any]:
+    """Errors of the wheel's intervals."""
+    if not found.with_teeth:
+        return {}
+    sound = found.seen.recordings.sound
+    errors, deviations = np.full(sound.size, np.nan), np.full(sound.size, np.nan)
+    errors[sound], deviations[sound] = found.fit.tooth_error, found.fit.tooth_deviation
+    return {
+        "tooth_error": (("tooth",), np.expm1(-errors), "relative error of the wheel's interval"),
+        "tooth_error_deviation": (("tooth",), deviations, "standard deviation of tooth_error"),
+    }
+
+
+def _unit(name: str) -> str:
+    plain = name.partition("@")[0]
+    return PARAMETERS[plain].unit if plain in PARAMETERS else (OF_DIAGRAM | OF_WHEEL)[plain][2]
