@@ -4,6 +4,7 @@ python -m benchmarks [--quick] [--huge] [--threads N] [--seconds S] [-o FOLDER]
 python -m benchmarks studies [--only NAME ...] [--quick]    the table of studies alone
 python -m benchmarks quantities [--all] [--only NAME ...]  rates of single quantities
 python -m benchmarks rates [--part FRACTION]               rates behind `engine-dyn plan`
+python -m benchmarks identification [--cases N]            coverage of fitted intervals
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import (
+    identification,
     measure,
     own,
     peers,
@@ -174,6 +176,9 @@ def main() -> None:
         return
     if sys.argv[1:2] == ["rates"]:
         study_rates.main(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["identification"]:
+        identification.main(sys.argv[2:])
         return
     parser = argparse.ArgumentParser(description="run time against error, throughput, memory")
     parser.add_argument("--quick", action="store_true", help="a minute, to see that it works")

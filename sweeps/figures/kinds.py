@@ -44,6 +44,7 @@ from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.curves import curves
+from sweeps.figures.fitted import fitted_names, fitted_speeds
 from sweeps.figures.indicator import (
     recorded_names,
     recording_sheet,
@@ -140,6 +141,8 @@ KINDS = (
     Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
          vector_names, shaking),
     Kind("measured", "measured speed beside the computed one", measured_names, measured_speeds),
+    Kind("fitted", "fit to measured speeds: curves, residuals, predictions, correlations",
+         fitted_names, fitted_speeds),
     Kind("together", "forces of the mechanism in one panel", grouped_names, groups),
     Kind("polar", "loads of pins and journals as polar diagrams", polar_names, polar_diagrams),
     Kind("curves", "any other variable over the crank angle", _running("crank_angle"), curves,

@@ -5,15 +5,29 @@ What is drawn is a Dataset of `sweeps.measured`; each recording has a panel, or 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style, shade
-from sweeps.figures.scales import crank_axis, left_labels, y_label
+from sweeps.figures.recordings import (
+    COMPUTED,
+    MEASURED,
+    PERCENT,
+    Draw,
+    closed,
+    cycle_axes,
+    numbers_of,
+    recording_panels,
+    recording_tag,
+    shown_recordings,
+    tooth_figure,
+    weighted_mean,
+    with_recordings,
+)
+from sweeps.figures.scales import left_labels, y_label
 from sweeps.figures.sheet import (
     GREY,
     Entries,
@@ -25,8 +39,7 @@ from sweeps.figures.sheet import (
     new_sheet,
 )
 from sweeps.figures.study import Study
-from sweeps.figures.views import MOST_PANELS, View, pick
-from sweeps.figures.wording import shorten, value_text
+from sweeps.figures.views import MOST_PANELS, View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,23 +47,19 @@ if TYPE_CHECKING:
 
 __all__ = ["measured_names", "measured_speeds"]
 
-MEASURED, COMPUTED = 0.0, 0.75
-"""Where on the scale of lightness both stand."""
-
-PERCENT = "Deviation from the mean (%)"
 DIFFERENCE = "Measured less computed (% of the mean)"
 
 
 def measured_names(view: View) -> list[str]:
     """All variables of a comparison with measured speeds; none of other archives."""
-    if not (view.has("omega_raw") and view.has("omega_through_wheel")):
+    if not (view.has("omega_measured") and view.has("omega_through_wheel")):
         return []
     return [str(name) for name in view.data.data_vars]
 
 
 def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a comparison: curves, differences, orders, delta, and the teeth where there are some."""
-    view = _with_recordings(study.view)
+    view = with_recordings(study.view)
     wheel = str(view.data.attrs.get("wheel", ""))
     yield "measured_speed", _panels(view, "Measured and computed speed", _corrected)
     if wheel:
@@ -60,35 +69,9 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     yield "measured_orders", _orders(view)
     yield "measured_delta", _deltas(view)
     if "tooth_error" in names:
-        yield "tooth_errors", _teeth(view, wheel)
-
-
-def _with_recordings(view: View) -> View:
-    """The view with its dimension `recording`, which was cut away where there is only one."""
-    data = view.data
-    if "recording" in data.dims:
-        return view
-    import xarray as xr
-
-    variables = {}
-    for key, variable in data.variables.items():
-        along = variable.dims[:1] in (("crank_angle",), ("interval",), ("order",), ())
-        single = (key in data.data_vars and along) or (key in data.coords and not variable.dims)
-        variables[key] = variable.expand_dims("recording") if single else variable
-    found = xr.Dataset(
-        {key: variables[key] for key in data.data_vars},
-        {key: variables[key] for key in data.coords},
-        data.attrs,
-    )
-    return replace(view, data=found)
-
-
-def _numbers(view: View, name: str) -> Floats:
-    return np.asarray(view.array(name).values, dtype=float)
-
-
-def _shown(view: View) -> list[int]:
-    return pick(view.data.sizes["recording"], MOST_PANELS)
+        said = str(view.data.attrs.get("tooth_errors", ""))
+        source = "as given" if said == "as given" else "estimated from all recordings"
+        yield "tooth_errors", tooth_figure(view, wheel, "tooth_error_uncertainty", source)
 
 
 def _notes(view: View) -> list[str]:
@@ -103,47 +86,23 @@ def _notes(view: View) -> list[str]:
     return notes
 
 
-def _tag(view: View, place: int) -> str:
-    """A recording by the value of the axis it belongs to, and its file."""
-    texts = []
-    for key, coordinate in view.data.coords.items():
-        if coordinate.dims == ("recording",) and key not in ("recording", "file", "design_number"):
-            value = coordinate.values[place]
-            if coordinate.dtype.kind in "if":
-                texts.append(value_text(coordinate.variable, str(key), float(value)))
-            else:
-                texts.append(shorten(str(value)))
-    return ", ".join(texts[:1]) or shorten(str(view.data["file"].values[place]))
-
-
-def _closed(angle: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """A curve over the cycle, with its first point again at the end."""
-    turn = 720.0 if angle[-1] - angle[0] > 365.0 else 360.0
-    return np.append(angle, angle[0] + turn), np.append(values, values[0])
-
-
 def _percent(values: Floats, mean: float) -> Floats:
     return 100.0 * (values / mean - 1.0)
 
 
-def _weighted_mean(view: View, values: Floats) -> float:
-    width = _numbers(view, "interval_width") * _numbers(view, "interval_used")
-    return float(np.sum(values * width) / np.sum(width))
-
-
 def _corrected(panel: Axes, view: View, place: int) -> Entries:
     """Measured mean and band of one standard deviation over cycles, and the computed speed."""
-    angle = _numbers(view, "crank_angle")
+    angle = numbers_of(view, "crank_angle")
     mean, spread = (
-        _numbers(view, name)[place] for name in ("omega_measured", "omega_measured_std")
+        numbers_of(view, name)[place] for name in ("omega_measured", "omega_measured_std")
     )
-    own = _numbers(view, "omega")[place]
+    own = numbers_of(view, "omega")[place]
     level = float(mean.mean())
-    x, y = _closed(angle, _percent(mean, level))
-    _, half = _closed(angle, 100.0 * spread / level)
+    x, y = closed(angle, _percent(mean, level))
+    _, half = closed(angle, 100.0 * spread / level)
     band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.2, linewidth=0)
     (line,) = panel.plot(x, y, color=shade(MEASURED))
-    x, y = _closed(angle, _percent(own, float(own.mean())))
+    x, y = closed(angle, _percent(own, float(own.mean())))
     (other,) = panel.plot(x, y, color=shade(COMPUTED), linestyle=(0, (5, 1.5)))
     return {
         "measured, mean over cycles": line,
@@ -154,17 +113,17 @@ def _corrected(panel: Axes, view: View, place: int) -> Entries:
 
 def _raw(panel: Axes, view: View, place: int) -> Entries:
     """Raw speed of each interval with its band, and what the computed speed would show there."""
-    angle = _numbers(view, "interval")
-    mean, spread = (_numbers(view, name)[place] for name in ("omega_raw", "omega_raw_std"))
-    own = _numbers(view, "omega_through_wheel")[place]
-    level, other_level = _weighted_mean(view, mean), _weighted_mean(view, own)
-    used = _numbers(view, "interval_used") > 0
+    angle = numbers_of(view, "interval")
+    mean, spread = (numbers_of(view, name)[place] for name in ("omega_raw", "omega_raw_std"))
+    own = numbers_of(view, "omega_through_wheel")[place]
+    level, other_level = weighted_mean(view, mean), weighted_mean(view, own)
+    used = numbers_of(view, "interval_used") > 0
     mean, own = np.where(used, mean, np.nan), np.where(used, own, np.nan)
-    x, y = _closed(angle, _percent(mean, level))
-    _, half = _closed(angle, 100.0 * spread / level)
+    x, y = closed(angle, _percent(mean, level))
+    _, half = closed(angle, 100.0 * spread / level)
     band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.2, linewidth=0)
     (line,) = panel.plot(x, y, color=shade(MEASURED), linewidth=0.9)
-    x, y = _closed(angle, _percent(own, other_level))
+    x, y = closed(angle, _percent(own, other_level))
     (other,) = panel.plot(x, y, color=shade(COMPUTED), linestyle=(0, (5, 1.5)), linewidth=0.9)
     return {
         "raw, mean over cycles": line,
@@ -173,63 +132,42 @@ def _raw(panel: Axes, view: View, place: int) -> Entries:
     }
 
 
-def _panels(view: View, title: str, draw: Callable[[Axes, View, int], Entries]) -> Figure:
+def _panels(view: View, title: str, draw: Draw) -> Figure:
     """A panel for each recording, on one ordinate."""
-    shown = _shown(view)
-    rows, columns = grid_of(len(shown))
-    figure, panels = new_sheet(rows, columns, 0.6 + 2.0 * rows, sharex=True, sharey=True)
-    entries: Entries = {}
-    for panel, place in zip(panels, shown, strict=False):
-        entries |= draw(panel, view, place)
-        panel.set_title(_title(view, place, "raw" if draw is _raw else ""))
-    _cycle(view, panels, len(shown), columns)
-    left_labels(panels, columns, PERCENT, 1.6)
-    return finish(
-        figure, title, _notes(view), entries, "", view.caption, below=True,
-        spare=panels[len(shown) :],
-    )  # fmt: skip
+    kind = "raw" if draw is _raw else ""
+    return recording_panels(
+        view, title, draw, PERCENT, _notes(view), lambda view, place: _title(view, place, kind)
+    )
 
 
 def _title(view: View, place: int, kind: str) -> str:
     """Recording, and how alike the curves are."""
     name = "correlation_raw" if kind == "raw" else "correlation"
-    rms = _numbers(view, "rms_difference_raw" if kind == "raw" else "rms_difference")[place]
-    return (
-        f"{_tag(view, place)}\ncorrelation {_numbers(view, name)[place]:.3f}, rms {100 * rms:.2g} %"
-    )
-
-
-def _cycle(view: View, panels: Sequence[Axes], count: int, columns: int) -> None:
-    """The whole cycle along all panels, named below the lowest ones."""
-    angle = _numbers(view, "crank_angle")
-    step = angle[1] - angle[0]
-    bare_panels(panels, count, columns)
-    lowest = lowest_panels(panels, count, columns)
-    for panel in panels[:count]:
-        panel.set_xlim(angle[0], angle[-1] + step)
-        crank_axis(panel, view.array("crank_angle"), 6.3 / columns, named=panel in lowest)
+    rms = numbers_of(view, "rms_difference_raw" if kind == "raw" else "rms_difference")[place]
+    alike = numbers_of(view, name)[place]
+    return f"{recording_tag(view, place)}\ncorrelation {alike:.3f}, rms {100 * rms:.2g} %"
 
 
 def _differences(view: View) -> Figure:
     """Measured less computed speed over the angle, with the standard error of the mean."""
-    shown = _shown(view)
+    shown = shown_recordings(view)
     rows, columns = grid_of(len(shown))
     figure, panels = new_sheet(rows, columns, 0.6 + 2.0 * rows, sharex=True, sharey=True)
     entries: Entries = {}
-    angle, cycles = _numbers(view, "interval"), _numbers(view, "recorded_cycles")
+    angle, cycles = numbers_of(view, "interval"), numbers_of(view, "recorded_cycles")
     with_wheel = "wheel" in view.data.attrs
     for panel, place in zip(panels, shown, strict=False):
         raw, through, corrected, between, spread = (
-            _numbers(view, name)[place]
+            numbers_of(view, name)[place]
             for name in ("omega_raw", "omega_through_wheel", "omega_corrected",
                          "omega_between_teeth", "omega_raw_std")
         )  # fmt: skip
-        level = _weighted_mean(view, raw)
-        x, y = _closed(angle, _difference(view, corrected, between))
+        level = weighted_mean(view, raw)
+        x, y = closed(angle, _difference(view, corrected, between))
         if with_wheel:
-            y = _closed(angle, _difference(view, raw, through))[1]
-        y = np.where(_closed(angle, _numbers(view, "interval_used"))[1] > 0, y, np.nan)
-        _, half = _closed(angle, 100.0 * spread / level / np.sqrt(cycles[place]))
+            y = closed(angle, _difference(view, raw, through))[1]
+        y = np.where(closed(angle, numbers_of(view, "interval_used"))[1] > 0, y, np.nan)
+        _, half = closed(angle, 100.0 * spread / level / np.sqrt(cycles[place]))
         band = panel.fill_between(x, y - half, y + half, color=shade(MEASURED), alpha=0.25,
                                   linewidth=0)  # fmt: skip
         (line,) = panel.plot(x, y, color=shade(MEASURED), linewidth=1.0)
@@ -239,7 +177,7 @@ def _differences(view: View) -> Figure:
             "raw less computed through the wheel" if with_wheel else "measured less computed": line,
             "± standard error of the mean": band,
         }
-    _cycle(view, panels, len(shown), columns)
+    cycle_axes(view, panels, len(shown), columns)
     left_labels(panels, columns, DIFFERENCE, 1.6)
     return finish(
         figure, "Difference of measured and computed speed", _notes(view), entries, "",
@@ -249,28 +187,28 @@ def _differences(view: View) -> Figure:
 
 def _difference(view: View, one: Floats, other: Floats) -> Floats:
     """Difference of two curves, each over its own mean, in percent."""
-    return _percent(one, _weighted_mean(view, one)) - _percent(other, _weighted_mean(view, other))
+    return _percent(one, weighted_mean(view, one)) - _percent(other, weighted_mean(view, other))
 
 
 def _orders(view: View) -> Figure:
     """Amplitudes of orders, measured and computed side by side, over the mean speed."""
-    shown = _shown(view)
+    shown = shown_recordings(view)
     rows, columns = grid_of(len(shown))
     figure, panels = new_sheet(rows, columns, 0.6 + 2.0 * rows, sharex=True, sharey=True)
-    orders = _numbers(view, "order")
+    orders = numbers_of(view, "order")
     room = 0.5 if orders.size and orders[0] < 1.0 else 1.0
     entries: Entries = {}
     for panel, place in zip(panels, shown, strict=False):
-        level = _numbers(view, "omega_mean_measured")[place]
-        own = float(_numbers(view, "omega")[place].mean())
+        level = numbers_of(view, "omega_mean_measured")[place]
+        own = float(numbers_of(view, "omega")[place].mean())
         for name, mean, rank, colour, text in (
             ("omega_measured_order", level, -0.5, MEASURED, "measured"),
             ("omega_order", own, 0.5, COMPUTED, "computed"),
         ):
-            values = 100.0 * _numbers(view, name)[place] / mean
+            values = 100.0 * numbers_of(view, name)[place] / mean
             bars = panel.bar(orders + rank * 0.38 * room, values, 0.36 * room, color=shade(colour))
             entries.setdefault(text, bars[0])
-        panel.set_title(_tag(view, place))
+        panel.set_title(recording_tag(view, place))
         panel.set_xticks(np.arange(1, orders[-1] + 1))
         panel.grid(False, axis="x")
     bare_panels(panels, len(shown), columns)
@@ -304,16 +242,16 @@ def _deltas(view: View) -> Figure:
     if not _has_errors(view):
         rows = [(rows[2][0], rows[2][1], "measured", "s", -0.1), (*rows[3][:4], 0.1)]
     for name, uncertainty, text, marker, shift in rows:
-        values = _numbers(view, name)
+        values = numbers_of(view, name)
         colour = shade(MEASURED if uncertainty else COMPUTED)
         style = {**line_style(0, 1), "linestyle": "none", "color": colour, "marker": marker,
                  "markerfacecolor": colour if uncertainty else "white",
                  "markersize": 5.5}  # fmt: skip
-        error = _numbers(view, uncertainty) if uncertainty else None
+        error = numbers_of(view, uncertainty) if uncertainty else None
         known = error if error is None or np.isfinite(error).any() else None
         drawn = panel.errorbar(place + shift, values, known, capsize=2.5, elinewidth=0.9, **style)
         entries[text] = drawn.lines[0]
-    panel.set_xticks(place, [_tag(view, i) for i in range(count)])
+    panel.set_xticks(place, [recording_tag(view, i) for i in range(count)])
     panel.set_xlim(-0.5, count - 0.5)
     panel.set_ylim(bottom=0.0)
     panel.grid(False, axis="x")
@@ -325,24 +263,3 @@ def _deltas(view: View) -> Figure:
         figure, "Speed fluctuation, measured and computed", notes, entries, "", view.caption,
         below=True,
     )  # fmt: skip
-
-
-def _teeth(view: View, wheel: str) -> Figure:
-    """Errors of the wheel's intervals with their standard errors."""
-    figure, (panel,) = new_sheet(1, 1, 2.8)
-    tooth = _numbers(view, "tooth")
-    error = 100.0 * _numbers(view, "tooth_error")
-    unsure = 100.0 * _numbers(view, "tooth_error_uncertainty")
-    known = unsure if np.isfinite(unsure).all() else None
-    panel.bar(tooth, error, 0.75, color=shade(COMPUTED))
-    if known is not None:
-        panel.errorbar(tooth, error, known, linestyle="none", color=shade(MEASURED), elinewidth=0.8)
-    panel.axhline(0.0, color="black", linewidth=0.6)
-    panel.set_xlim(0.0, tooth[-1] + 1.0)
-    panel.set_xlabel("Interval after the gap; the last is the gap")
-    y_label(panel, "Error of the width (%)", 2.2)
-    rms = float(np.sqrt(np.mean(error**2)))
-    said = str(view.data.attrs.get("tooth_errors", ""))
-    source = "as given" if said == "as given" else "estimated from all recordings"
-    notes = [f"{rms:.2g} % rms", f"{source}; bars: standard error"]
-    return finish(figure, f"Errors of the wheel {wheel}", notes, None, "", view.caption)

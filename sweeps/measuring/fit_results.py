@@ -100,9 +100,14 @@ def fit_dataset(
         "interval_used": ("interval", given.used[order].astype(np.int8),
                           {"long_name": "whether the fit takes the interval (1)", "units": "1"}),
         "file": ("recording", np.array(given.labels, dtype=object), {"long_name": "recording"}),
-        "speed": ("recording", [place["speed"] for place in given.places],
-                  {"long_name": "measured mean speed", "units": "rpm"}),
     }  # fmt: skip
+    coordinates |= {
+        key: ("recording", [place[key] for place in given.places], _attributes_of(key))
+        for key in given.places[0]
+        if key != "speed"
+    }
+    coordinates["speed"] = ("recording", [place["speed"] for place in given.places],
+                            {"long_name": "measured mean speed", "units": "rpm"})  # fmt: skip
     if found.with_teeth:
         coordinates["tooth"] = ("tooth", np.arange(1, given.sound.size + 1, dtype=np.int32),
                                 {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
@@ -202,6 +207,12 @@ def _of_teeth(found: SpeedFit) -> dict[str, Any]:
         "tooth_error": (("tooth",), np.expm1(-errors), "relative error of the wheel's interval"),
         "tooth_error_deviation": (("tooth",), deviations, "standard deviation of tooth_error"),
     }
+
+
+def _attributes_of(key: str) -> dict[str, str]:
+    """Of a value that the scene gives to each recording."""
+    node = PARAMETERS[key]
+    return {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"}
 
 
 def _unit(name: str) -> str:

@@ -89,18 +89,21 @@ class FittedRecordings:
         period, wheel = float(scene.engine.period), scene.measured.wheel
         records = records_of(scene.measured, period, name)
         turns, angle = round(period / TURN), None
-        try:
-            if wheel is None:
-                angle, cycles = _over_angle(records, period)
-                width = np.full(angle.size, period / angle.size)
-                used = np.ones(angle.size, dtype=np.bool_)
-            else:
-                cycles = [cycles_of_turns(r.teeth, turns) for r in records if r.teeth is not None]
-                width = np.tile(wheel.width, turns)
-                sound = sound_intervals(np.array([one.mean(axis=0) for one in cycles]), wheel)
-                used = np.tile(sound, turns)
-        except ValueError as error:
-            raise SceneError(f"{name}: [measured] {error}") from None
+        if wheel is None:
+            angle, cycles = _over_angle(records, period)
+            width = np.full(angle.size, period / angle.size)
+            used = np.ones(angle.size, dtype=np.bool_)
+        else:
+            cycles = [_between_teeth(record, turns, name) for record in records]
+            width = np.tile(wheel.width, turns)
+            used = np.tile(
+                sound_intervals(np.array([c.mean(axis=0) for c in cycles]), wheel), turns
+            )
+        for label, one in zip(scene.measured.files, cycles, strict=True):
+            if len(one) < 2:
+                raise SceneError(
+                    f"{name}: [measured] {label}: one cycle has no spread; a fit needs two or more"
+                )
         places = []
         for number, speeds in enumerate(cycles):
             time = np.mean(np.sum(width / speeds, axis=1))
@@ -192,6 +195,15 @@ class Seen:
         begin = np.concatenate([[0.0], np.cumsum(given.width)[:-1]])
         middle = self.starts[:, None] + begin + 0.5 * given.width + 0.5 * given.period
         return np.asarray(middle % given.period - 0.5 * given.period)
+
+
+def _between_teeth(record: SpeedRecord, turns: int, name: str) -> Floats:
+    """Cycles of the speed between the teeth."""
+    assert record.teeth is not None
+    try:
+        return cycles_of_turns(record.teeth, turns)
+    except ValueError as error:
+        raise SceneError(f"{name}: [measured] {record.label}: {error}") from None
 
 
 def _over_angle(records: Sequence[SpeedRecord], period: float) -> tuple[Floats, list[Floats]]:

@@ -1,0 +1,341 @@
+"""How often the 95 % intervals of fitted parameters cover the truth.
+
+python -m benchmarks identification [--cases 400] [--only KIND ...] [--part FILE]
+
+Every case is an engine with parameters drawn at random, whose recordings are written as files and
+given to `sweeps.identify`, as a user does. What the recordings are made with shares nothing with
+the fit but the solution of the speed: diagrams are shifted and multiplied through splines of scipy,
+times at which teeth pass are integrals of such splines, and the noise is that of times.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sweeps
+from benchmarks.reliability_parts import write_part
+from engine_dyn import ImplausibleWarning
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import Family
+from engine_dyn.recordings.wheel import TURN, wheel_from_text
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+from sweeps.errors import SceneError
+from sweeps.measuring.identification import Varied
+from sweeps.scene.reading import read_scene
+
+__all__ = ["KINDS", "Case", "Counted", "Kind", "Truth", "count", "main", "simulated", "told"]
+
+LOADS = (25.0, 50.0, 90.0)
+SPEED = 1500.0
+WHEEL = wheel_from_text("36-1")
+CYCLES = 12
+TOOTH_DEVIATION = 0.003
+"""Standard deviation of the errors of the intervals, over the pitch."""
+
+JITTER, SCATTER = 0.002, 0.002
+"""Standard deviation of the time between two teeth, of one interval and of low orders."""
+
+PRIORS = {"dead_centre_shift": 0.1, "load_exponent": 0.3, "pressure_factor": 0.02}
+"""Standard deviation of what is known without the speed; degree, 1, 1."""
+
+SCENE = """title = "Simulated"
+engine = "ntua"
+[designs]
+load = [25, 50, 90]
+[solver]
+closure = "cycle_time"
+inertia_model = "variable"
+[output]
+quantities = ["omega"]
+[measured]
+file = ["load_1.csv", "load_2.csv", "load_3.csv"]
+kind = "teeth"
+wheel = "36-1"
+at = { design = [1, 2, 3] }
+"""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of case.
+
+    Attributes
+    ----------
+    name, words : str
+        Short name, and what tables say.
+    vary : tuple of str
+        What is fitted.
+    low_orders : bool
+        Whether most of the noise is in low orders, as that of combustion, or white.
+    priors : tuple of str
+        Parameters that are known with `PRIORS`.
+    at_bound : bool
+        Whether the load torque is constant: its exponent is at its bound of 0.
+    with_teeth : bool
+        Whether the wheel has errors, which the fit then estimates.
+    """
+
+    name: str
+    words: str
+    vary: tuple[str, ...] = ("inertia", "gap_angle", "dead_centre_shift", "load_exponent")
+    low_orders: bool = True
+    priors: tuple[str, ...] = ()
+    at_bound: bool = False
+    with_teeth: bool = True
+
+
+KINDS = (
+    Kind("white", "white noise", low_orders=False),
+    Kind("low_orders", "noise of low orders"),
+    Kind("priors", "the same, priors for two", priors=("dead_centre_shift", "load_exponent")),
+    Kind("bound", "the same, truth at a bound", at_bound=True),
+    Kind("perfect", "the same, perfect wheel", with_teeth=False),
+    Kind("own", "the same, a pressure factor with a prior for each recording",
+         ("inertia", "gap_angle", "dead_centre_shift", "pressure_factor"),
+         priors=("pressure_factor",)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a case was made with.
+
+    Attributes
+    ----------
+    values : dict
+        Of all parameters; of those of single recordings by ``key@number``.
+    errors : ndarray, shape (teeth,)
+        Of the intervals of the wheel.
+    """
+
+    values: dict[str, float]
+    errors: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A truth, and the passing times of three recordings [s]."""
+
+    truth: Truth
+    times: list[Floats]
+
+
+@dataclass
+class Counted:
+    """What came out for one kind.
+
+    Attributes
+    ----------
+    cases : int
+        Of all.
+    covered : dict
+        For each parameter, how many intervals had the truth in them.
+    off : dict
+        For each parameter, the sum of squares of errors over standard deviations.
+    refused : list of str
+        Fits that were refused, by their lines.
+    unlikely : int
+        Fits of which the likelihood of noise is below 0.05.
+    """
+
+    cases: int = 0
+    covered: dict[str, int] = field(default_factory=dict)
+    off: dict[str, float] = field(default_factory=dict)
+    refused: list[str] = field(default_factory=list)
+    unlikely: int = 0
+
+
+def simulated(kind: Kind, rng: np.random.Generator) -> Case:
+    """Draw a truth and the times at which teeth pass."""
+    own = "pressure_factor" in kind.vary
+    values = {
+        "inertia": 2.0 * rng.uniform(0.8, 1.2),
+        "gap_angle": rng.uniform(-150.0, 150.0),
+        "dead_centre_shift": rng.normal(0.0, 0.5),
+        "load_exponent": 1.0 if own else 0.0 if kind.at_bound else rng.uniform(0.9, 2.0),
+    }
+    for number in range(len(LOADS)):
+        values[f"pressure_factor@{number + 1}"] = (
+            1.0 + rng.normal(0.0, PRIORS["pressure_factor"]) if own else 1.0
+        )
+    errors = (TOOTH_DEVIATION if kind.with_teeth else 0.0) * rng.normal(size=WHEEL.teeth)
+    errors -= errors @ WHEEL.width / TURN
+    times = [
+        _passed(_speed(values, number), values["gap_angle"] * DEGREE, errors, kind, rng)
+        for number in range(len(LOADS))
+    ]
+    return Case(Truth(values, errors), times)
+
+
+def _speed(values: dict[str, float], number: int) -> Floats:
+    """Speed of a recording over the angle, from -360 degrees [rad/s]."""
+    scene = read_scene(
+        {
+            "engine": "ntua",
+            "set": {"load": LOADS[number], "speed": SPEED, "inertia": values["inertia"],
+                    "load_exponent": values["load_exponent"]},
+            "solver": {"closure": "cycle_time", "inertia_model": "variable"},
+            "output": {"quantities": ["omega"]},
+        }
+    )  # fmt: skip
+    family = scene.engine.family
+    assert isinstance(family, Family)
+    shift, factor = values["dead_centre_shift"], values[f"pressure_factor@{number + 1}"]
+    engine = replace(scene.engine, family=family.each(lambda d: _moved(d, shift * DEGREE, factor)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImplausibleWarning)
+        return np.asarray(sweeps.run(replace(scene, engine=engine)).omega.values).ravel()
+
+
+def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
+    """A diagram that comes later, on the same angles."""
+    return diagram_from_points(
+        diagram.angle,
+        factor * _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift),
+        diagram.period,
+    )
+
+
+def _periodic(angle: Floats, values: Floats) -> Any:
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(
+        np.append(angle, angle[0] + 2.0 * TURN), np.append(values, values[0]), bc_type="periodic"
+    )
+
+
+def _passed(
+    speed: Floats, gap_angle: float, errors: Floats, kind: Kind, rng: np.random.Generator
+) -> Floats:
+    """Times at which the teeth of some cycles pass [s]."""
+    cycle = 2.0 * TURN
+    angle = -0.5 * cycle + cycle / speed.size * np.arange(speed.size)
+    time = _periodic(angle, 1.0 / speed).antiderivative()
+    duration = float(time(angle[0] + cycle) - time(angle[0]))
+    width = WHEEL.width * (1.0 + errors)
+    # On the average, the teeth are where they should be.
+    aside = np.concatenate([[0.0], np.cumsum(WHEEL.width * errors)[:-1]]).mean()
+    first = gap_angle - aside + TURN * rng.integers(2)
+    edges = first + np.concatenate([[0.0], np.cumsum(np.tile(width, 2 * CYCLES))])
+    whole = np.floor((edges - angle[0]) / cycle)
+    within = np.clip(edges - whole * cycle, angle[0], angle[0] + cycle)  # rounding
+    passed = whole * duration + time(within) - time(angle[0])
+    return np.concatenate([[0.0], np.cumsum(np.diff(passed) * (1.0 + _noise(kind, rng)).ravel())])
+
+
+def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
+    """Relative errors of the times between teeth, shape (CYCLES, intervals)."""
+    count = 2 * WHEEL.teeth
+    noise = rng.normal(size=(CYCLES, count))
+    if not kind.low_orders:
+        return JITTER * noise
+    spectrum = np.fft.rfft(noise, axis=1)
+    spectrum *= 1.0 / (1.0 + (np.arange(spectrum.shape[1]) / 4.0) ** 2)  # half orders 1 to some 4
+    noise = np.fft.irfft(spectrum, count, axis=1)
+    noise *= SCATTER / np.sqrt(np.mean(noise**2))
+    firing = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
+    return np.asarray(noise * firing + 0.25 * JITTER * rng.normal(size=noise.shape))
+
+
+def _wanted(kind: Kind, truth: Truth, rng: np.random.Generator) -> dict[str, Varied]:
+    """What is fitted, and what is said to be known: its error is as large as is said.
+
+    A pressure factor is said to be 1, and was drawn around it.
+    """
+    wanted = {}
+    for key in kind.vary:
+        how = Varied(own=key == "pressure_factor")
+        if key in kind.priors:
+            known = 1.0 if how.own else truth.values[key] + rng.normal(0.0, PRIORS[key])
+            if key == "load_exponent":
+                known = max(known, 0.0)
+            how = replace(how, prior=known, deviation=PRIORS[key])
+        wanted[key] = how
+    return wanted
+
+
+def count(kind: Kind, cases: int, first: int = 0) -> Counted:
+    """Fit to some cases; each is the same, however many are drawn."""
+    found = Counted()
+    number = KINDS.index(kind)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+        for place in range(first, first + cases):
+            rng = np.random.default_rng([21, number, place])
+            case = simulated(kind, rng)
+            for one, times in enumerate(case.times):
+                rows = "\n".join(f"{time:.9f}" for time in times)
+                (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{rows}\n", encoding="utf-8")
+            found.cases += 1
+            try:
+                fit = sweeps.identify(
+                    folder / "scene.toml", _wanted(kind, case.truth, rng), predict=False,
+                    teeth="estimated" if kind.with_teeth else "perfect",
+                )  # fmt: skip
+            except SceneError as error:
+                found.refused.append(str(error))
+                continue
+            found.unlikely += fit.attrs["likelihood_of_noise"] < 0.05
+            for i, key in enumerate(fit.parameter.values.tolist()):
+                truth = case.truth.values[key]
+                inside = fit.value_low[i] <= truth <= fit.value_high[i]
+                found.covered[key] = found.covered.get(key, 0) + int(inside)
+                if fit.value_deviation[i] > 0.0:
+                    off = float((fit.value[i] - truth) / fit.value_deviation[i]) ** 2
+                    found.off[key] = found.off.get(key, 0.0) + off
+    return found
+
+
+def told(results: dict[str, Counted]) -> str:
+    """Lines of a table: coverage in percent, a row for each kind."""
+    keys = list(dict.fromkeys(key for one in results.values() for key in one.covered))
+    lines = [
+        "| case | fits | " + " | ".join(f"`{key}`" for key in keys) + " |",
+        "| --- | ---: |" + " ---: |" * len(keys),
+    ]
+    for kind in KINDS:
+        if kind.name in results:
+            one = results[kind.name]
+            shares = [
+                f"{100.0 * one.covered[key] / one.cases:.1f} %" if key in one.covered else ""
+                for key in keys
+            ]
+            lines.append(f"| {kind.words} | {one.cases} | {' | '.join(shares)} |")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Count, print, write."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks identification")
+    parser.add_argument("--cases", type=int, default=400, help="of each kind")
+    parser.add_argument("--only", nargs="+", choices=[kind.name for kind in KINDS])
+    parser.add_argument("--part", type=Path, help="write the figures there, as JSON")
+    options = parser.parse_args(arguments)
+    results = {}
+    for kind in KINDS:
+        if options.only is None or kind.name in options.only:
+            one = results[kind.name] = count(kind, options.cases)
+            rms = {key: f"{(off / one.cases) ** 0.5:.2f}" for key, off in one.off.items()}
+            print(
+                f"{kind.name}: {one.cases} fits, covered {json.dumps(one.covered)}, errors in "
+                f"standard deviations {json.dumps(rms)}, {one.unlikely} unlike noise, "
+                f"{len(one.refused)} refused {one.refused[:1]}",
+                flush=True,
+            )
+    print(told(results))
+    if options.part is not None:
+        write_part(
+            options.part,
+            {"coverage": {name: vars(one) for name, one in results.items()}},
+        )
