@@ -219,7 +219,7 @@ def _passed(
 ) -> Floats:
     """Times at which the teeth of some cycles pass [s]."""
     cycle = 2.0 * TURN
-    angle = -0.5 * cycle + cycle / speed.size * np.arange(speed.size)
+    angle: Floats = -0.5 * cycle + cycle / speed.size * np.arange(speed.size, dtype=np.float64)
     time = _periodic(angle, 1.0 / speed).antiderivative()
     duration = float(time(angle[0] + cycle) - time(angle[0]))
     width = WHEEL.width * (1.0 + errors)

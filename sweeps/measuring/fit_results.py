@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -58,14 +58,14 @@ class SpeedFit:
 
 
 def fit_dataset(
-    title: str, found: SpeedFit, predicted: Sequence[tuple[float, float]]
+    about: Mapping[str, Any], found: SpeedFit, predicted: Sequence[tuple[float, float]]
 ) -> xr.Dataset:
     """Labels and units of a fit to all recordings.
 
     Parameters
     ----------
-    title : str
-        Of the scene.
+    about : mapping
+        Attributes of what the scene computes.
     found : SpeedFit
         The fit.
     predicted : sequence of two float
@@ -112,7 +112,7 @@ def fit_dataset(
         coordinates["tooth"] = ("tooth", np.arange(1, given.sound.size + 1, dtype=np.int32),
                                 {"long_name": "tooth after the gap", "units": "1"})  # fmt: skip
     attributes = {
-        "title": title,
+        **about,
         "condition_number": fit.condition,
         "reduced_chi_square": fit.reduced_chi_square,
         "likelihood_of_noise": fit.likelihood_of_noise,

@@ -11,6 +11,7 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import DEGREE
+from sweeps.archive.labels import describe
 from sweeps.errors import SceneError
 from sweeps.measuring.computed_speeds import OF_DIAGRAM, OF_WHEEL, SpeedsOfRecordings
 from sweeps.measuring.fit_results import SpeedFit, fit_dataset
@@ -22,6 +23,7 @@ from sweeps.measuring.speed_fit import (
     Parameter,
     fit_speeds,
 )
+from sweeps.planning.plan import make_plan
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -117,7 +119,8 @@ def identify(
         raise
     except ValueError as error:
         raise SceneError(f"{task.name}: {error}") from None
-    return fit_dataset(given.title, found, predicted)
+    about = describe(make_plan(given)).attributes
+    return fit_dataset(about, found, predicted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +156,14 @@ class _Task:
         if not vary:
             raise SceneError(f"{name}: nothing to vary; name at least one parameter")
         for key, how in vary.items():
+            if "@" in key:
+                raise SceneError(
+                    f"{name}: {key}: must be {key.partition('@')[0]}, and own for a value of each "
+                    "recording"
+                )
+            given_numbers = (how.low, how.high, how.start, how.prior, how.deviation)
+            if any(one is not None and np.isnan(one) for one in given_numbers):
+                raise SceneError(f"{name}: {key}: nan is no bound, start, prior or deviation")
             if key in OF_WHEEL and scene.measured.wheel is None:
                 raise SceneError(f"{name}: {key}: must not vary for speed over angle: no wheel")
             if key in OF_WHEEL and how.own:

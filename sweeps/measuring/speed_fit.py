@@ -33,9 +33,10 @@ Above it some change of the parameters together does less than a 300th of what a
 its size would be read from what the model does not know either.
 """
 
-NEIGHBOURS = 0.1
+NEIGHBOURS = 0.25
 """Share of the intervals, to each side, whose variances are averaged: few cycles tell that of one
-interval badly, and weights that follow the noise make the 95 % intervals too narrow."""
+interval badly, and weights that follow the noise make the 95 % intervals too narrow. Where noise is
+of low orders, as that of combustion, a tenth is too few: all its variances are then wrong alike."""
 
 ROUNDS = 10
 """Of weights, where the loss is not linear."""

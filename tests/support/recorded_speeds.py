@@ -1,0 +1,120 @@
+"""Recordings of the speed of `ntua` as files, with diagrams that are not those of the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicSpline
+
+import sweeps
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.pressure.family import Family
+from engine_dyn.recordings.wheel import wheel_from_text
+from sweeps.scene.reading import read_scene
+
+__all__ = ["CYCLE", "LOADS", "WHEEL", "Recorded", "speed_of", "write_speeds", "write_teeth"]
+
+Floats = npt.NDArray[np.float64]
+
+LOADS = (25.0, 50.0, 90.0)
+WHEEL = wheel_from_text("36-1")
+CYCLE = 4.0 * np.pi
+
+SCENE = """title = "Recorded"
+engine = "ntua"
+[designs]
+load = [25, 50, 90]
+[solver]
+closure = "cycle_time"
+inertia_model = "variable"
+[output]
+quantities = ["omega"]
+[measured]
+file = ["load_0.csv", "load_1.csv", "load_2.csv"]
+at = { design = [1, 2, 3] }
+"""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a recording was made with: kg m2, degree, bar, 1."""
+
+    inertia: float = 2.2
+    shift: float = 0.0
+    pegging: float = 0.0
+    factor: float = 1.0
+
+
+def speed_of(load: float, made: Recorded) -> CubicSpline:
+    """1/omega over the crank angle [s/rad], from -2 pi."""
+
+    def moved(diagram: Diagram) -> Diagram:
+        spline = periodic(diagram.angle, diagram.pressure)
+        pressure = made.factor * spline(diagram.angle - np.deg2rad(made.shift))
+        return diagram_from_points(diagram.angle, pressure + 1e5 * made.pegging, diagram.period)
+
+    scene = read_scene(
+        {
+            "engine": "ntua",
+            "set": {"load": load, "speed": 1500, "inertia": made.inertia},
+            "solver": {"closure": "cycle_time", "inertia_model": "variable"},
+            "output": {"quantities": ["omega"]},
+        }
+    )
+    assert isinstance(scene.engine.family, Family)
+    engine = replace(scene.engine, family=scene.engine.family.each(moved))
+    found = sweeps.run(replace(scene, engine=engine))
+    return periodic(np.deg2rad(found.crank_angle.values), 1.0 / found.omega.values.ravel())
+
+
+def periodic(angle: Floats, values: Floats) -> CubicSpline:
+    return CubicSpline(
+        np.append(angle, angle[0] + CYCLE), np.append(values, values[0]), bc_type="periodic"
+    )
+
+
+def write_teeth(
+    folder: Path, made: list[Recorded], errors: Floats, gap_angle: float, cycles: int = 30
+) -> Path:
+    """Files of times of teeth whose single intervals have an error of 0.2 %, and their scene."""
+    rng = np.random.default_rng(8)
+    for place, (load, one) in enumerate(zip(LOADS, made, strict=True)):
+        slow = speed_of(load, one)
+        time, start = slow.antiderivative(), float(slow.x[0])
+        widths = np.tile(WHEEL.width * (1.0 + errors), 2 * cycles)
+        edges = np.deg2rad(gap_angle) + 2.0 * np.pi * (place % 2)
+        edges = edges + np.concatenate([[0.0], np.cumsum(widths)])
+        cycle, within = np.divmod(edges - start, CYCLE)
+        passed = time(np.minimum(within, CYCLE - 1e-12) + start) + cycle * time(start + CYCLE)
+        steps = np.diff(passed) * (1.0 + 0.002 * rng.normal(size=widths.size))
+        passed = np.concatenate([[0.0], np.cumsum(steps)])
+        lines = "\n".join(f"{value:.9f}" for value in passed)
+        (folder / f"load_{place}.csv").write_text(f"time [s]\n{lines}\n")
+    path = folder / "scene.toml"
+    path.write_text(f'{SCENE}kind = "teeth"\nwheel = "36-1"\n')
+    return path
+
+
+def write_speeds(folder: Path, made: list[Recorded], cycles: int = 15, step: float = 4.0) -> Path:
+    """Files of speed over crank angle that runs on over the cycles, and their scene."""
+    rng = np.random.default_rng(9)
+    for place, (load, one) in enumerate(zip(LOADS, made, strict=True)):
+        slow = speed_of(load, one)
+        angle = np.arange(-360.0, 720.0 * cycles - 360.0, step)
+        within = (np.deg2rad(angle) + 0.5 * CYCLE) % CYCLE - 0.5 * CYCLE
+        count = round(720.0 / step)
+        # Cycles differ in their low orders.
+        waves = np.cos(
+            np.arange(count) * np.arange(1, 6)[:, None] * 2.0 * np.pi / count
+            + rng.uniform(0.0, 2.0 * np.pi, (cycles, 5, 1))
+        )
+        noise = 0.001 * np.einsum("cw,cwn->cn", rng.normal(size=(cycles, 5)), waves)
+        speed = 30.0 / np.pi / slow(within) * (1.0 + noise.ravel())
+        lines = "\n".join(f"{a:g},{v:.5f}" for a, v in zip(angle, speed, strict=True))
+        (folder / f"load_{place}.csv").write_text(f"crank angle [deg],speed [rpm]\n{lines}\n")
+    path = folder / "scene.toml"
+    path.write_text(f'{SCENE}kind = "speed"\n')
+    return path
