@@ -24,6 +24,7 @@ __all__ = [
     "difference",
     "memory_size",
     "new_points",
+    "number_of",
     "output_option",
     "overwrite_option",
     "percentages",
@@ -121,6 +122,14 @@ def new_points(text: str) -> tuple[str, list[float]]:
             f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
         )
     return name.strip(), found
+
+
+def number_of(text: str, option: str) -> float:
+    """Return the number of an option such as "1e-4"."""
+    try:
+        return plain_number(text)
+    except ValueError:
+        raise SceneError(f"{option} {one_line(text.strip(), 30)}: must be a number") from None
 
 
 def difference(text: str) -> float:

@@ -1,4 +1,4 @@
-"""Commands about measured speed: measured."""
+"""Commands about measured speed and recorded cycles: measured, train, cylinders."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from sweeps.cli.arguments import output_option, overwrite_option, quiet_option
+from sweeps.cli.arguments import number_of, output_option, overwrite_option, quiet_option
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import check_output, files_of, writing
 
-__all__ = ["measured"]
+__all__ = ["cylinders", "measured", "train"]
 
 
 @click.command()
@@ -38,3 +38,75 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
         write(found, output, overwrite=overwrite)
     if not quiet:
         say(measured_text(found))
+
+
+@click.command()
+@click.argument("scene")
+@output_option()
+@overwrite_option()
+@quiet_option
+@guarded
+def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
+    """Follow the speed over the recorded cycles of SCENE in a row.
+
+    The cycles do not repeat: first speed and load are fitted to the speed that [measured] names, or
+    follow from the mean cycle. Beside it stand the train closed on itself, with the jump that this
+    forces, and each cycle as if it repeated for ever.
+    """
+    from sweeps.scene.reading import read_scene
+
+    read = read_scene(scene)
+    check_output(output, overwrite, *files_of(read))
+    from sweeps.archive.netcdf import write
+    from sweeps.measuring.recorded_train import follow_cycles
+    from sweeps.presenting.recorded_trains import train_text
+
+    with writing(output):
+        found = follow_cycles(read)
+        write(found, output, overwrite=overwrite)
+    if not quiet:
+        say(train_text(found))
+
+
+@click.command()
+@click.argument("scene")
+@click.option(
+    "--false-alarms",
+    default="1e-4",
+    metavar="NUMBER",
+    help="Wanted probability of a false alarm in one cycle of the engine. Default: 1e-4.",
+)
+@click.option(
+    "--tooth-deviation",
+    default="0.001",
+    metavar="NUMBER",
+    help="Standard deviation of errors of teeth that are not known, in shares of a pitch; it blurs "
+    "what is said of weak cylinders. Default: 0.001.",
+)
+@output_option()
+@overwrite_option()
+@quiet_option
+@guarded
+def cylinders(
+    scene: str, false_alarms: str, tooth_deviation: str, output: Path, overwrite: bool, quiet: bool
+) -> None:
+    """Find missed cycles and weak cylinders in the speeds that SCENE names in [measured].
+
+    Prints for each cylinder how its imep differs from that of the others, with the threshold below
+    which a cycle is called missed, and writes the deviation of every cycle to a netCDF archive.
+    """
+    from sweeps.scene.reading import read_scene
+
+    read = read_scene(scene)
+    check_output(output, overwrite, *files_of(read))
+    rate = number_of(false_alarms, "--false-alarms")
+    deviation = number_of(tooth_deviation, "--tooth-deviation")
+    from sweeps.archive.netcdf import write
+    from sweeps.measuring.cylinder_deviations import cylinder_deviations
+    from sweeps.presenting.cylinder_deviations import deviations_text
+
+    with writing(output):
+        found = cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation)
+        write(found, output, overwrite=overwrite)
+    if not quiet:
+        say(deviations_text(found))

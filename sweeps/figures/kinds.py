@@ -44,6 +44,7 @@ from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.curves import curves
+from sweeps.figures.cylinder_deviations import deviation_names, deviations
 from sweeps.figures.fitted import fitted_names, fitted_speeds
 from sweeps.figures.indicator import (
     recorded_names,
@@ -57,6 +58,7 @@ from sweeps.figures.orders import orders
 from sweeps.figures.outcomes import outcomes_map
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
+from sweeps.figures.recorded_train import recorded_train, train_names
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
 from sweeps.figures.study import Study
@@ -143,6 +145,10 @@ KINDS = (
     Kind("measured", "measured speed beside the computed one", measured_names, measured_speeds),
     Kind("fitted", "fit to measured speeds: curves, residuals, predictions, correlations",
          fitted_names, fitted_speeds),
+    Kind("train", "recorded cycles in a row: followed, closed, repeated", train_names,
+         recorded_train),
+    Kind("deviations", "imep of single cylinders by the measured speed: missed cycles, weak ones",
+         deviation_names, deviations),
     Kind("together", "forces of the mechanism in one panel", grouped_names, groups),
     Kind("polar", "loads of pins and journals as polar diagrams", polar_names, polar_diagrams),
     Kind("curves", "any other variable over the crank angle", _running("crank_angle"), curves,

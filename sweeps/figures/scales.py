@@ -101,6 +101,13 @@ def log_ticks(axis: Axis, low: float, high: float, few: bool = False) -> None:
         axis.set_minor_formatter(NullFormatter())
 
 
+def whole_ticks(axes: Axes) -> None:
+    """An abscissa that counts has its ticks at whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+
+
 def degree_ticks(axes: Axes, variable: xr.Variable) -> None:
     """An ordinate in degrees has its ticks at parts of a turn, where it is long enough."""
     from matplotlib.ticker import MaxNLocator

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
-from engine_dyn.quantities.graph import PARAMETERS, select
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, did_you_mean
+from sweeps.measuring.scene_values import value_of
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import make_plan
 from sweeps.running.in_memory import compute
@@ -168,27 +168,8 @@ class SpeedsOfRecordings:
 
 def _first_value(scene: Scene, key: str) -> float:
     """Value that a scene gives, or that follows from others, as the mass from piston and rod."""
-    given = float(scene.given_or_own(key)[1][0])
-    if np.isfinite(given):
-        return given
-    from sweeps.planning.leaves import given_values
-    from sweeps.scene.variants import variant_words
-
-    words = variant_words(scene)
-    values = given_values(scene, words)
-
-    def of(name: str) -> Any:
-        if name in values:
-            return np.mean(values[name].si)
-        node = select(name, *words)
-        if node.make is None:
-            raise KeyError(name)
-        return node.make(**{need: of(need) for need in node.needs})
-
-    try:
-        return float(of(key)) / PARAMETERS[key].si
-    except KeyError:
-        return float("nan")
+    given = scene.given(key)
+    return float(given[1][0]) if given is not None else value_of(scene, key) / PARAMETERS[key].si
 
 
 def _run(scene: Scene) -> Floats:

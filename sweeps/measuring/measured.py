@@ -38,7 +38,7 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDERS", "measured"]
+__all__ = ["FAR_SPEED", "ORDERS", "computed_speeds", "design_of", "measured"]
 
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders of the crank's turn that are compared."""
@@ -134,7 +134,7 @@ def measured(
         from sweeps.running.in_memory import run
 
         computed = run(replace(given, quantities=("omega", "delta"), reference=None))
-    angle, speeds = _computed_speeds(computed, given.measured, len(records), name)
+    angle, speeds = computed_speeds(computed, given.measured, len(records), name)
     try:
         curves = _curves(given.measured, records, angle, speeds, period)
     except ValueError as error:
@@ -142,7 +142,7 @@ def measured(
     return _dataset(given, given.measured, records, curves, angle, speeds, computed)
 
 
-def _computed_speeds(
+def computed_speeds(
     computed: xr.Dataset, given: Measured, count: int, name: str
 ) -> tuple[Floats, Floats]:
     """Angles [rad] and, for each recording, the computed speed of the design it belongs to."""
@@ -151,7 +151,7 @@ def _computed_speeds(
     angle = np.asarray(computed["crank_angle"].values, dtype=float) * DEGREE
     rows = []
     for place in range(count):
-        here = _design_of(computed["omega"], given, place)
+        here = design_of(computed["omega"], given, place)
         left = [str(d) for d in here.dims if d != "crank_angle" and here.sizes[d] > 1]
         if left:
             raise SceneError(
@@ -168,7 +168,7 @@ def _computed_speeds(
     return angle, np.array(rows)
 
 
-def _design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray:
+def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray:
     """Values of the design that a recording belongs to."""
     for key, wanted in given.at.items():
         if key not in values.dims:
@@ -404,7 +404,7 @@ def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> F
     found = _fluctuations(speeds)
     if "delta" in computed:
         for place in range(len(found)):
-            here = _design_of(computed["delta"], given, place).values
+            here = design_of(computed["delta"], given, place).values
             found[place] = float(np.asarray(here).reshape(-1)[0])
     return found
 

@@ -1,0 +1,134 @@
+"""Recorded cycles in a row: speed as it came, closed on itself, and each cycle for ever."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from engine_dyn.units import RPM
+from sweeps.figures.marks import line_style, shade
+from sweeps.figures.scales import whole_ticks, x_label, y_label
+from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
+from sweeps.figures.study import Study
+from sweeps.figures.views import View
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["recorded_train", "train_names"]
+
+DETAIL = 4
+"""Cycles whose speed is drawn over the angle."""
+
+FOLLOWED, CLOSED, REPEATED = 0.0, 0.55, 0.9
+"""Where they stand on the scale of lightness."""
+
+LOOKS = {"followed": (FOLLOWED, "-", "o"), "closed": (CLOSED, (0, (5, 1.5)), "s"),
+         "repeated": (REPEATED, (0, (1.2, 1)), "^")}  # fmt: skip
+TEXTS = {"followed": "as the cycles came", "closed": "train closed on itself",
+         "repeated": "each cycle as if it repeated for ever"}  # fmt: skip
+MOST_MARKS = 40
+"""Cycles up to which each has a mark."""
+
+
+def train_names(view: View) -> list[str]:
+    """All variables of a followed train; none of other archives."""
+    if not (view.has("omega_followed") and view.has("omega_closed")):
+        return []
+    return [str(name) for name in view.data.data_vars]
+
+
+def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the first cycles in detail, and the mean speed and delta of all."""
+    view = study.view
+    figure, panels = new_sheet(3, 1, 6.2)
+    entries: Entries = {}
+    _first_cycles(panels[0], view, entries)
+    number = _numbers(view, "recorded_cycle")
+    _over_cycles(panels[1], view, "omega_mean_{}", ("followed", "closed"), 1.0 / RPM, entries)
+    if view.has("omega_mean_measured"):
+        (drawn,) = panels[1].plot(
+            number, _numbers(view, "omega_mean_measured") / RPM, linestyle="none", marker="x",
+            color="black", markersize=5.0, zorder=5,
+        )  # fmt: skip
+        entries["measured"] = drawn
+    y_label(panels[1], "Mean speed (rpm)", 1.6)
+    _over_cycles(panels[2], view, "delta_{}", tuple(LOOKS), 1.0, entries)
+    y_label(panels[2], r"Coefficient of speed fluctuation $\delta$", 1.6)
+    for panel in panels[1:]:
+        panel.set_xlim(number[0] - 0.5, number[-1] + 0.5)
+        x_label(panel, "Recorded cycle", 6.0)
+        whole_ticks(panel)
+    yield (
+        "recorded_train",
+        finish(figure, "Recorded cycles in a row", _notes(view), entries, "", view.caption,
+               below=True),
+    )  # fmt: skip
+
+
+def _numbers(view: View, name: str) -> Floats:
+    return np.asarray(view.array(name).values, dtype=float)
+
+
+def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
+    """Speed over the angle of the first cycles, counted in cycles."""
+    number, angle = _numbers(view, "recorded_cycle")[:DETAIL], _numbers(view, "crank_angle")
+    turn = 720.0 if angle[-1] - angle[0] > 365.0 else 360.0
+    part = (angle - angle[0]) / turn
+    at = number[:, None] - 0.5 + part
+    if view.has("omega_raw"):
+        middle = (_numbers(view, "interval") - angle[0]) / turn
+        x = (number[:, None] - 0.5 + middle).ravel()
+        y = _numbers(view, "omega_raw")[: number.size].ravel() / RPM
+        (drawn,) = panel.plot(x, y, linestyle="none", marker=".", color="#a0a0a0", markersize=2.0)
+        entries["measured between teeth"] = drawn
+    for word in ("repeated", "closed", "followed"):
+        colour, dashes, _ = LOOKS[word]
+        values = _numbers(view, f"omega_{word}")[: number.size] / RPM
+        if word == "repeated":  # a line for each: from one to the next the speed jumps
+            gaps = np.full((values.shape[0], 1), np.nan)
+            x, y = np.hstack([at, gaps]).ravel(), np.hstack([values, gaps]).ravel()
+        else:
+            x, y = at.ravel(), values.ravel()
+        (drawn,) = panel.plot(x, y, color=shade(colour), linestyle=dashes, linewidth=1.1)
+        entries[TEXTS[word]] = drawn
+    panel.set_xlim(at[0, 0], at[-1, -1])
+    panel.set_xticks(number, [f"{n:.0f}" for n in number])
+    for edge in number[:-1] + 0.5:
+        panel.axvline(edge, color="#b8b8b8", linewidth=0.6, zorder=0.5)
+    y_label(panel, "Crank speed (rpm)", 1.6)
+    count = view.data.sizes["recorded_cycle"]
+    what = "All" if count <= DETAIL else f"The first {DETAIL} of {count}"
+    panel.set_title(f"{what} cycles, firing dead centre of cylinder 1 at each number")
+    x_label(panel, "Recorded cycle", 6.0)
+
+
+def _over_cycles(
+    panel: Axes, view: View, form: str, words: Sequence[str], factor: float, entries: Entries
+) -> None:
+    number = _numbers(view, "recorded_cycle")
+    for rank, word in enumerate(words):
+        colour, dashes, marker = LOOKS[word]
+        marker = marker if number.size <= MOST_MARKS else ""
+        style = {**line_style(rank, len(words)), "color": shade(colour), "linestyle": dashes,
+                 "marker": marker, "linewidth": 0.9}  # fmt: skip
+        panel.plot(number, factor * _numbers(view, form.format(word)), **style)
+
+
+def _notes(view: View) -> list[str]:
+    jump = float(_numbers(view, "jump"))
+    start = float(_numbers(view, "start_speed_followed"))
+    memory = 100.0 * float(_numbers(view, "memory_of_a_cycle"))
+    notes = [
+        f"closing forces a jump of {jump / RPM:+.2g} rpm ({100.0 * jump / start:+.2g} %) on the "
+        "first speed",
+        f"of a change of its energy {memory:.3g} % is left after a cycle",
+    ]
+    if view.has("omega_mean_measured"):
+        notes.append("first speed and load fitted to the measured speed")
+    else:
+        notes.append("before the train, its mean cycle has run for ever")
+    return notes

@@ -1,0 +1,396 @@
+"""Recorded cycles in a row: the speed over all of them, followed and closed, as a dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn import status
+from engine_dyn.recordings.wheel import TURN
+from engine_dyn.speed.transient import (
+    SpeedOfTrain,
+    TorqueTrain,
+    close_train,
+    fit_train,
+    follow_train,
+)
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+from sweeps.errors import SceneError
+from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
+from sweeps.measuring.measured_files import records_of
+from sweeps.measuring.scene_values import LEFT_OUT, OneEngine, engine_of, values_of
+from sweeps.scene.measured import Measured
+from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["follow_cycles"]
+
+NOT_FOLLOWED: Mapping[str, str] = {
+    **LEFT_OUT,
+    "stroke_friction": "friction over the stroke is not followed; its shares must be 0",
+    "angle_load": "a load over angle is not followed; must be a + k omega^alpha",
+    "with_driver": "a driver is not followed; the engine must drive its load",
+    "linear_square": "the load must be a + k omega^alpha, by load_exponent",
+    "table": "a load from a table is not followed; must be a + k omega^alpha",
+    "motor": "a motor is not followed; the engine must drive its load",
+}
+"""Words of scenes whose trains are not followed, and what must hold instead."""
+
+MOST_APART = 2
+"""Cycles by which the recordings of pressure and speed may begin apart."""
+
+FEWEST = 2
+"""Cycles of which the speed must be measured: one speed does not determine speed and load."""
+
+CLOSE_ENOUGH, MOST_STEPS = 1e-12, 60
+"""Relative change of the load coefficient at which its search ends, and how long it may take."""
+
+STEADY = (
+    "no speed is measured: before the train, its mean cycle has run for ever at the nominal speed; "
+    "the load coefficient is that for which the train's mean speed is the nominal one"
+)
+MEASURED = "first speed and load coefficient by least squares on the measured speeds between teeth"
+PRESSURES = "cylinder 1 recorded; each of the others has the same cycles at its own firing angle"
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """The followed train, and the measured speed beside it.
+
+    Attributes
+    ----------
+    speed : SpeedOfTrain
+        Followed.
+    how : str
+        Where first speed and load coefficient come from.
+    middle : ndarray, shape (intervals,)
+        Crank angles in the middle of the intervals between teeth [rad], from the first of a cycle.
+    raw : ndarray, shape (cycles, intervals)
+        Measured between them [rad/s]; NaN where nothing was.
+    means : ndarray, shape (cycles,)
+        Measured mean over the angle of each cycle [rad/s].
+    said : dict
+        What was found about it.
+    """
+
+    speed: SpeedOfTrain
+    how: str
+    middle: Floats | None = None
+    raw: Floats | None = None
+    means: Floats | None = None
+    said: Mapping[str, Any] | None = None
+
+
+def follow_cycles(scene: str | Path | Mapping[str, Any] | Scene) -> xr.Dataset:
+    """Follow the speed over recorded cycles in a row, as they came.
+
+    The train of cycles is an initial-value problem with variable inertia, docs/method.md section
+    15.4. First speed and load coefficient are fitted to the speed that [measured] names, which must
+    have been recorded together with the pressure. Without it, the mean cycle is taken to have run
+    for ever before the train, and the train's mean speed is the nominal one.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene
+        One design, with `recorded_cycle` on an axis whose numbers follow each other.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `recorded_cycle` and `crank_angle`: the speed, followed, closed on itself, and as if
+        each cycle repeated for ever. Over `recorded_cycle`: delta and mean speed of each, imep.
+        Without dimensions: first speeds, load coefficients, the jump that closing forces, and the
+        memory of the train. With [measured], over `interval` (of teeth): the raw speed.
+
+    Raises
+    ------
+    SceneError
+        One line: no recorded cycles or several designs, engines and loads that are not followed,
+        cycles that do not drive their load, and speeds that do not fit.
+    """
+    given = read_scene(scene)
+    name = str(given.path or "scene")
+    given, numbers = _one_design(given, name)
+    engine = engine_of(given, f"{name}: a train of recorded cycles", NOT_FOLLOWED)
+    exponent, constant, nominal = values_of(given, ("load_exponent", "load_offset", "speed"))
+    repeated = _repeated(given)
+    friction = float(repeated["friction_torque"].mean())
+
+    samples = 2 * round(engine.period / DEGREE / given.angle_step)
+    angle = engine.period * (np.arange(samples) / samples - 0.5)
+    pressure = np.array([given.recorded_cycles[number - 1](angle) for number in numbers])
+    train = engine.train(pressure, friction, exponent, constant)
+    one = engine.train(pressure.mean(axis=0)[None], friction, exponent, constant)
+    surplus = float(train.torque.mean()) - constant
+    if not surplus > 0.0:
+        raise SceneError(
+            f"{name}: the recorded cycles do not drive the load: their mean torque less friction "
+            f"and load_offset is {surplus:.3g} N m; must be above 0"
+        )
+    steady = _solved(close_train(one, nominal), "the mean cycle", name)
+    if given.measured is None:
+        fit = _Fit(_at_mean_speed(train, steady, nominal, name), STEADY)
+    else:
+        fit = _fitted(given.measured, train, engine, steady, numbers[0], name)
+    followed = fit.speed
+    mean = float(_means(followed.speed, len(numbers)).mean())
+    closed = _solved(close_train(train, mean), "the closed train", name)
+    return _dataset(given, numbers, repeated, fit, closed, len(engine.firing))
+
+
+def _one_design(scene: Scene, name: str) -> tuple[Scene, list[int]]:
+    """The scene with nothing on its axes but recorded cycles, and their numbers."""
+    if "recorded_cycle" not in scene.axes:
+        raise SceneError(
+            f"{name}: [axes] recorded_cycle: missing; must be the numbers of recorded cycles that "
+            "follow each other, such as { start = 1, stop = 12, num = 12 }"
+        )
+    several = [key for key in scene.dimensions if key != "recorded_cycle"
+               and (key not in scene.axes or len(scene.axes[key]) > 1)]  # fmt: skip
+    if several:
+        raise SceneError(
+            f"{name}: the scene also varies {', '.join(several)}; a train of recorded cycles must "
+            "be of one design"
+        )
+    single = {k: float(v[0]) for k, v in scene.axes.items() if k != "recorded_cycle"}
+    numbers = [int(number) for number in scene.axes["recorded_cycle"]]
+    if len(numbers) < FEWEST or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
+        raise SceneError(
+            f"{name}: [axes] recorded_cycle: must be at least {FEWEST} numbers that follow each "
+            "other, as the cycles did"
+        )
+    return replace(
+        scene, settings={**scene.settings, **single},
+        axes={"recorded_cycle": scene.axes["recorded_cycle"]}, dimensions=("recorded_cycle",),
+    ), numbers  # fmt: skip
+
+
+def _repeated(scene: Scene) -> xr.Dataset:
+    """Each recorded cycle as if it repeated for ever, with variable inertia."""
+    from sweeps.running.in_memory import run
+
+    quantities = ("omega", "delta", "omega_mean", "friction_torque", "imep", "load_coefficient")
+    return run(
+        replace(scene, quantities=quantities, inertia_models=("variable",), reference=None,
+                fail_on=())
+    )  # fmt: skip
+
+
+def _solved(found: SpeedOfTrain, what: str, name: str) -> SpeedOfTrain:
+    if found.status == status.CONVERGED:
+        return found
+    raise SceneError(
+        f"{name}: {what} has no speed ({status.MEANINGS[found.status]}); the inertia or the speed "
+        "must be larger"
+    )
+
+
+def _at_mean_speed(
+    train: TorqueTrain, steady: SpeedOfTrain, wanted: float, name: str
+) -> SpeedOfTrain:
+    """Train from a first speed on, with the load coefficient for which its mean speed is wanted."""
+    coefficient = steady.load_coefficient
+    for _ in range(MOST_STEPS):
+        found = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
+        step = (wanted - _mean(found.speed)) / _mean(found.by_coefficient)
+        coefficient += step
+        if abs(step) <= CLOSE_ENOUGH * abs(coefficient):
+            break
+    return found
+
+
+def _mean(values: Floats) -> float:
+    """Mean over the angle, by trapezia."""
+    return float(np.mean(0.5 * (values[1:] + values[:-1])))
+
+
+def _means(speed: Floats, count: int) -> Floats:
+    """Mean over the angle of each cycle."""
+    return np.asarray((0.5 * (speed[1:] + speed[:-1])).reshape(count, -1).mean(axis=1))
+
+
+# --- measured speed -------------------------------------------------------------------------------
+
+
+def _fitted(
+    given: Measured, train: TorqueTrain, engine: OneEngine, steady: SpeedOfTrain,
+    first: int, name: str,
+) -> _Fit:  # fmt: skip
+    """First speed and load coefficient from the speed of [measured]."""
+    where = f"{name}: [measured]"
+    if len(given.files) > 1:
+        raise SceneError(
+            f"{where} file: {len(given.files)} files; must be the one that was recorded with the "
+            "pressure"
+        )
+    period = engine.period
+    (record,) = records_of(given, period, name)
+    row = cycles_in_a_row(
+        record, given, steady.angle[:-1] - 0.5 * period, steady.speed[:-1], period,
+        engine.symmetry, where,
+    )  # fmt: skip
+    unit = period if row.turn_known else TURN
+    most = round(MOST_APART * period / unit)
+    tried = []
+    for shift in unit * np.arange(-most, most + 1):
+        begin = row.start + 0.5 * period + shift - (first - 1) * period
+        fit = _fit_from(train, row, begin, period)
+        if fit is not None:
+            tried.append((fit[0], begin, fit[1]))
+    if not tried:
+        raise SceneError(
+            f"{where} {record.label}: {len(row.speed)} whole cycles of speed; must be at least "
+            f"{FEWEST} together with the recorded pressure"
+        )
+    tried.sort(key=lambda one: one[0])
+    rms, begin, found = tried[0]
+    cycle = math.floor(begin / period + 1e-9)
+    count, intervals = round(train.angle[-1] / period), row.width.size
+    raw = np.full((count, intervals), np.nan)
+    here = np.arange(len(row.speed)) + cycle
+    inside = (here >= 0) & (here < count)
+    raw[here[inside]] = np.where(row.used, row.speed, np.nan)[inside]
+    middle = begin - cycle * period - 0.5 * period + np.cumsum(row.width) - 0.5 * row.width
+    said = {
+        "recording": f"{record.label} sha256 {record.sha256}",
+        "rms_difference": rms,
+        "cycles_of_speed": len(row.speed),
+        "first_cycle_of_speed": first + cycle,
+        "start_of_speed_from": f"{row.start_from}; the cycle by the least rms difference",
+        "remarks": "\n".join(f"{record.label}: {line}" for line in record.remarks),
+    }
+    if len(tried) > 1:
+        said["rms_difference_of_next_alignment"] = tried[1][0]
+    means = _cycle_means(row, begin, count, period)
+    return _Fit(found, MEASURED, middle, raw, means, said)
+
+
+def _fit_from(
+    train: TorqueTrain, row: CyclesInARow, begin: float, period: float
+) -> tuple[float, SpeedOfTrain] | None:
+    """Fit to a recording that begins at an angle of the train; its relative rms difference."""
+    edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
+    speed = np.where(row.used, row.speed, np.nan).ravel()
+    inside = np.flatnonzero((edges >= 0.0) & (edges <= train.angle[-1]))
+    if not inside.size:
+        return None
+    edges, speed = edges[inside], speed[inside[:-1]]
+    known = np.isfinite(speed)
+    if float(np.diff(edges)[known].sum()) < (FEWEST - 0.5) * period:
+        return None
+    found = fit_train(train, edges, speed)
+    if found.status != status.CONVERGED:
+        return None
+    slow = 0.5 * train.step * (1.0 / found.speed[1:] + 1.0 / found.speed[:-1])
+    time = np.interp(edges, train.angle, np.concatenate([[0.0], np.cumsum(slow)]))
+    off = (np.diff(edges) / np.diff(time) - speed)[known]
+    return float(np.sqrt(np.mean(off**2)) / speed[known].mean()), found
+
+
+def _cycle_means(row: CyclesInARow, begin: float, count: int, period: float) -> Floats:
+    """Measured mean over the angle of each cycle of the train; NaN where some of it is missing."""
+    width = np.tile(row.width, len(row.speed))
+    edges = begin + np.concatenate([[0.0], np.cumsum(width)])
+    speed = row.speed.ravel()
+    parts = np.nan_to_num(speed) * width, np.isnan(speed) * width
+    at = period * np.arange(count + 1)
+    whole, lost = (
+        np.diff(np.interp(at, edges, np.concatenate([[0.0], np.cumsum(part)]))) for part in parts
+    )
+    covered = (at[:-1] >= edges[0] - 1e-9) & (at[1:] <= edges[-1] + 1e-9) & (lost < 1e-9)
+    return np.where(covered, whole / period, np.nan)
+
+
+# --- labels ---------------------------------------------------------------------------------------
+
+
+def _dataset(
+    scene: Scene, numbers: list[int], repeated: xr.Dataset, fit: _Fit, closed: SpeedOfTrain,
+    cylinders: int,
+) -> xr.Dataset:  # fmt: skip
+    """Labels, units and what was assumed."""
+    import xarray as xr
+
+    count, followed = len(numbers), fit.speed
+    along, each, none = ("recorded_cycle", "crank_angle"), ("recorded_cycle",), ()
+    rad, one, pairs = "rad s-1", "1", {"followed": followed, "closed": closed}
+    texts = {"followed": "as the cycles came", "closed": "train closed on itself"}
+    coefficient = repeated["load_coefficient"].attrs.get("units")
+    data: dict[str, Any] = {}
+    for word, speed in pairs.items():
+        text = texts[word]
+        curve, delta = _of_cycles(speed.speed, count)
+        data[f"omega_{word}"] = (along, curve, rad, f"crank speed, {text}")
+        data[f"delta_{word}"] = (each, delta, one, f"coefficient of speed fluctuation, {text}")
+        data[f"omega_mean_{word}"] = (each, _means(speed.speed, count), rad,
+                                      f"mean speed over the angle, {text}")  # fmt: skip
+        data[f"start_speed_{word}"] = (none, speed.start_speed, rad, f"first speed, {text}")
+        data[f"load_coefficient_{word}"] = (none, speed.load_coefficient, coefficient,
+                                            f"coefficient of the load torque, {text}")  # fmt: skip
+    forever = "each cycle as if it repeated for ever"
+    data |= {
+        "omega_repeated": (along, repeated["omega"].transpose(*along).values, rad,
+                           f"crank speed, {forever}"),
+        "delta_repeated": (each, repeated["delta"].values, one,
+                           f"coefficient of speed fluctuation, {forever}"),
+        "imep": (each, repeated["imep"].values, "bar", "indicated mean effective pressure"),
+        "jump": (none, closed.start_speed - followed.start_speed, rad,
+                 "change of the first speed that closing forces on the train"),
+        "memory": (none, followed.memory, one,
+                   "what is left at the end of a small change of the first energy"),
+        "memory_of_a_cycle": (none, followed.memory ** (1.0 / count), one,
+                              "the same of one cycle, the mean of all"),
+    }  # fmt: skip
+    coordinates: dict[str, Any] = {
+        "recorded_cycle": (each, np.array(numbers, dtype=np.int32),
+                           {"long_name": "number of the recorded cycle", "units": "1"}),
+        "crank_angle": (("crank_angle",), repeated["crank_angle"].values,
+                        dict(repeated["crank_angle"].attrs)),
+    }  # fmt: skip
+    said: dict[str, Any] = {}
+    if fit.raw is not None and fit.middle is not None:
+        data["omega_raw"] = (("recorded_cycle", "interval"), fit.raw, rad,
+                             "raw speed between teeth, measured")  # fmt: skip
+        data["omega_mean_measured"] = (each, fit.means, rad, "mean speed over the angle, measured")
+        coordinates["interval"] = (
+            ("interval",), fit.middle / DEGREE,
+            {"long_name": "crank angle in the middle of the interval between teeth, which may lie "
+             "in the next cycle", "units": "degree"},
+        )  # fmt: skip
+        said |= fit.said or {}
+    variables = {}
+    for key, (dims, values, units, text) in data.items():
+        attributes = {"long_name": text} | ({} if units is None else {"units": units})
+        variables[key] = xr.Variable(dims, np.asarray(values, dtype=float), attributes)
+    dataset = xr.Dataset(
+        variables,
+        coords=coordinates,
+        attrs={
+            **repeated.attrs,
+            "title": scene.title,
+            "first_speed_and_load_from": fit.how,
+            "pressures_of_cylinders": PRESSURES if cylinders > 1 else "cylinder 1 recorded",
+            "friction_torque": float(repeated["friction_torque"].mean()),
+            **said,
+        },
+    )
+    for coordinate in dataset.coords.values():
+        coordinate.encoding["_FillValue"] = None
+    return dataset
+
+
+def _of_cycles(speed: Floats, count: int) -> tuple[Floats, Floats]:
+    """Speed of each cycle without its end, and delta with it."""
+    curve = speed[:-1].reshape(count, -1)
+    ends = np.append(curve[1:, 0], speed[-1])
+    high, low = np.maximum(curve.max(axis=1), ends), np.minimum(curve.min(axis=1), ends)
+    return curve, (high - low) / _means(speed, count)

@@ -1,0 +1,236 @@
+"""Missed cycles and weak cylinders of an engine that was integrated apart from the estimator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.figures import draw
+from tests.support.commands import ok, refused
+from tests.support.known_cycles import KnownEngine, speed_of, tooth_times
+
+CYCLES, GAP, SPEED = 60, 78.0, 2000.0
+DISPERSION, WEAK = 0.04, 0.2
+MISSED = ((12, 2), (30, 0), (31, 3))
+"""Cycle and cylinder, from 0: one alone, and two in cycles that follow each other."""
+SET = {"speed": SPEED, "load": 60, "reciprocating_mass": 0.65, "inertia": 0.15}
+ENGINE = KnownEngine(0.0875, 0.101, 0.151, 0.65, 0.15, (0.0, 540.0, 180.0, 360.0))
+
+
+@pytest.fixture(scope="module")
+def pressures() -> tuple[Any, Any, Any]:
+    """Angle, pressure of the mean cycle, and the same without combustion."""
+    found = [
+        sweeps.run({"engine": "si_four_87x101", "set": SET | more,
+                    "output": {"quantities": ["pressure"]}})
+        for more in ({}, {"misfire": 1})
+    ]  # fmt: skip
+    angle = np.radians(found[0]["crank_angle"].values)
+    return angle, *(1e5 * one["pressure"].values for one in found)
+
+
+def factors(seed: int, weak: float = 0.0, missed: Any = ()) -> Any:
+    found = 1.0 + DISPERSION * np.random.default_rng(seed).standard_normal((CYCLES, 4))
+    found[:, 1] -= weak
+    for place in missed:
+        found[place] = 0.0
+    return found
+
+
+def record(path: Path, pressures: tuple[Any, Any, Any], given: Any, **teeth: float) -> None:
+    angle, speed, _ = speed_of(ENGINE, *pressures, given, SPEED * np.pi / 30.0)
+    noise = {"errors": 0.001, "passage": 0.0002} | teeth
+    times = tooth_times(angle, speed, np.radians(GAP), seed=1, **noise)  # type: ignore[arg-type]
+    path.write_text("time [s]\n" + "\n".join(f"{t:.9f}" for t in times) + "\n")
+
+
+def scene(path: Path, **keys: Any) -> dict[str, Any]:
+    return {
+        "engine": "si_four_87x101",
+        "set": SET,
+        "output": {"quantities": ["delta"]},
+        "measured": {"file": str(path), "kind": "teeth", "wheel": "60-2", "gap_angle": GAP} | keys,
+    }
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory: pytest.TempPathFactory, pressures: Any) -> Path:
+    path = tmp_path_factory.mktemp("cylinders") / "faulty.csv"
+    record(path, pressures, factors(4, WEAK, MISSED))
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(faulty: Path) -> xr.Dataset:
+    return sweeps.cylinder_deviations(scene(faulty)).isel(recording=0)
+
+
+def test_missed_cycles_are_found_and_no_others(found: xr.Dataset) -> None:
+    called = {tuple(place) for place in np.argwhere(found["missed"].values > 0.0)}
+    assert called == set(MISSED)
+    assert (found["missed_found"] > 0.99).all()
+    lacking = float(found["imep_of_combustion"])
+    for place in MISSED:
+        assert float(found["imep_deviation_of_cycle"].values[place]) == pytest.approx(
+            -lacking, rel=0.12
+        )
+
+
+def test_the_weak_cylinder_is_found_and_no_other(found: xr.Dataset) -> None:
+    assert found["weak"].values.tolist() == [0.0, 1.0, 0.0, 0.0]
+    assert not found["dead"].values.any()
+    lacking = float(found["imep_of_combustion"])
+    off = float(found["imep_deviation_lasting"][1]) + WEAK * lacking
+    assert abs(off) < 3.0 * float(found["imep_deviation_lasting_std"][1])
+    # the others are compared with a mean in which the weak one is
+    others = found["imep_deviation_lasting"].values[[0, 2, 3]]
+    assert others.mean() == pytest.approx(WEAK * lacking / 3.0, abs=0.3)
+
+
+def test_errors_are_as_large_as_is_said(found: xr.Dataset, pressures: Any) -> None:
+    """Deviations of normal cycles less the true ones scatter as the standard deviation says."""
+    true = factors(4, WEAK, MISSED)
+    true = (true - np.mean(np.delete(true, [12, 30, 31], axis=0), axis=0)) * float(
+        found["imep_of_combustion"]
+    )
+    off = found["imep_deviation_of_cycle"].values - true[: found.sizes["recorded_cycle"]]
+    off[[11, 12, 13, 29, 30, 31, 32]] = np.nan
+    scatter = float(np.sqrt(np.nanmean(off**2)))
+    count = int(np.isfinite(off).sum())
+    said = float(found["imep_deviation_of_cycle_std"].mean())
+    assert scatter == pytest.approx(said, rel=4.0 / np.sqrt(2.0 * count))
+    assert float(found["imep_dispersion"] / found["imep_of_combustion"]) == pytest.approx(
+        DISPERSION, rel=0.25
+    )
+    assert float(found["tooth_passage"]) == pytest.approx(0.0002, rel=0.1)
+
+
+def test_both_deviations_add_up(found: xr.Dataset) -> None:
+    np.testing.assert_allclose(
+        found["imep_deviation"],
+        found["imep_deviation_of_cycle"] + found["imep_deviation_lasting"],
+    )
+    assert (found["imep_deviation_std"] > found["imep_deviation_of_cycle_std"]).all()
+
+
+def test_a_sound_engine_has_no_alarms(tmp_path: Path, pressures: Any) -> None:
+    record(tmp_path / "sound.csv", pressures, factors(9))
+    found = sweeps.cylinder_deviations(scene(tmp_path / "sound.csv"), false_alarms=1e-5)
+    assert not (found["missed"] > 0.0).any()
+    assert not (found["weak"] > 0.0).any()
+    assert (found["missed_threshold"] < -4.0 * found["imep_deviation_of_cycle_std"]).all()
+
+
+def test_a_dead_cylinder_is_no_missed_cycle(tmp_path: Path, pressures: Any) -> None:
+    given = factors(2)
+    given[:, 2] = 0.0
+    record(tmp_path / "dead.csv", pressures, given)
+    found = sweeps.cylinder_deviations(scene(tmp_path / "dead.csv"))
+    assert found["dead"].values[0].tolist() == [0.0, 0.0, 1.0, 0.0]
+    assert not (found["missed"] > 0.0).any()
+
+
+def test_more_false_alarms_raise_the_threshold(faulty: Path, found: xr.Dataset) -> None:
+    other = sweeps.cylinder_deviations(scene(faulty), false_alarms=0.01).isel(recording=0)
+    assert (other["missed_threshold"] > found["missed_threshold"]).all()
+    assert other.attrs["false_alarms"] == pytest.approx(0.01, rel=1e-12)
+
+
+def test_lost_teeth_cost_their_cycles(faulty: Path, found: xr.Dataset) -> None:
+    lines = faulty.read_text().splitlines()
+    del lines[1 + 40 * 116 + 30]
+    path = faulty.with_name("lost.csv")
+    path.write_text("\n".join(lines) + "\n")
+    other = sweeps.cylinder_deviations(scene(path)).isel(recording=0)
+    unknown = np.isnan(other["imep_deviation_of_cycle"].values)
+    assert unknown[40].all()
+    assert unknown[1:-1].sum() < 16
+    called = {tuple(place) for place in np.argwhere(other["missed"].values > 0.0)}
+    assert called == set(MISSED)
+
+
+def test_the_gap_says_with_which_turn_the_recording_begins(faulty: Path, found: xr.Dataset) -> None:
+    """A turn later, cylinders 1 and 4 and cylinders 2 and 3 change places."""
+    other = sweeps.cylinder_deviations(scene(faulty, gap_angle=GAP + 360.0)).isel(recording=0)
+    assert other["weak"].values.tolist() == [0.0, 0.0, 1.0, 0.0]
+    assert {cylinder for _, cylinder in np.argwhere(other["missed"].values > 0.0)} == {0, 1, 3}
+    with pytest.raises(SceneError, match=r"gap_angle: missing.*every 180 degrees"):
+        sweeps.cylinder_deviations(scene(faulty, gap_angle=None) | {
+            "measured": {"file": str(faulty), "kind": "teeth", "wheel": "60-2"}
+        })  # fmt: skip
+
+
+def test_several_recordings_stand_side_by_side(
+    faulty: Path, found: xr.Dataset, pressures: Any
+) -> None:
+    record(faulty.with_name("sound.csv"), pressures, factors(9)[:40])
+    both = scene(faulty, file=[str(faulty), str(faulty.with_name("sound.csv"))],
+                 at={"load": [60, 40]})  # fmt: skip
+    both["set"] = {key: value for key, value in SET.items() if key != "load"}
+    both["axes"] = {"load": [40, 60]}
+    result = sweeps.cylinder_deviations(both)
+    assert result["load"].values.tolist() == [60.0, 40.0]
+    first = result.isel(recording=0)
+    np.testing.assert_allclose(first["imep_deviation"], found["imep_deviation"], rtol=1e-6)
+    assert np.isnan(result["imep_deviation"][1, 41:]).all()
+    assert float(result["imep_of_combustion"][1]) < float(result["imep_of_combustion"][0])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"engine": "ntua"}, "cylinders = 1"),
+        ({"measured": None}, r"\[measured\] is missing"),
+        ({"measured": {"kind": "speed", "wheel": None}}, "kind = 'speed': must be 'teeth'"),
+        ({"set": {"misfire": 2}}, "cylinders must be equal"),
+        ({"axes": {"bore": [0.08, 0.09]}}, "the scene varies bore"),
+        ({"short": 5}, "5 whole cycles; must be at least 6"),
+    ],
+)
+def test_what_does_not_fit_is_refused(faulty: Path, change: dict[str, Any], said: str) -> None:
+    given = scene(faulty)
+    if "short" in change:
+        path = faulty.with_name("short.csv")
+        path.write_text("\n".join(faulty.read_text().splitlines()[: 2 + 5 * 116]) + "\n")
+        given = scene(path)
+    for table, values in change.items():
+        if table == "short":
+            continue
+        if isinstance(values, dict):
+            values = {k: v for k, v in {**given.get(table, {}), **values}.items() if v is not None}
+        given[table] = values
+    given = {key: value for key, value in given.items() if value is not None}
+    with pytest.raises(SceneError, match=said) as error:
+        sweeps.cylinder_deviations(given)
+    assert "\n" not in str(error.value)
+
+
+def test_the_command_writes_and_draws(faulty: Path, tmp_path: Path) -> None:
+    (tmp_path / "teeth.csv").write_bytes(faulty.read_bytes())
+    path = tmp_path / "scene.toml"
+    given = "\n".join(f"{key} = {value}" for key, value in SET.items())
+    path.write_text(
+        f'engine = "si_four_87x101"\n[set]\n{given}\n[output]\nquantities = ["delta"]\n'
+        f'[measured]\nfile = "teeth.csv"\nkind = "teeth"\nwheel = "60-2"\ngap_angle = {GAP}\n'
+    )
+    out = tmp_path / "cylinders.nc"
+    said = ok("cylinders", path, "-o", out)
+    assert "weak" in said and "missed cycles" in said
+    again = ok("cylinders", path, "-o", out, "--overwrite", "-q", "--false-alarms", "0.001")
+    assert again == ""
+    with sweeps.open(out) as found:
+        names = [figure.stem for figure in draw(found, tmp_path / "figures")]
+        assert found.attrs["false_alarms"] == pytest.approx(1e-3, rel=1e-12)
+    assert {"cylinder_deviations", "cylinder_means"} <= set(names)
+    assert "--false-alarms often: must be a number" in refused(
+        "cylinders", path, "-o", out, "--overwrite", "--false-alarms", "often"
+    )
+    assert "between 0 and 1" in refused(
+        "cylinders", path, "-o", out, "--overwrite", "--false-alarms", "2"
+    )
