@@ -1,6 +1,7 @@
 """Figure and rates of docs/measured_pressure.md: wrong dead centres of fired cycles.
 
     python tools/measured_pressure.py figure           # docs/figures/recorded_pressure.png
+    python tools/measured_pressure.py train            # docs/figures/recorded_train.png
     python tools/measured_pressure.py rates [NUMBER]   # prints the tables
 
 Modelled engines are drawn at random (spark-ignition, diesel with and without charger, two-stroke,
@@ -20,8 +21,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from PIL import Image
 
+import sweeps
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
@@ -32,6 +35,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
 from sweeps.figures import draw
+from sweeps.presenting.recorded_trains import train_text
 from sweeps.reading.engine_files import load_engine
 from sweeps.reading.laboratory.evaluation import evaluated
 
@@ -194,17 +198,47 @@ def figure() -> None:
     found = examine(cycles, cylinder)
     title = "Recorded pressure, modelled diesel engine 140/180 mm, dead centre wrong by 2 degrees"
     data = evaluated(cycles, cylinder, title=title, findings=found)
+    save(data, "recorded_pressure")
+
+
+def save(data: xr.Dataset, name: str) -> None:
+    """One figure of a dataset, at half its size."""
     with tempfile.TemporaryDirectory() as folder:
         paths = {path.stem: path for path in draw(data, folder)}
-        with Image.open(paths["recorded_pressure"]) as picture:
+        with Image.open(paths[name]) as picture:
             small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2))
-            target = Path(__file__).parents[1] / "docs" / "figures" / "recorded_pressure.png"
+            target = Path(__file__).parents[1] / "docs" / "figures" / f"{name}.png"
             small.quantize(256).save(target, optimize=True)
+
+
+def train() -> None:
+    """Sixteen cycles in a row of a modelled diesel engine, the sixth of which hardly burns."""
+    rng = np.random.default_rng(3)
+    angle = np.arange(-360.0, 360.0)
+    light, *_, heavy = (one(angle * DEGREE) for one in load_engine("ntua").family.diagrams)
+    shares = rng.normal(0.7, 0.06, 16)
+    shares[5] = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        rows = [f"{k};" + ";".join(f"{p:.5f}" for p in (light + share * (heavy - light)) / BAR)
+                for k, share in enumerate(shares, start=1)]  # fmt: skip
+        head = "cycle;" + ";".join(f"{a:g}" for a in angle)
+        path = Path(folder) / "cycles.csv"
+        path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+        found = sweeps.follow_cycles({
+            "engine": "ntua",
+            "axes": {"recorded_cycle": list(range(1, 17))},
+            "indicator": {"file": str(path), "unit": "bar"},
+            "output": {"quantities": ["delta"]},
+        })  # fmt: skip
+    print(train_text(found))
+    save(found, "recorded_train")
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["figure"]:
         figure()
+    elif sys.argv[1:2] == ["train"]:
+        train()
     else:
         many = int(sys.argv[2]) if len(sys.argv) > 2 else 500
         print(f"engines that the thresholds were chosen with ({many}):\n")

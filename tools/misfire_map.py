@@ -4,12 +4,15 @@ Two engines of the catalogue on a rigid crank, their speed seen through a 60-2 w
 have errors. The map follows from formulas (docs/method.md (163) to (172)); at some points of it the
 formulas are held against speeds that are integrated over the angle with cycles drawn at random, and
 judged as a recording would be. Run it from the project's root: `python tools/misfire_map.py`;
-`--no-figures` leaves the figure alone. It takes two to four minutes.
+`--no-figures` leaves the figures alone, `--example` makes only that of the command. It takes two to
+four minutes.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import tempfile
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
@@ -19,7 +22,9 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
+import sweeps
 from engine_dyn.engine import Engine
 from engine_dyn.forces.torque import pressure
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
@@ -36,12 +41,15 @@ from engine_dyn.recordings.tooth_errors import speed_through_wheel
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
+from sweeps import figures
+from sweeps.presenting.cylinder_deviations import deviations_text
 from sweeps.reading.engine_files import load_engine
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "misfire_detection.md"
 FIGURE = ROOT / "docs" / "figures" / "misfire_map.png"
+EXAMPLE = ROOT / "docs" / "figures" / "cylinder_deviations.png"
 
 ENGINES = {"si_four_87x101": "four cylinders", "v6_96x81": "six cylinders"}
 WHEEL = wheel_from_text("60-2")
@@ -681,11 +689,46 @@ def torsion_table(motors: dict[str, Motor]) -> str:
     return "\n".join(lines)
 
 
+def example(motor: Motor) -> None:
+    """Figure of the command: one weak cylinder and three missed cycles, at 2500 rpm."""
+    rng = np.random.default_rng(SEED)
+    factors = 1.0 + 0.05 * rng.standard_normal((1, 101, len(motor.firing)))
+    factors += np.array([1.0, -3.0, 1.0, 1.0]) * 0.06  # so that the mean speed is kept
+    for cycle, cylinder in ((20, 2), (60, 0), (61, 3)):
+        factors[0, cycle, cylinder] = 0.0
+    speed, row = 2500.0 * RPM, len(motor.rows) // 2
+    (raw,) = drawn_speeds(motor, speed, motor.imeps[row], factors, WheelNoise(), rng)
+    times = np.concatenate([[0.0], np.cumsum(np.tile(WHEEL.width, 2 * len(raw)) / raw.ravel())])
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("teeth.csv").write_text(
+            "time [s]\n" + "\n".join(f"{t:.9f}" for t in times) + "\n", "utf-8"
+        )
+        loads: Any = motor.engine.family
+        load = float(np.interp(motor.rows[row], range(loads.row_count), loads.row_loads))
+        found = sweeps.cylinder_deviations({
+            "engine": motor.engine.name,
+            "set": {"speed": float(np.mean(raw)) / RPM, "load": load, "load_exponent": 0.0},
+            "measured": {"file": "teeth.csv", "kind": "teeth", "wheel": WHEEL.text,
+                         "gap_angle": GAP / DEGREE},
+            "output": {"quantities": ["delta"]},
+        })  # fmt: skip
+        path = {p.stem: p for p in figures.draw(found, "figures")}["cylinder_deviations"]
+        with Image.open(path) as picture:
+            small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2))
+            small.quantize(256).save(EXAMPLE, optimize=True)
+    print(deviations_text(found))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Write docs/misfire_detection.md.")
     parser.add_argument("--no-figures", action="store_true")
+    parser.add_argument("--example", action="store_true", help="only the figure of the command")
     arguments = parser.parse_args()
     motors = {name: Motor(name) for name in ENGINES}
+    if not arguments.no_figures:
+        example(motors["si_four_87x101"])
+    if arguments.example:
+        return
     text = TEMPLATE.read_text(encoding="utf-8")
     for name, motor in motors.items():
         lost = motor.cycle(6000.0 * RPM, motor.highest)[1] * motor.geometry.swept_volume

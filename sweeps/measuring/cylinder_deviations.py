@@ -30,6 +30,7 @@ from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
 from sweeps.measuring.measured import FAR_SPEED, computed_speeds, design_of
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import OneEngine, engine_of, values_of
+from sweeps.scene.consistency.pressure import check_motored
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -175,7 +176,7 @@ def cylinder_deviations(
         raise SceneError(f"{name}: cylinders = 1: a deviation from the others needs at least 2")
     _check_axes(given, name)
     records = records_of(given.measured, engine.period, name)
-    computed, motored = _computed(given)
+    computed, motored = _computed(given, name)
     angle, speeds = computed_speeds(computed, given.measured, len(records), name)
     found = []
     for place, record in enumerate(records):
@@ -214,7 +215,7 @@ def _check_axes(scene: Scene, name: str) -> None:
         )
 
 
-def _computed(scene: Scene) -> tuple[xr.Dataset, xr.Dataset]:
+def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
     """Computed mean cycles, and the pressure of a cylinder that does not burn."""
     from sweeps.running.in_memory import run
 
@@ -227,6 +228,7 @@ def _computed(scene: Scene) -> tuple[xr.Dataset, xr.Dataset]:
     silent = replace(
         plain, settings={**scene.settings, "misfire": 1.0}, quantities=("pressure",)
     )  # fmt: skip
+    check_motored(silent, name)
     return run(plain), run(silent)
 
 

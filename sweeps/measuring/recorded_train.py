@@ -54,6 +54,9 @@ FEWEST = 2
 CLOSE_ENOUGH, MOST_STEPS = 1e-12, 60
 """Relative change of the load coefficient at which its search ends, and how long it may take."""
 
+MOST_SAMPLES = 10_000_000
+"""Of the pressure of a train, two for each step: a thousand cycles in steps of a seventh degree."""
+
 STEADY = (
     "no speed is measured: before the train, its mean cycle has run for ever at the nominal speed; "
     "the load coefficient is that for which the train's mean speed is the nominal one"
@@ -122,10 +125,15 @@ def follow_cycles(scene: str | Path | Mapping[str, Any] | Scene) -> xr.Dataset:
     given, numbers = _one_design(given, name)
     engine = engine_of(given, f"{name}: a train of recorded cycles", NOT_FOLLOWED)
     exponent, constant, nominal = values_of(given, ("load_exponent", "load_offset", "speed"))
+    samples = 2 * round(engine.period / DEGREE / given.angle_step)
+    if samples * len(numbers) > MOST_SAMPLES:
+        raise SceneError(
+            f"{name}: [output] angle_step = {given.angle_step:g}: {len(numbers)} cycles of "
+            f"{samples // 2} steps; must be at most {MOST_SAMPLES // 2:g} steps together"
+        )
     repeated = _repeated(given)
     friction = float(repeated["friction_torque"].mean())
 
-    samples = 2 * round(engine.period / DEGREE / given.angle_step)
     angle = engine.period * (np.arange(samples) / samples - 0.5)
     pressure = np.array([given.recorded_cycles[number - 1](angle) for number in numbers])
     train = engine.train(pressure, friction, exponent, constant)
@@ -253,6 +261,11 @@ def _fitted(
         )
     tried.sort(key=lambda one: one[0])
     rms, begin, found = tried[0]
+    if not math.isfinite(rms):
+        raise SceneError(
+            f"{where} {record.label}: no first speed and load coefficient fit the measured speed; "
+            "is it of this engine, and are inertia and pressure right?"
+        )
     cycle = math.floor(begin / period + 1e-9)
     count, intervals = round(train.angle[-1] / period), row.width.size
     raw = np.full((count, intervals), np.nan)
@@ -268,7 +281,7 @@ def _fitted(
         "start_of_speed_from": f"{row.start_from}; the cycle by the least rms difference",
         "remarks": "\n".join(f"{record.label}: {line}" for line in record.remarks),
     }
-    if len(tried) > 1:
+    if len(tried) > 1 and math.isfinite(tried[1][0]):
         said["rms_difference_of_next_alignment"] = tried[1][0]
     means = _cycle_means(row, begin, count, period)
     return _Fit(found, MEASURED, middle, raw, means, said)
@@ -277,7 +290,10 @@ def _fitted(
 def _fit_from(
     train: TorqueTrain, row: CyclesInARow, begin: float, period: float
 ) -> tuple[float, SpeedOfTrain] | None:
-    """Fit to a recording that begins at an angle of the train; its relative rms difference."""
+    """Fit to a recording that begins at an angle of the train, and its relative rms difference.
+
+    None where too little of it lies within the train; inf where nothing fits.
+    """
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
     inside = np.flatnonzero((edges >= 0.0) & (edges <= train.angle[-1]))
@@ -289,7 +305,7 @@ def _fit_from(
         return None
     found = fit_train(train, edges, speed)
     if found.status != status.CONVERGED:
-        return None
+        return math.inf, found
     slow = 0.5 * train.step * (1.0 / found.speed[1:] + 1.0 / found.speed[:-1])
     time = np.interp(edges, train.angle, np.concatenate([[0.0], np.cumsum(slow)]))
     off = (np.diff(edges) / np.diff(time) - speed)[known]

@@ -179,6 +179,8 @@ def test_several_recordings_stand_side_by_side(
     first = result.isel(recording=0)
     np.testing.assert_allclose(first["imep_deviation"], found["imep_deviation"], rtol=1e-6)
     assert np.isnan(result["imep_deviation"][1, 41:]).all()
+    drawn = {figure.stem for figure in draw(result, faulty.parent / "figures")}
+    assert {"cylinder_deviations_1", "cylinder_deviations_2", "cylinder_means"} <= drawn
     assert float(result["imep_of_combustion"][1]) < float(result["imep_of_combustion"][0])
 
 

@@ -234,6 +234,12 @@ def test_what_does_not_fit_is_refused(
     assert "\n" not in str(error.value)
 
 
+def test_too_many_steps_are_refused(recorded: Recorded, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sweeps.measuring.recorded_train.MOST_SAMPLES", 2 * 720 * CYCLES - 1)
+    with pytest.raises(SceneError, match=r"angle_step = 1: 8 cycles of 720 steps; must be at most"):
+        sweeps.follow_cycles(recorded.scene())
+
+
 def test_evenly_firing_cylinders_need_the_gap(recorded: Recorded) -> None:
     if recorded.cylinders == 1:
         pytest.skip("one cylinder tells where the gap is")
