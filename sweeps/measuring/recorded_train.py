@@ -253,15 +253,15 @@ def _fitted(
         begin = row.start + 0.5 * period + shift - (first - 1) * period
         fit = _fit_from(train, row, begin, period)
         if fit is not None:
-            tried.append((fit[0], begin, fit[1]))
+            tried.append((*fit, begin))
     if not tried:
         raise SceneError(
             f"{where} {record.label}: {len(row.speed)} whole cycles of speed; must be at least "
             f"{FEWEST} together with the recorded pressure"
         )
     tried.sort(key=lambda one: one[0])
-    rms, begin, found = tried[0]
-    if not math.isfinite(rms):
+    own, rms, found, begin = tried[0]
+    if not math.isfinite(own):
         raise SceneError(
             f"{where} {record.label}: no first speed and load coefficient fit the measured speed; "
             "is it of this engine, and are inertia and pressure right?"
@@ -276,23 +276,26 @@ def _fitted(
     said = {
         "recording": f"{record.label} sha256 {record.sha256}",
         "rms_difference": rms,
+        "rms_difference_of_cycles": own,
         "cycles_of_speed": len(row.speed),
         "first_cycle_of_speed": first + cycle,
-        "start_of_speed_from": f"{row.start_from}; the cycle by the least rms difference",
+        "start_of_speed_from": f"{row.start_from}; the cycle by the least rms_difference_of_cycles",
         "remarks": "\n".join(f"{record.label}: {line}" for line in record.remarks),
     }
     if len(tried) > 1 and math.isfinite(tried[1][0]):
-        said["rms_difference_of_next_alignment"] = tried[1][0]
+        said["rms_difference_of_cycles_next"] = tried[1][0]
     means = _cycle_means(row, begin, count, period)
     return _Fit(found, MEASURED, middle, raw, means, said)
 
 
 def _fit_from(
     train: TorqueTrain, row: CyclesInARow, begin: float, period: float
-) -> tuple[float, SpeedOfTrain] | None:
-    """Fit to a recording that begins at an angle of the train, and its relative rms difference.
+) -> tuple[float, float, SpeedOfTrain] | None:
+    """Fit to a recording that begins at an angle of the train, and its relative rms differences.
 
-    None where too little of it lies within the train; inf where nothing fits.
+    The first is of what does not repeat every cycle: errors of teeth and of the model do, and tell
+    nothing of where the recording begins. The second is of all. None where too little of the
+    recording lies within the train; inf where nothing fits.
     """
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
@@ -305,11 +308,20 @@ def _fit_from(
         return None
     found = fit_train(train, edges, speed)
     if found.status != status.CONVERGED:
-        return math.inf, found
+        return math.inf, math.inf, found
     slow = 0.5 * train.step * (1.0 / found.speed[1:] + 1.0 / found.speed[:-1])
     time = np.interp(edges, train.angle, np.concatenate([[0.0], np.cumsum(slow)]))
-    off = (np.diff(edges) / np.diff(time) - speed)[known]
-    return float(np.sqrt(np.mean(off**2)) / speed[known].mean()), found
+    off = np.full(row.speed.size, np.nan)
+    off[inside[:-1]] = np.diff(edges) / np.diff(time) - speed
+    off /= speed[known].mean()
+    each = off.reshape(row.speed.shape)
+    with np.errstate(invalid="ignore"):
+        count = np.isfinite(each).sum(axis=0)
+        usual = np.nansum(each, axis=0) / np.where(count, count, 1)
+    own = each - usual
+    # of few cycles, their mean takes a part of each away
+    freedom = max(int((count - 1).clip(min=0).sum()), 1)
+    return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), found
 
 
 def _cycle_means(row: CyclesInARow, begin: float, count: int, period: float) -> Floats:
@@ -364,7 +376,7 @@ def _dataset(
         "memory": (none, followed.memory, one,
                    "what is left at the end of a small change of the first energy"),
         "memory_of_a_cycle": (none, followed.memory ** (1.0 / count), one,
-                              "the same of one cycle, the mean of all"),
+                              "what is left of it after a cycle, the mean of all"),
     }  # fmt: skip
     coordinates: dict[str, Any] = {
         "recorded_cycle": (each, np.array(numbers, dtype=np.int32),

@@ -70,12 +70,13 @@ def train_text(found: xr.Dataset) -> str:
     lines += [str(attributes["first_speed_and_load_from"]),
               str(attributes["pressures_of_cylinders"])]  # fmt: skip
     if "rms_difference" in attributes:
-        next_best = attributes.get("rms_difference_of_next_alignment")
-        beside = "" if next_best is None else f"; the next best alignment {100 * next_best:.3g} %"
+        next_best = attributes.get("rms_difference_of_cycles_next")
+        beside = "" if next_best is None else f", aligned next best {100.0 * next_best:.3g} %"
         lines.append(
             f"rms difference of measured and followed speed "
-            f"{100.0 * float(attributes['rms_difference']):.3g} %{beside}; the speed begins with "
-            f"recorded cycle {attributes['first_cycle_of_speed']}"
+            f"{100.0 * float(attributes['rms_difference']):.3g} %; of what does not repeat every "
+            f"cycle {100.0 * float(attributes['rms_difference_of_cycles']):.3g} %{beside}; the "
+            f"speed begins within recorded cycle {attributes['first_cycle_of_speed']}"
         )
     lines += str(attributes.get("remarks", "")).splitlines()
     return "\n".join(lines)

@@ -110,7 +110,7 @@ def test_first_speed_load_and_curve_are_those_of_the_engine(
     assert followed.attrs["first_cycle_of_speed"] == 1
     assert (
         followed.attrs["rms_difference"]
-        < 0.5 * (followed.attrs["rms_difference_of_next_alignment"])
+        < 0.5 * (followed.attrs["rms_difference_of_cycles_next"])
     )
 
 
@@ -263,7 +263,7 @@ def test_the_command_writes_and_draws(recorded: Recorded, tmp_path: Path) -> Non
     )
     said = ok("train", path, "-o", tmp_path / "train.nc")
     assert "closed on itself the train begins" in said
-    assert "the speed begins with recorded cycle 1" in said
+    assert "the speed begins within recorded cycle 1" in said
     with sweeps.open(tmp_path / "train.nc") as found:
         names = [figure.stem for figure in draw(found, tmp_path / "figures")]
     assert [name for name in names if name != "arrangement"] == ["recorded_train"]
