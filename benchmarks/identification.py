@@ -1,6 +1,8 @@
 """How often the 95 % intervals of fitted parameters cover the truth.
 
 python -m benchmarks identification [--cases 400] [--only KIND ...] [--part FILE]
+python -m benchmarks identification --pressures     what a wrong pressure does to the inertia
+python -m benchmarks identification --write FOLDER  a scene and its recordings, to try it
 
 Every case is an engine with parameters drawn at random, whose recordings are written as files and
 given to `sweeps.identify`, as a user does. What the recordings are made with shares nothing with
@@ -28,7 +30,7 @@ from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
 from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
-from engine_dyn.units import DEGREE
+from engine_dyn.units import BAR, DEGREE
 from sweeps.errors import SceneError
 from sweeps.measuring.identification import Varied
 from sweeps.scene.reading import read_scene
@@ -163,18 +165,26 @@ def simulated(kind: Kind, rng: np.random.Generator) -> Case:
         "gap_angle": rng.uniform(-150.0, 150.0),
         "dead_centre_shift": rng.normal(0.0, 0.5),
         "load_exponent": 1.0 if own else 0.0 if kind.at_bound else rng.uniform(0.9, 2.0),
+        "pegging": 0.0,
     }
     for number in range(len(LOADS)):
         values[f"pressure_factor@{number + 1}"] = (
             1.0 + rng.normal(0.0, PRIORS["pressure_factor"]) if own else 1.0
         )
+    errors, times = _times(values, kind, rng)
+    return Case(Truth(values, errors), times)
+
+
+def _times(
+    values: dict[str, float], kind: Kind, rng: np.random.Generator
+) -> tuple[Floats, list[Floats]]:
+    """Errors of the wheel, and the times at which its teeth pass in each recording."""
     errors = (TOOTH_DEVIATION if kind.with_teeth else 0.0) * rng.normal(size=WHEEL.teeth)
     errors -= errors @ WHEEL.width / TURN
-    times = [
+    return errors, [
         _passed(_speed(values, number), values["gap_angle"] * DEGREE, errors, kind, rng)
         for number in range(len(LOADS))
     ]
-    return Case(Truth(values, errors), times)
 
 
 def _speed(values: dict[str, float], number: int) -> Floats:
@@ -191,19 +201,18 @@ def _speed(values: dict[str, float], number: int) -> Floats:
     family = scene.engine.family
     assert isinstance(family, Family)
     shift, factor = values["dead_centre_shift"], values[f"pressure_factor@{number + 1}"]
-    engine = replace(scene.engine, family=family.each(lambda d: _moved(d, shift * DEGREE, factor)))
+    pegging = values["pegging"] * BAR
+    moved = family.each(lambda d: _moved(d, shift * DEGREE, factor, pegging))
+    engine = replace(scene.engine, family=moved)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ImplausibleWarning)
         return np.asarray(sweeps.run(replace(scene, engine=engine)).omega.values).ravel()
 
 
-def _moved(diagram: Diagram, shift: float, factor: float) -> Diagram:
-    """A diagram that comes later, on the same angles."""
-    return diagram_from_points(
-        diagram.angle,
-        factor * _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift),
-        diagram.period,
-    )
+def _moved(diagram: Diagram, shift: float, factor: float, pegging: float) -> Diagram:
+    """A diagram that comes later, multiplied and raised, on the same angles."""
+    pressure = _periodic(diagram.angle, diagram.pressure)(diagram.angle - shift)
+    return diagram_from_points(diagram.angle, factor * pressure + pegging, diagram.period)
 
 
 def _periodic(angle: Floats, values: Floats) -> Any:
@@ -247,6 +256,14 @@ def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
     return np.asarray(noise * firing + 0.25 * JITTER * rng.normal(size=noise.shape))
 
 
+def _write(folder: Path, recordings: Sequence[Floats]) -> None:
+    """The scene, and its recordings."""
+    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+    for one, times in enumerate(recordings):
+        rows = "\n".join(f"{time:.9f}" for time in times)
+        (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{rows}\n", encoding="utf-8")
+
+
 def _wanted(kind: Kind, truth: Truth, rng: np.random.Generator) -> dict[str, Varied]:
     """What is fitted, and what is said to be known: its error is as large as is said.
 
@@ -270,13 +287,10 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
     number = KINDS.index(kind)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
         for place in range(first, first + cases):
             rng = np.random.default_rng([21, number, place])
             case = simulated(kind, rng)
-            for one, times in enumerate(case.times):
-                rows = "\n".join(f"{time:.9f}" for time in times)
-                (folder / f"load_{one + 1}.csv").write_text(f"time [s]\n{rows}\n", encoding="utf-8")
+            _write(folder, case.times)
             found.cases += 1
             try:
                 fit = sweeps.identify(
@@ -295,6 +309,41 @@ def count(kind: Kind, cases: int, first: int = 0) -> Counted:
                     off = float((fit.value[i] - truth) / fit.value_deviation[i]) ** 2
                     found.off[key] = found.off.get(key, 0.0) + off
     return found
+
+
+def pressures() -> str:
+    """A table: inertia fitted to one engine whose pressures are not those of the scene."""
+    sure = {"inertia": Varied(), "gap_angle": Varied()}
+    unsure = sure | {
+        "dead_centre_shift": Varied(prior=0.0, deviation=1.0),
+        "pegging": Varied(prior=0.0, deviation=0.3),
+    }
+    lines = ["| true shift, pegging | wheel | pressures taken as exact | with priors |",
+             "| --- | --- | --- | --- |"]  # fmt: skip
+    values = {"inertia": 2.2, "gap_angle": -40.0, "load_exponent": 1.0}
+    values |= {f"pressure_factor@{number + 1}": 1.0 for number in range(len(LOADS))}
+    for kind in (KINDS[1], KINDS[4]):
+        for shift, pegging in ((0.0, 0.0), (1.0, 0.0), (0.0, 0.3)):
+            made = values | {"dead_centre_shift": shift, "pegging": pegging}
+            times = _times(made, kind, np.random.default_rng(21))[1]
+            with tempfile.TemporaryDirectory() as name:
+                _write(Path(name), times)
+                said = [_interval(Path(name), vary, kind) for vary in (sure, unsure)]
+            wheel = "estimated" if kind.with_teeth else "perfect"
+            lines.append(f"| {shift:g}°, {pegging:g} bar | {wheel} | {said[0]} | {said[1]} |")
+    return "\n".join(lines)
+
+
+def _interval(folder: Path, vary: dict[str, Varied], kind: Kind) -> str:
+    """The inertia with its interval, and how likely the residuals are noise."""
+    fit = sweeps.identify(
+        folder / "scene.toml", vary, predict=False,
+        teeth="estimated" if kind.with_teeth else "perfect",
+    ).isel(parameter=0)  # fmt: skip
+    return (
+        f"{float(fit.value):.3f} ({float(fit.value_low):.3f} to {float(fit.value_high):.3f}), "
+        f"{fit.attrs['likelihood_of_noise']:.2g}"
+    )
 
 
 def told(results: dict[str, Counted]) -> str:
@@ -321,7 +370,18 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--cases", type=int, default=400, help="of each kind")
     parser.add_argument("--only", nargs="+", choices=[kind.name for kind in KINDS])
     parser.add_argument("--part", type=Path, help="write the figures there, as JSON")
+    parser.add_argument("--pressures", action="store_true", help="the table of wrong pressures")
+    parser.add_argument("--write", type=Path, help="a folder for a scene and its recordings")
     options = parser.parse_args(arguments)
+    if options.write is not None:
+        case = simulated(KINDS[0], np.random.default_rng([21, 0, 0]))
+        options.write.mkdir(parents=True, exist_ok=True)
+        _write(options.write, case.times)
+        print(json.dumps(case.truth.values, indent=1))
+        return
+    if options.pressures:
+        print(pressures())
+        return
     results = {}
     for kind in KINDS:
         if options.only is None or kind.name in options.only:

@@ -58,7 +58,14 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     notes = _notes(view)
     yield (
         "fitted_speed",
-        recording_panels(view, "Measured and fitted speed", _speeds, PERCENT, notes, _title),
+        recording_panels(
+            view,
+            "Measured and fitted speed",
+            _speeds,
+            PERCENT,
+            ["±: 95 % intervals", *notes],
+            _title,
+        ),
     )
     yield "fit_residuals", recording_panels(
         view, "Residuals of the fit", _residuals, "Measured less fitted (standard errors)",
@@ -184,7 +191,7 @@ def _deltas(view: View) -> Figure:
     y_label(panel, rf"{raw} of speed fluctuation $\delta$", 2.6)
     return finish(
         figure, "Speed fluctuation, measured, fitted and predicted",
-        ["bars: 95 % intervals", *_notes(view)], entries, "", view.caption, below=True,
+        ["bars and ±: 95 % intervals", *_notes(view)], entries, "", view.caption, below=True,
     )  # fmt: skip
 
 

@@ -169,9 +169,11 @@ class FittedSpeeds:
     value : ndarray, shape (P,)
         Within the bounds.
     interval : ndarray, shape (P, 2)
-        95 % intervals, cut off at the bounds.
+        95 % intervals, cut off at the bounds. They need not be centred on the value where another
+        one is at its bound.
     covariance : ndarray, shape (P, P)
-        Of the values; 0 for those at their bounds.
+        Of the values; of those at their bounds, that of the part of their normal distribution
+        that lies within.
     covariance_with_teeth : ndarray, shape (P + T, P + T)
         Of the values and of the errors of the teeth.
     condition : float
@@ -296,15 +298,13 @@ def fit_speeds(
     few = np.array([len(recording.speed) - 1 for recording in recordings])
     spreads = problem.spreads_of_scores(slopes, weight)
     every = _Unbound.of(slopes, weight, residual, spreads, few, np.ones(unknown.size, dtype=bool))
-    # The others are as certain as they are with what is at its bound held there.
     inside = np.append(found.active_mask == 0, np.ones(errors.size, dtype=bool))
     held = every if inside.all() else _Unbound.of(slopes, weight, residual, spreads, few, inside)
-    step = np.where(inside, held.step, every.step)
-    reach = np.where(inside, held.reach, every.reach)
+    step, reach, covariance = _beside_bounds(every, held, inside)
     count = len(parameters)
     interval = np.stack([unknown + step - reach, unknown + step + reach], axis=1)[:count]
     interval = np.clip(interval, low[:, None], high[:, None])
-    covariance, deviation = held.covariance, np.sqrt(np.diag(held.covariance))
+    deviation = np.sqrt(np.diag(covariance))
     parts = problem.parts(residual)
     told = sum(int(recording.counted.sum()) - 1 for recording in recordings) - unknown.size
     chi = float(np.sum(residual[: problem.measured] ** 2) / told) if told > 0 else float("nan")
@@ -373,6 +373,40 @@ class _Unbound:
         freedom = np.divide(variance**2, told, out=np.full(free.size, np.inf), where=told > 0.0)
         step = -inverse @ (slopes.T @ (weight * residual))
         return cls(inverse, covariance, step, np.sqrt(variance) * t.ppf(0.975, freedom))
+
+
+def _beside_bounds(
+    every: _Unbound, held: _Unbound, inside: Booleans
+) -> tuple[Floats, Floats, Floats]:
+    """Steps, half widths and covariance where some unknowns are at their bounds.
+
+    With these held the others would seem too certain, and free they would go beyond the bounds: an
+    unknown at its bound is taken to be distributed as its normal distribution is on the side of
+    the bound where it may be (moments in Johnson, Kotz and Balakrishnan, Continuous Univariate
+    Distributions 1 (1994) 10.1, from memory), and the others follow it along the valley of the sum
+    of squares.
+    """
+    if inside.all():
+        return every.step, every.reach, every.covariance
+    from scipy.stats import norm
+
+    bound = ~inside
+    size, beyond = np.sqrt(np.diag(every.covariance)[bound]), every.step[bound]
+    far = np.abs(beyond) / size
+    ratio = np.exp(norm.logpdf(far) - norm.logsf(far))
+    mean = -np.sign(beyond) * size * (ratio - far)  # from the bound inwards
+    variance = size**2 * (1.0 + far * ratio - ratio**2)
+    follow = np.zeros((inside.size, size.size))
+    follow[bound] = np.eye(size.size)
+    curvature = every.inverse
+    follow[inside] = np.linalg.solve(
+        curvature[np.ix_(bound, bound)], curvature[np.ix_(bound, inside)]
+    ).T
+    added = (follow * variance) @ follow.T
+    covariance = held.covariance + added
+    step = np.where(inside, held.step + follow @ mean, every.step)
+    reach = np.sqrt(held.reach**2 + norm.ppf(0.975) ** 2 * np.diag(added))
+    return step, np.where(inside, reach, every.reach), covariance
 
 
 class _Apart:

@@ -11,6 +11,8 @@ from sweeps.measuring.speed_fit import (
     Inseparable,
     MeasuredCycles,
     Parameter,
+    _beside_bounds,
+    _Unbound,
     fit_speeds,
 )
 from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
@@ -57,6 +59,28 @@ def test_intervals_cover_the_truth(case: Case) -> None:
     least = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / number)
     assert (covered / number >= least).all(), covered / number
     assert covered.sum() < 3 * number  # wider than 95 % would be as wrong
+
+
+@pytest.mark.parametrize("beyond", [-0.2, 1.5])
+def test_the_others_follow_what_is_at_its_bound(beyond: float) -> None:
+    """Against draws from the normal distribution, of which those beyond the bound are left out."""
+    size = np.array([[4.0, 1.8], [1.8, 1.0]])  # covariance; the second one is at its bound
+    mean = np.array([0.7, beyond])  # of the free solution, from the bound
+    rng = np.random.default_rng(6)
+    draws = mean + rng.normal(size=(400_000, 2)) @ np.linalg.cholesky(size).T
+    kept = draws[draws[:, 1] * np.sign(beyond) < 0.0]
+    at = mean[0] - size[0, 1] / size[1, 1] * beyond  # with the second one held
+    left = size[0, 0] - size[0, 1] ** 2 / size[1, 1]
+    held = np.array([[left, 0.0], [0.0, 0.0]])
+    step, reach, covariance = _beside_bounds(
+        _Unbound(size, size, np.array([mean[0] - at, beyond]), 1.96 * np.sqrt(np.diag(size))),
+        _Unbound(held, held, np.zeros(2), 1.96 * np.sqrt(np.diag(held))),
+        np.array([True, False]),
+    )
+    assert at + step[0] == pytest.approx(kept[:, 0].mean(), abs=0.03)
+    assert reach[0] == pytest.approx(1.96 * kept[:, 0].std(), rel=0.01)
+    np.testing.assert_allclose(covariance, np.cov(kept.T), rtol=0.03)
+    assert (step[1], reach[1]) == (beyond, 1.96)  # its own interval is cut off by the caller
 
 
 def test_parameters_and_teeth_are_found_without_noise() -> None:
