@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from engine_dyn.recordings.cylinder_work import (
     Detection,
     MeanCycle,
     WheelNoise,
+    WorkEstimator,
     combustion_torque,
     detection,
     energy_deviation,
     work_estimator,
 )
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
-from engine_dyn.recordings.wheel import Wheel
+from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.checks import mentioned
@@ -53,6 +55,9 @@ FINE_STEP = 0.5
 FEWEST = 6
 """Cycles: fewer do not tell their dispersion."""
 
+FEWEST_INTERVALS = 4
+"""Of a cycle, for each cylinder."""
+
 LASTING = 0.03
 """Standard deviation of the mean imep of cylinders that are not weak, over the imep."""
 
@@ -61,6 +66,10 @@ ROUNDS = 4
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the size of a normally distributed number, over its standard deviation."""
+
+EFFICIENCY = 0.37
+"""Of the median size, against the root mean square: how many of its numbers count (Rousseeuw and
+Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory)."""
 
 FOURTH_DIFFERENCE = 70.0
 """Variance of the fourth differences of independent numbers of variance 1: 1, 4, 6, 4, 1."""
@@ -174,6 +183,12 @@ def cylinder_deviations(
     engine = engine_of(given, f"{name}: deviations of cylinders")
     if len(engine.firing) < 2:
         raise SceneError(f"{name}: cylinders = 1: a deviation from the others needs at least 2")
+    intervals = given.measured.wheel.teeth * round(engine.period / TURN)
+    if intervals < FEWEST_INTERVALS * len(engine.firing):
+        raise SceneError(
+            f"{where} wheel: {intervals} intervals a cycle; must be at least "
+            f"{FEWEST_INTERVALS} for each of {len(engine.firing)} cylinders"
+        )
     _check_axes(given, name)
     records = records_of(given.measured, engine.period, name)
     computed, motored = _computed(given, name)
@@ -277,9 +292,14 @@ def _judged(
                 cycle, wheel, row.start, noise, dispersion=dispersion, reference_cycles=count
             )
             deviations = single.deviations(relative)
-            dispersion = _dispersion(deviations[good], single.noise, single.others, dispersion,
+            if not np.isfinite(deviations[good]).any(axis=0).all():
+                raise ValueError("measured speed: no two whole cycles follow each other")
+            dispersion = _dispersion(deviations, single.noise, single.others, dispersion,
                                      count)  # fmt: skip
-        of_cycle = detection(single, missing, false_alarms)
+        of_cycle = _with_estimated(
+            detection(single, missing, false_alarms), single, missing,
+            int(np.isfinite(deviations).sum()) - deviations.shape[1],
+        )  # fmt: skip
         missed = np.asarray((deviations < of_cycle.threshold).any(axis=1))
         kept = np.isfinite(row.speed[:, 0]) & ~_beside(missed)
         if kept.sum() < FEWEST or (kept == good).all():
@@ -354,6 +374,26 @@ def _dispersion(
     each = float(np.mean(others / assumed) ** 2) + 1.0 + 1.0 / count
     left = float(spread) ** 2 - float(np.mean(noise**2))
     return float(np.sqrt(max(left, 0.01 * float(spread) ** 2) / each))
+
+
+def _with_estimated(
+    found: Detection, single: WorkEstimator, missing: float, count: int
+) -> Detection:
+    """Threshold for a dispersion that is known from so many deviations, by Student's distribution.
+
+    Its quantile by the expansion of Abramowitz and Stegun (1964), 26.7.5, from memory.
+    """
+    freedom = max(EFFICIENCY * count, 2.0)
+    cylinders = len(found.threshold)
+    z2 = NormalDist().inv_cdf(-np.expm1(np.log1p(-found.false_alarms) / cylinders)) ** 2
+    wider = (
+        1.0 + (z2 + 1.0) / (4.0 * freedom) + (5.0 * z2**2 + 16.0 * z2 + 3.0) / (96.0 * freedom**2)
+    )
+    threshold = wider * found.threshold
+    own = single.dispersion / np.sqrt(single.reference_cycles)
+    margin = (threshold + missing) / np.hypot(single.uncertainty, own)
+    probability = np.array([NormalDist().cdf(float(one)) for one in margin])
+    return replace(found, threshold=threshold, margin=margin, probability=probability)
 
 
 # --- labels ---------------------------------------------------------------------------------------

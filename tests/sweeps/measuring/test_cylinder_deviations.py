@@ -35,8 +35,8 @@ def pressures() -> tuple[Any, Any, Any]:
     return angle, *(1e5 * one["pressure"].values for one in found)
 
 
-def factors(seed: int, weak: float = 0.0, missed: Any = ()) -> Any:
-    found = 1.0 + DISPERSION * np.random.default_rng(seed).standard_normal((CYCLES, 4))
+def factors(seed: int, weak: float = 0.0, missed: Any = (), cycles: int = CYCLES) -> Any:
+    found = 1.0 + DISPERSION * np.random.default_rng(seed).standard_normal((cycles, 4))
     found[:, 1] -= weak
     for place in missed:
         found[place] = 0.0
@@ -127,6 +127,28 @@ def test_a_sound_engine_has_no_alarms(tmp_path: Path, pressures: Any) -> None:
     assert (found["missed_threshold"] < -4.0 * found["imep_deviation_of_cycle_std"]).all()
 
 
+def test_false_alarms_are_as_many_as_asked_for(tmp_path: Path, pressures: Any) -> None:
+    """One alarm in ten cycles, so that there are enough to count; within four deviations."""
+    record(tmp_path / "long.csv", pressures, factors(12, cycles=600))
+    found = sweeps.cylinder_deviations(scene(tmp_path / "long.csv"), false_alarms=0.1)
+    judged = np.isfinite(found["imep_deviation_of_cycle"].values[0]).all(axis=1)
+    alarms = (found["missed"].values[0][judged] > 0.0).any(axis=1)
+    assert alarms.mean() == pytest.approx(0.1, abs=4.0 * np.sqrt(0.09 / judged.sum()))
+
+
+def test_few_cycles_ask_for_more(faulty: Path, tmp_path: Path, found: xr.Dataset) -> None:
+    """What is left of a dispersion that few cycles tell stands in the threshold."""
+    lines = faulty.read_text().splitlines()
+    (tmp_path / "few.csv").write_text("\n".join(lines[: 2 + 10 * 116]) + "\n")
+    few = sweeps.cylinder_deviations(scene(tmp_path / "few.csv")).isel(recording=0)
+    wide, usual = (
+        -one["missed_threshold"] / np.hypot(one["imep_deviation_of_cycle_std"],
+                                            one["imep_dispersion"])
+        for one in (few, found)
+    )  # fmt: skip
+    assert (wide > 1.2 * usual).all()
+
+
 def test_a_dead_cylinder_is_no_missed_cycle(tmp_path: Path, pressures: Any) -> None:
     given = factors(2)
     given[:, 2] = 0.0
@@ -192,6 +214,7 @@ def test_several_recordings_stand_side_by_side(
         ({"measured": {"kind": "speed", "wheel": None}}, "kind = 'speed': must be 'teeth'"),
         ({"set": {"misfire": 2}}, "cylinders must be equal"),
         ({"axes": {"bore": [0.08, 0.09]}}, "the scene varies bore"),
+        ({"measured": {"wheel": "6-1"}}, "10 intervals a cycle; must be at least 4 for each of 4"),
         ({"short": 5}, "5 whole cycles; must be at least 6"),
     ],
 )
@@ -211,6 +234,16 @@ def test_what_does_not_fit_is_refused(faulty: Path, change: dict[str, Any], said
     with pytest.raises(SceneError, match=said) as error:
         sweeps.cylinder_deviations(given)
     assert "\n" not in str(error.value)
+
+
+def test_cycles_that_never_follow_each_other_are_refused(faulty: Path) -> None:
+    """A tooth is missed in every fourth turn: no window, which is a cycle wide, is complete."""
+    lines = faulty.read_text().splitlines()
+    path = faulty.with_name("torn.csv")
+    torn = [line for number, line in enumerate(lines) if number == 0 or (number - 1) % 232 != 150]
+    path.write_text("\n".join(torn) + "\n")
+    with pytest.raises(SceneError, match="no two whole cycles follow each other"):
+        sweeps.cylinder_deviations(scene(path))
 
 
 def test_the_command_writes_and_draws(faulty: Path, tmp_path: Path) -> None:

@@ -109,8 +109,7 @@ def test_first_speed_load_and_curve_are_those_of_the_engine(
     assert followed["imep"].values.argmin() == 3
     assert followed.attrs["first_cycle_of_speed"] == 1
     assert (
-        followed.attrs["rms_difference"]
-        < 0.5 * (followed.attrs["rms_difference_of_cycles_next"])
+        followed.attrs["rms_difference"] < 0.5 * (followed.attrs["rms_difference_of_cycles_next"])
     )
 
 
