@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sweeps.measuring.fit_intervals import Unbound, beside_bounds
 from sweeps.measuring.speed_fit import (
     Inseparable,
     MeasuredCycles,
     Parameter,
-    _beside_bounds,
-    _Unbound,
     fit_speeds,
 )
 from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
@@ -72,9 +71,9 @@ def test_the_others_follow_what_is_at_its_bound(beyond: float) -> None:
     at = mean[0] - size[0, 1] / size[1, 1] * beyond  # with the second one held
     left = size[0, 0] - size[0, 1] ** 2 / size[1, 1]
     held = np.array([[left, 0.0], [0.0, 0.0]])
-    step, reach, covariance = _beside_bounds(
-        _Unbound(size, size, np.array([mean[0] - at, beyond]), 1.96 * np.sqrt(np.diag(size))),
-        _Unbound(held, held, np.zeros(2), 1.96 * np.sqrt(np.diag(held))),
+    step, reach, covariance = beside_bounds(
+        Unbound(size, size, np.array([mean[0] - at, beyond]), 1.96 * np.sqrt(np.diag(size))),
+        Unbound(held, held, np.zeros(2), 1.96 * np.sqrt(np.diag(held))),
         np.array([True, False]),
     )
     assert at + step[0] == pytest.approx(kept[:, 0].mean(), abs=0.03)
