@@ -21,7 +21,7 @@ from sweeps.planning.plan import make_plan
 from sweeps.running.in_memory import compute
 from sweeps.scene.model import Scene
 
-__all__ = ["OF_DIAGRAM", "OF_WHEEL", "SpeedsOfRecordings"]
+__all__ = ["NOT_OF_SCENES", "OF_RECORDING", "OF_WHEEL", "SpeedsOfRecordings"]
 
 OF_DIAGRAM = {
     "dead_centre_shift": (0.0, 1.0, "degree", "angle by which all diagrams come later"),
@@ -34,6 +34,13 @@ OF_WHEEL = {
     "gap_angle": (0.0, 1.0, "degree", "crank angle of the first tooth after the longest gap"),
 }
 """Parameters of the wheel."""
+
+OF_RECORDING = {
+    "recording_shift": (0.0, 1.0, "degree", "angle by which diagrams and wheel both come later"),
+}
+"""Parameters of pressure and wheel together: a dead centre that is wrong moves both."""
+
+NOT_OF_SCENES = OF_DIAGRAM | OF_WHEEL | OF_RECORDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +90,11 @@ class SpeedsOfRecordings:
             )
         for key in keys:
             plain = key.partition("@")[0]
-            if plain not in PARAMETERS and plain not in OF_DIAGRAM and plain not in OF_WHEEL:
-                known = (*PARAMETERS, *OF_DIAGRAM, *OF_WHEEL)
+            if plain not in PARAMETERS and plain not in NOT_OF_SCENES:
+                known = (*PARAMETERS, *NOT_OF_SCENES)
                 raise SceneError(
                     f"{name}: {plain}: nothing that can vary{did_you_mean(plain, known) or '.'} "
-                    f"Allowed: {', '.join((*OF_DIAGRAM, *OF_WHEEL))}, and the keys of scenes"
+                    f"Allowed: {', '.join(NOT_OF_SCENES)}, and the keys of scenes"
                 )
         columns: dict[str, Floats] = {}
         for key in dict.fromkeys(k for place in places for k in place):
@@ -110,7 +117,7 @@ class SpeedsOfRecordings:
         if plain in PARAMETERS:
             column = self.scene.designs[plain]
             return float(column[int(number) - 1] if number else column.mean())
-        return (OF_DIAGRAM | OF_WHEEL)[plain][0]
+        return NOT_OF_SCENES[plain][0]
 
     def speeds(self, values: Floats, *, first: bool = False) -> tuple[Floats, Floats]:
         """Speeds over the angle.
@@ -137,11 +144,17 @@ class SpeedsOfRecordings:
         number = len(values)
         columns = {key: np.tile(column, (number, 1)) for key, column in self.scene.designs.items()}
         diagrams = {key: np.full((number, self.count), one[0]) for key, one in OF_DIAGRAM.items()}
+        recorded = np.zeros((number, self.count))
         for key, varied in zip(self.keys, values.T, strict=True):
             plain, _, own = key.partition("@")
-            if plain not in OF_WHEEL:
-                table = (columns if plain in PARAMETERS else diagrams)[plain]
-                table[:, [int(own) - 1] if own else slice(None)] = varied[:, None]
+            if plain in OF_WHEEL:
+                continue
+            where = [int(own) - 1] if own else slice(None)
+            if plain in OF_RECORDING:
+                recorded[:, where] = varied[:, None]
+            else:
+                (columns if plain in PARAMETERS else diagrams)[plain][:, where] = varied[:, None]
+        diagrams["dead_centre_shift"] += recorded
         changes = np.stack([diagrams[key].ravel() for key in OF_DIAGRAM], axis=1)
         distinct, which = np.unique(changes, axis=0, return_inverse=True)
         results: dict[int, Floats] = {}

@@ -12,14 +12,14 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.recordings.measured_speed import fluctuation
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
-from sweeps.measuring.computed_speeds import OF_DIAGRAM, OF_WHEEL
-from sweeps.measuring.fitted_recordings import Seen
+from sweeps.measuring.computed_speeds import NOT_OF_SCENES, OF_WHEEL
+from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
 from sweeps.measuring.speed_fit import FittedSpeeds
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SpeedFit", "fit_dataset"]
+__all__ = ["Prediction", "SpeedFit", "fit_dataset"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +57,25 @@ class SpeedFit:
         return np.array([gap / DEGREE if p.name in OF_WHEEL else 0.0 for p in self.fit.parameters])
 
 
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a fit to the other recordings says of one.
+
+    Attributes
+    ----------
+    delta, deviation : float
+        Raw delta as the wheel shows it, and its standard deviation.
+    logs : ndarray, shape (intervals,)
+        Logarithms of the raw speed between the teeth; NaN where the fit takes no interval.
+    """
+
+    delta: float
+    deviation: float
+    logs: Floats
+
+
 def fit_dataset(
-    about: Mapping[str, Any], found: SpeedFit, predicted: Sequence[tuple[float, float]]
+    about: Mapping[str, Any], found: SpeedFit, predicted: Sequence[Prediction]
 ) -> xr.Dataset:
     """Labels and units of a fit to all recordings.
 
@@ -68,21 +85,17 @@ def fit_dataset(
         Attributes of what the scene computes.
     found : SpeedFit
         The fit.
-    predicted : sequence of two float
-        For each recording, or empty: raw delta predicted from the others, standard deviation.
+    predicted : sequence of Prediction
+        For each recording, or empty.
     """
     import xarray as xr
 
     fit, given = found.fit, found.seen.recordings
     names = np.array([p.name for p in fit.parameters], dtype=object)
-    units = {"omega_raw": "rad s-1", "omega_raw_std": "rad s-1", "omega_through_wheel": "rad s-1"}
     middles = found.seen.middles()
     data = _of_parameters(found) | _of_speeds(found, middles) | _of_teeth(found)
     if predicted:
-        data["delta_predicted"] = (("recording",), [one[0] for one in predicted],
-                                   "raw delta predicted from the other recordings")  # fmt: skip
-        data["delta_predicted_deviation"] = (("recording",), [one[1] for one in predicted],
-                                             "standard deviation of delta_predicted")  # fmt: skip
+        data |= _of_predictions(given, predicted, middles)
     order = np.argsort(middles[0])
     coordinates: dict[str, Any] = {
         "parameter": ("parameter", names, {"long_name": "fitted parameter"}),
@@ -130,7 +143,9 @@ def fit_dataset(
         }
     variables = {
         key: xr.Variable(
-            dims, np.asarray(values), {"long_name": text, "units": units.get(key, "1")}
+            dims,
+            np.asarray(values),
+            {"long_name": text, "units": "rad s-1" if key.startswith("omega_") else "1"},
         )
         for key, (dims, values, text) in data.items()
     }
@@ -190,6 +205,26 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _of_predictions(
+    given: FittedRecordings, predicted: Sequence[Prediction], middles: Floats
+) -> dict[str, Any]:
+    """Each recording as the others predict it, at its measured level."""
+    raw = np.array([one.mean(axis=0) for one in given.cycles])
+    logs = np.array([one.logs for one in predicted])
+    share = np.where(given.used, given.width, 0.0)
+    level = np.nan_to_num(np.log(raw) - logs) @ share / share.sum()
+    speed = np.take_along_axis(np.exp(logs + level[:, None]), np.argsort(middles, axis=1), axis=1)
+    recording = ("recording",)
+    return {
+        "delta_predicted": (recording, [one.delta for one in predicted],
+                            "raw delta predicted from the other recordings"),
+        "delta_predicted_deviation": (recording, [one.deviation for one in predicted],
+                                      "standard deviation of delta_predicted"),
+        "omega_predicted": (("recording", "interval"), speed,
+                            "speed as the wheel shows it, predicted from the other recordings"),
+    }  # fmt: skip
+
+
 def _spread(cycles: Floats) -> Floats:
     """Standard deviation over cycles, each at the mean level [rad/s]."""
     level = cycles.mean(axis=1, keepdims=True)
@@ -217,4 +252,4 @@ def _attributes_of(key: str) -> dict[str, str]:
 
 def _unit(name: str) -> str:
     plain = name.partition("@")[0]
-    return PARAMETERS[plain].unit if plain in PARAMETERS else (OF_DIAGRAM | OF_WHEEL)[plain][2]
+    return PARAMETERS[plain].unit if plain in PARAMETERS else NOT_OF_SCENES[plain][2]

@@ -15,7 +15,7 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
-from sweeps.measuring.computed_speeds import OF_WHEEL, SpeedsOfRecordings
+from sweeps.measuring.computed_speeds import OF_RECORDING, OF_WHEEL, SpeedsOfRecordings
 from sweeps.measuring.measured_files import SpeedRecord, records_of
 from sweeps.scene.model import Scene
 
@@ -166,8 +166,8 @@ class Seen:
         angle, speed = self.computed.speeds(values)
         shifts = np.zeros(len(values))
         for place, key in enumerate(self.computed.keys):
-            if key in OF_WHEEL:
-                shifts = values[:, place] * DEGREE
+            if key in OF_WHEEL | OF_RECORDING:
+                shifts = shifts + values[:, place] * DEGREE
         found = []
         for number, start in enumerate(self.starts):
             rows = np.full((len(values), self.recordings.width.size), NO_SPEED)
@@ -184,7 +184,8 @@ class Seen:
         if given.wheel is not None:
             return speed_through_wheel(angle, speed, given.wheel, start, given.period)
         assert given.angle is not None
-        rows = [np.interp(given.angle, angle, one, period=given.period) for one in speed]
+        at = given.angle + start
+        rows = [np.interp(at, angle, one, period=given.period) for one in speed]
         return np.array(rows).reshape(len(speed), -1)
 
     def middles(self) -> Floats:

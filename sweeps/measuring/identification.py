@@ -13,8 +13,13 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import DEGREE
 from sweeps.archive.labels import describe
 from sweeps.errors import SceneError
-from sweeps.measuring.computed_speeds import OF_DIAGRAM, OF_WHEEL, SpeedsOfRecordings
-from sweeps.measuring.fit_results import SpeedFit, fit_dataset
+from sweeps.measuring.computed_speeds import (
+    NOT_OF_SCENES,
+    OF_RECORDING,
+    OF_WHEEL,
+    SpeedsOfRecordings,
+)
+from sweeps.measuring.fit_results import Prediction, SpeedFit, fit_dataset
 from sweeps.measuring.fitted_recordings import FittedRecordings
 from sweeps.measuring.speed_fit import (
     LARGEST_CONDITION,
@@ -80,7 +85,8 @@ def identify(
     vary : sequence of str, or dict of Varied
         What is fitted: parameters of scenes (``inertia``, ``load_exponent``, ...), and
         ``dead_centre_shift`` [degree], ``pegging`` [bar], ``pressure_factor`` [1] of the diagrams,
-        ``gap_angle`` [degree] of the wheel.
+        ``gap_angle`` [degree] of the wheel, ``recording_shift`` [degree] of diagrams and speeds
+        together, where both were recorded with the same dead centre.
     teeth : str
         "estimated": errors of the teeth are fitted too; "perfect": there are none. Nothing of both
         for speed over angle.
@@ -166,7 +172,7 @@ class _Task:
                 raise SceneError(f"{name}: {key}: nan is no bound, start, prior or deviation")
             if key in OF_WHEEL and scene.measured.wheel is None:
                 raise SceneError(f"{name}: {key}: must not vary for speed over angle: no wheel")
-            if key in OF_WHEEL and how.own:
+            if key in OF_WHEEL | OF_RECORDING and how.own:
                 raise SceneError(f"{name}: {key}: must not be one of each recording's own: the "
                                  "wheel is the same")  # fmt: skip
         given = FittedRecordings.of(scene, name)
@@ -240,7 +246,7 @@ class _Task:
             high = np.inf if node.high is None else node.high
             scale = scale or 1.0
         else:
-            scale = (OF_DIAGRAM | OF_WHEEL)[plain][1]
+            scale = NOT_OF_SCENES[plain][1]
         low = low if how.low is None else how.low
         high = high if how.high is None else how.high
         prior, deviation = how.prior, how.deviation
@@ -254,8 +260,8 @@ class _Task:
             low, high, start = low - gap_angle, high - gap_angle, 0.0
         return Parameter(key, start, low, high, prior, deviation, scale)
 
-    def predicted(self, held_out: int) -> tuple[float, float]:
-        """Raw delta of a recording from a fit to the others, and its standard deviation.
+    def predicted(self, held_out: int) -> Prediction:
+        """Raw delta of a recording from a fit to the others.
 
         Nothing of the recording enters but its mean speed and which of the turns fires.
         """
@@ -286,4 +292,6 @@ class _Task:
         covariance = found.fit.covariance_with_teeth[np.ix_(picked, picked)]
         speeds = np.exp(logs)
         delta = float(np.ptp(speeds) / speeds.mean())
-        return delta, float(np.sqrt(rise @ covariance @ rise))
+        shown = np.full(given.used.size, np.nan)
+        shown[given.used] = logs
+        return Prediction(delta, float(np.sqrt(rise @ covariance @ rise)), shown)

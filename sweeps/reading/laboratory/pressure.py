@@ -57,6 +57,9 @@ MOST_PRESSURE = 1e10
 REVERSED = -0.05
 """Work over its absolute area below which an engine's diagram is taken for a reversed one."""
 
+MOTORED = -3.0
+"""Angle [degree] of the largest pressure: that of a motored cycle comes less before dead centre."""
+
 
 def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     """Read recorded cylinder pressure from a laboratory's file.
@@ -208,7 +211,12 @@ def _cycles(
     inside = (crank - firing[0] + 0.5 * degrees) % degrees - 0.5 * degrees
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
-    if sign < REVERSED and options.direction is None and not late:
+    peak = is_half_a_cycle_late(inside, first, degrees)[1]
+    if sign < REVERSED and peak > MOTORED:
+        said.append(
+            "the cycles take work, and their largest pressure lies at dead centre: nothing burns"
+        )
+    elif sign < REVERSED and options.direction is None and not late:
         if _falls(angles):
             said.append("expansion comes before compression otherwise")
             other = options.model_copy(update={"direction": "backward"})
