@@ -26,7 +26,7 @@ __all__ = ["identify"]
     metavar="KEYS",
     help="What is fitted, such as inertia,gap_angle, with bounds where they are known: "
     "inertia=0.01..0.05. Beside the keys of scenes there are dead_centre_shift, pegging and "
-    "pressure_factor of the diagrams, and gap_angle of the wheel.",
+    "pressure_factor of the diagrams, gap_angle of the wheel, and recording_shift of both.",
 )
 @click.option(
     "--own", metavar="KEYS", help="Those of the keys of which each recording has its own value."
