@@ -33,6 +33,7 @@ from benchmarks.fuzz.archives import archives, check_archive, check_figures
 from benchmarks.fuzz.binary_tables import binary_tables, check_binary_table
 from benchmarks.fuzz.checking import COUNTS
 from benchmarks.fuzz.command_lines import check_command_line, command_lines
+from benchmarks.fuzz.measured_speeds import check_measured_speed, measured_speeds
 from benchmarks.fuzz.partials import check_partial, partials
 from benchmarks.fuzz.recordings import check_recording, recordings
 from benchmarks.fuzz.sandbox import engines, scenes
@@ -56,6 +57,7 @@ TARGETS: dict[str, tuple[Callable[[], st.SearchStrategy[Any]], Callable[[Any], N
     "table": (tables, check_table),
     "binary table": (binary_tables, check_binary_table),
     "recording": (recordings, check_recording),
+    "measured speed": (measured_speeds, check_measured_speed),
     "archive": (archives, check_archive),
     "figures": (archives, check_figures),
     "partial": (partials, check_partial),
