@@ -325,14 +325,18 @@ def alternatives(found: Sequence[Found]) -> str:
     for one in found:
         for words, fit in [("**inertia and dead centre** (as above)", one.fit), *one.variants]:
             if isinstance(fit, str):
-                rows.append([one.series.name, words, f"refused: {fit}", "", "", "", ""])
+                rows.append([one.series.name, words, f"refused: {fit}", "", "", "", "", ""])
                 continue
+            sloped = "load_offset" in fit.parameter.values
             off = 100.0 * (fit.delta_predicted / fit.delta_measured_raw - 1.0).values
             rows.append([
                 one.series.name, words, *(f"{x:+.1f}" for x in off),
-                f"{_value(fit, 'inertia'):.4f}", f"{fit.attrs['reduced_chi_square']:.0f}",
+                f"{_value(fit, 'inertia'):.4f}",
+                f"{_value(fit, 'load_offset'):.0f}" if sloped else "",
+                f"{fit.attrs['reduced_chi_square']:.0f}",
             ])  # fmt: skip
-    head = ["series", "fitted", *(f"{load}, %" for load in LOADS), "inertia, kg m²", "χ²"]
+    head = ["series", "fitted", *(f"{load}, %" for load in LOADS), "inertia, kg m²", "a, N m",
+            "χ²"]  # fmt: skip
     return _table(head, rows, 2)
 
 
