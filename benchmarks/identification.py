@@ -252,8 +252,8 @@ def _noise(kind: Kind, rng: np.random.Generator) -> Floats:
     spectrum *= 1.0 / (1.0 + (np.arange(spectrum.shape[1]) / 4.0) ** 2)  # half orders 1 to some 4
     noise = np.fft.irfft(spectrum, count, axis=1)
     noise *= SCATTER / np.sqrt(np.mean(noise**2))
-    firing = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
-    return np.asarray(noise * firing + 0.25 * JITTER * rng.normal(size=noise.shape))
+    size = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
+    return np.asarray(noise * size + 0.25 * JITTER * rng.normal(size=noise.shape))
 
 
 def _write(folder: Path, recordings: Sequence[Floats]) -> None:
