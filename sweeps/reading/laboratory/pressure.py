@@ -57,8 +57,10 @@ MOST_PRESSURE = 1e10
 REVERSED = -0.05
 """Work over its absolute area below which an engine's diagram is taken for a reversed one."""
 
-MOTORED = -3.0
-"""Angle [degree] of the largest pressure: that of a motored cycle comes less before dead centre."""
+MOTORED = (-0.12, -5.0)
+"""Work over its absolute area, and angle [degree] of the largest pressure: where both are more, a
+cycle that takes work is a motored one. A fired one that is reversed takes more, or has its largest
+pressure earlier."""
 
 
 def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
@@ -212,7 +214,7 @@ def _cycles(
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
-    if sign < REVERSED and peak > MOTORED:
+    if MOTORED[0] < sign < REVERSED and peak > MOTORED[1]:
         said.append(
             "the cycles take work, and their largest pressure lies at dead centre: nothing burns"
         )
