@@ -128,10 +128,10 @@ def test_a_falling_single_cycle_is_turned_by_its_work(tmp_path: Path) -> None:
 
 def test_motored_cycles_are_not_taken_for_reversed_ones(tmp_path: Path) -> None:
     angle = np.arange(-360.0, 360.0)
-    pressure = recorded_engine.pressure(angle * DEGREE, heat=0.0, loss=25.0) / 1e5
+    pressure = recorded_engine.pressure(angle * DEGREE, heat=0.0, loss=8.0) / 1e5
     (tmp_path / "off.csv").write_text("CA [deg],p [bar]\n" + rows(angle, pressure))
     found = read_pressure(tmp_path / "off.csv", compression_ratio=recorded_engine.RATIO)
-    assert imep(found.mean.angle, found.mean.pressure[0]) < -0.2
+    assert imep(found.mean.angle, found.mean.pressure[0]) < -0.1
     assert any("nothing burns" in step for step in found.steps)
     assert not any("backward" in warning for warning in found.warnings)
 
