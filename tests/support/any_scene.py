@@ -284,10 +284,11 @@ def _layout(draw: Draw, given: Given) -> None:
     known = {z: names for z, names in LAYOUTS.items() if not two_stroke}
     known |= {z: (f"in-line {z}",) for z in range(1, 8)} if two_stroke else {}
     if kind == "axis":
-        names = sorted({name for names in known.values() for name in names})
+        count = draw(st.sampled_from(sorted(known)))
         given.axes["arrangement"] = draw(
-            st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True)
+            st.lists(st.sampled_from(sorted(known[count])), min_size=1, max_size=3, unique=True)
         )
+        given.settings["cylinders"] = given.cylinders = count
         return
     if kind == "table" and not two_stroke:
         given.settings |= {"arrangement": WRITTEN_OUT, "cylinders": 2}
@@ -504,7 +505,10 @@ def _solver(draw: Draw, scene: dict[str, Any], given: Given, simple: bool) -> No
             st.sampled_from([*INERTIA_MODELS, *([] if simple else [list(INERTIA_MODELS)])])
         )
     if "thesis" not in solver.get("method", "") and draw(st.booleans()):
-        solver["closure"] = draw(st.sampled_from(CLOSURES))
+        stepped = "picard" in solver.get("method", "")
+        solver["closure"] = draw(
+            st.sampled_from([c for c in CLOSURES if not (stepped and c == "cycle_time")])
+        )
     if not simple and "method" not in solver and draw(st.booleans()):
         plain = [name for name in METHOD_NAMES if name not in ("thesis", "picard", "closed")]
         solver["method"] = draw(st.sampled_from([*plain, plain]))

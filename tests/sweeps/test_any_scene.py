@@ -64,7 +64,7 @@ def test_strategies_use_the_whole_language() -> None:
     any_scene.REFUSED.clear()
 
     @settings(
-        max_examples=1000, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+        max_examples=3000, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
     )
     @given(any_scene.scenes())
     def draw(scene: dict[str, Any]) -> None:
@@ -77,6 +77,7 @@ def test_strategies_use_the_whole_language() -> None:
     wanted |= {re.sub(r"_\d+$", "_*", key) for key in OF_CYLINDER}
     for table in ("Solver", "Output", "Range", "Characteristic"):
         wanted |= set(schema["$defs"][table]["properties"])
+    wanted -= {"measured", "recorded_cycle"}  # of recordings: they have own tests
     assert sorted(wanted - seen.keys()) == [], sorted(wanted - seen.keys())
     assert len(any_scene.REFUSED) < 0.05 * seen["engine"], any_scene.REFUSED[:10]
 
