@@ -69,7 +69,7 @@ def identify(
         check_output(output, overwrite, Path(scene))
     wanted = _wanted(vary, own, priors)
     perfect = teeth in ("estimated", "perfect")
-    deviation = None if perfect else _number(teeth, f"--teeth {one_line(teeth, 60)}")
+    deviation = None if perfect else _deviation(teeth)
     from sweeps.measuring.identification import identify as fit
     from sweeps.presenting.fits import fit_text
 
@@ -120,6 +120,17 @@ def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Va
             raise SceneError(f"--own {one_line(key, 60)}: must be one of --vary")
         found[key] = replace(found[key], own=True)
     return found
+
+
+def _deviation(teeth: str) -> float:
+    """Standard deviation of the teeth's errors, from the option --teeth."""
+    try:
+        return plain_number(teeth)
+    except ValueError:
+        raise SceneError(
+            f"--teeth {one_line(teeth.strip(), 30)}: must be estimated, perfect, or a standard "
+            "deviation of the relative errors, such as 0.002"
+        ) from None
 
 
 def _number(text: str, where: str) -> float:

@@ -28,6 +28,7 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View
 from sweeps.figures.wording import HARD_SPACE, shorten, unit_text
+from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,9 +116,11 @@ def _title(view: View, place: int) -> str:
 
 def _of_noise(view: View) -> list[str]:
     attributes = view.data.attrs
+    likely = float(attributes["likelihood_of_noise"])
+    at_most = "at most " if likely <= LEAST_LIKELIHOOD else ""
     return [
         f"reduced chi square {float(attributes['reduced_chi_square']):.3g}",
-        f"likelihood of noise {float(attributes['likelihood_of_noise']):.2g}",
+        f"likelihood of noise {at_most}{likely:.2g}",
     ]
 
 

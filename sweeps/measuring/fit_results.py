@@ -164,6 +164,7 @@ def _of_parameters(found: SpeedFit) -> dict[str, Any]:
         "value": (of, fit.value + added, "fitted value, in the unit of each"),
         "value_low": (of, fit.interval[:, 0] + added, "lower end of the 95 % interval"),
         "value_high": (of, fit.interval[:, 1] + added, "upper end of the 95 % interval"),
+        "at_bound": (of, fit.at_bound.astype(np.int8), "whether the value is at its bound (1)"),
         "value_deviation": (of, fit.deviation, "standard deviation of the value"),
         "prior": (of, prior, "value known without the speed"),
         "prior_deviation": (of, known([p.prior_deviation for p in fit.parameters]),

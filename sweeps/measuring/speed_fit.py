@@ -17,6 +17,7 @@ from sweeps.measuring.fit_intervals import Unbound, beside_bounds
 
 __all__ = [
     "LARGEST_CONDITION",
+    "LEAST_LIKELIHOOD",
     "FittedSpeeds",
     "Inseparable",
     "Loss",
@@ -44,6 +45,12 @@ ROUNDS = 10
 
 DRAWS = 999
 """Fits to noise that residuals are compared with."""
+
+LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)
+"""Likelihood of noise where none of the draws leaves residuals as large; it may be any smaller."""
+
+AT_BOUND = 1e-6
+"""Distance from a bound, over a parameter's scale, within which a value is at it."""
 
 TINY = 1e-300
 
@@ -204,6 +211,14 @@ class FittedSpeeds:
     residual: tuple[Floats, ...] = field(repr=False)
     reduced_chi_square: float
     likelihood_of_noise: float
+
+    @property
+    def at_bound(self) -> Booleans:
+        """Whether each value is at one of its bounds: it might lie beyond."""
+        room = [
+            min(v - p.low, p.high - v) for p, v in zip(self.parameters, self.value, strict=True)
+        ]
+        return np.asarray(np.array(room) <= AT_BOUND * np.array([p.scale for p in self.parameters]))
 
     @property
     def deviation(self) -> Floats:

@@ -184,5 +184,8 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
         if not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
             where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
-        lines.append(found.text(where))
+        if scene.confidential:
+            lines.append(f"{where}: {found.check.name}: outside the usual range; confidential")
+        else:
+            lines.append(found.text(where))
     return lines

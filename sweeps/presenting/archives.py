@@ -25,6 +25,11 @@ COUNTED_AT_ONCE = 1_000_000
 LONGEST_LINE = 1000
 """Characters of one line that is printed of an attribute."""
 
+_HASHED = (
+    " (hash of each text as it was used: of a laboratory's file, of the CSV that was made of it; "
+    "the hash of the raw file is in indicator_notes)"
+)
+
 
 def archive_text(dataset: xr.Dataset, name: str) -> str:
     """Describe an archive: its axes, quantities, outcomes and provenance.
@@ -119,10 +124,12 @@ def _attribute_lines(key: str, value: object) -> list[str]:
     if isinstance(value, str) and not value:
         return []
     if isinstance(value, str) and value.startswith("{"):
+        about = ""
         try:
             members = json.loads(value)
             if key == "input_files":  # their texts are long
                 members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
+                about = _HASHED
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             members = {}
         if members:
@@ -131,7 +138,7 @@ def _attribute_lines(key: str, value: object) -> list[str]:
                 for name, item in members.items()
             }
             rows = [f"    {name}: {one_line(text, LONGEST_LINE)}" for name, text in texts.items()]
-            return [f"  {key}:", *rows]
+            return [f"  {key}{about}:", *rows]
     return [f"  {key}: {one_line(value, LONGEST_LINE)}"]
 
 

@@ -20,6 +20,12 @@ def calibration_text(made: Calibration) -> str:
     lines = heading(made)
     if made.sheet.diagrams:
         lines.append(f"{counted(made.sheet.diagrams, 'diagram')} of the file replaced.")
+    place = made.published.places["power"]
+    if place.startswith(f"{made.sheet.name}: "):
+        lines.append(
+            f"The power, {made.published.power:g} kW, is that of the file ([data_sheet]); --power "
+            "gives another."
+        )
     was = made.sheet.values.get("speed")
     if was is not None and was != made.published.speed:
         lines.append(

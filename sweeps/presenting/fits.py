@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.errors import counted
+from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,17 +25,22 @@ def fit_text(fit: xr.Dataset) -> str:
     """Lines on fitted values, on what the data tell, and on predictions."""
     lines = [f"{fit.attrs['title']}: fit to {counted(fit.sizes['recording'], 'recording')}"]
     width = max(len(str(name)) for name in fit["parameter"].values)
-    for name, unit, value, low, high in zip(
+    for name, unit, value, low, high, at_bound in zip(
         fit["parameter"].values, fit["unit"].values, fit["value"].values,
-        fit["value_low"].values, fit["value_high"].values, strict=True,
+        fit["value_low"].values, fit["value_high"].values, fit["at_bound"].values, strict=True,
     ):  # fmt: skip
         unit = "" if unit == "1" else f" {unit}"
-        lines.append(f"  {name:<{width}}  {value:.5g}{unit}  (95 %: {low:.5g} to {high:.5g})")
+        bound = ", at its bound" if at_bound else ""
+        lines.append(
+            f"  {name:<{width}}  {value:.5g}{unit}  (95 %: {low:.5g} to {high:.5g}){bound}"
+        )
     lines += _correlations(fit)
     likely = float(fit.attrs["likelihood_of_noise"])
+    # Of so many draws none was larger: the likelihood is this or less.
+    at_most = "at most " if likely <= LEAST_LIKELIHOOD else ""
     lines.append(
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "
-        f"{fit.attrs['reduced_chi_square']:.3g}, likelihood of noise {likely:.3g}"
+        f"{fit.attrs['reduced_chi_square']:.3g}, likelihood of noise {at_most}{likely:.3g}"
     )
     if likely < FEW:
         lines.append(

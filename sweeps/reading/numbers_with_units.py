@@ -20,6 +20,12 @@ _NUMBER = re.compile(
 )
 _UNIT = re.compile(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", re.ASCII)
 
+_KVA = re.compile(r"[kM]?VA", re.ASCII | re.IGNORECASE)
+_APPARENT = (
+    "is apparent power; must be a power in W: the engine's is the kVA times the power factor, over "
+    "the generator's efficiency"
+)
+
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
 
 
@@ -48,8 +54,8 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     Raises
     ------
     SceneError
-        For a text that is no number with a unit, a unit of something else, or a unit where pint is
-        not installed.
+        For a text that is no number with a unit, a unit of something else or of apparent power, or
+        a unit where pint is not installed.
     """
     if isinstance(raw, int | float) and not isinstance(raw, bool):
         return _finite(float(raw), raw, where, unit)
@@ -66,6 +72,8 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     """Size of a unit of a person's in `unit`."""
     if text == unit:
         return 1.0
+    if unit == "kW" and _KVA.fullmatch(text) is not None:
+        raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
     if _UNIT.fullmatch(text) is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
     try:
@@ -78,10 +86,14 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     try:
         text = re.sub(r"([a-z])(-?\d)$", r"\1^\2", f"1{text}" if text.startswith("/") else text)
         given = registry.Quantity(1.0, registry.parse_units(text))
+        if "volt" in str(given.units) and unit == "kW":
+            raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
         if unit == "rpm" and not any(word in str(given.units) for word in _OF_TURNS):
             # pint counts radians where none are named: 2700/min would be 430 rpm.
             return float(given.to("1/minute").magnitude)
         return float(given.to(unit).magnitude)
+    except SceneError:
+        raise
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of arithmetic
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}") from None
 

@@ -30,6 +30,7 @@ from sweeps.reading.referred_files import (
     read_text,
     referred,
 )
+from sweeps.scene.confidential import without_pressures
 from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
@@ -52,7 +53,8 @@ class Indicated(NamedTuple):
     cycles : tuple of Diagram
         Recorded cycles, where they are asked for.
     notes : tuple of str
-        What was done to the recording, by the header of the imported file.
+        What was done to the recording, by the header of the imported file; of a confidential one
+        without imep and pressures.
     confidential : tuple of str
         Name of its file where archives must not hold it.
     """
@@ -109,7 +111,7 @@ def read_indicator_table(
         keep_instead(path, text.encode())
         diagram, notes = indicator_of_text(text, where, engine.period), _header(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
-    return Indicated(diagram, each, notes, secret)
+    return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret)
 
 
 def _is_diagram(table: Indicator, path: Path) -> bool:

@@ -25,6 +25,7 @@ from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import read_torque_tables
 from sweeps.scene.axes import read_axes, read_settings
 from sweeps.scene.characteristic import read_characteristic
+from sweeps.scene.confidential import check_quantities
 from sweeps.scene.consistency.outputs import check_output
 from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
@@ -159,11 +160,8 @@ def _assembled(
     check_output(given.output, engine, name)
     passes = solver.start.get("passes")
     indicated = _indicator(given, values, name, base)
-    if indicated.confidential and "pressure" in given.output.quantities:
-        raise SceneError(
-            f"{name}: [output] quantities: 'pressure': not allowed together with [indicator] "
-            "confidential = true, which keeps the diagram out of the archive"
-        )
+    if indicated.confidential:
+        check_quantities(given.output.quantities, name)
     return Scene(
         **vars(values),
         title=one_line(given.title or f"Scene on {engine.title}"),

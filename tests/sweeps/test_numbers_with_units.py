@@ -40,6 +40,12 @@ def test_is_understood(raw: Any, unit: str, value: float) -> None:
     assert number_with_unit(raw, "--x", unit) == pytest.approx(value, rel=1e-3)
 
 
+@pytest.mark.parametrize("raw", ["40 kVA", "40kva", "40000 VA", "40 kV*A", "0.04 MVA", "40 KVA"])
+def test_apparent_power_is_no_power(raw: str) -> None:
+    with pytest.raises(SceneError, match=r"--power = .*: is apparent power; must be a power in W"):
+        number_with_unit(raw, "--power", "kW")
+
+
 @pytest.mark.parametrize(
     "raw",
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import importlib
 import logging
+import re
 import sys
 import traceback
 import warnings
@@ -15,6 +16,9 @@ from typing import Any
 from sweeps.errors import SceneError, one_line
 
 __all__ = ["library", "library_reading"]
+
+_OBJECT = re.compile(r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""")
+"""What libraries print of the stream that a file is read from."""
 
 
 def library(module: str, package: str, label: str) -> Any:
@@ -54,7 +58,8 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
     except Exception as error:
         traceback.clear_frames(error.__traceback__)
         gc.collect()  # now, while nothing is printed
-        reason = one_line(getattr(error, "strerror", None) or error, 160) or type(error).__name__
+        said = _OBJECT.sub("the file", str(getattr(error, "strerror", None) or error))
+        reason = one_line(said, 160) or type(error).__name__
         raise SceneError(f"{label}: not {kind}, or a damaged one ({reason})") from None
     finally:
         sys.unraisablehook = hook

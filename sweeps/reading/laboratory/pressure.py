@@ -96,7 +96,7 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     known = engine if isinstance(engine, Engine) else None
     if engine is not None and known is None:
         given["engine"] = str(engine)
-    chosen = check_structure(ImportOptions, plain(given, "read_pressure"), "read_pressure")
+    chosen = check_structure(ImportOptions, plain(given, str(path)), str(path))
     if chosen.engine is not None:
         known = load_engine(chosen.engine, None, "engine")
     two_stroke = chosen.two_stroke or (known is not None and known.period == TWO_STROKE)
@@ -152,7 +152,7 @@ def imported(
             warnings += [f"{before}{finding}" for finding in examine(cycles, geometry)]
         _describe(recorded, geometry, said)
         done = {
-            name: _finished(cycles, name, geometry, options, said)
+            name: _finished(cycles, name, geometry, options, said, recording.label)
             for name, cycles in recorded.items()
         }
     except ValueError as error:
@@ -459,13 +459,13 @@ def _describe(
 
 def _finished(
     cycles: RecordedCycles, name: str, geometry: CylinderGeometry, options: PressureOptions,
-    said: list[str],
+    said: list[str], label: str,
 ) -> RecordedCycles:  # fmt: skip
     """Average or one cycle, smoothing, thinning, as asked for."""
     if options.cycle is not None:
         if options.cycle > cycles.cycles:
             raise SceneError(
-                f"cycle = {options.cycle}: '{one_line(name, 60)}' has "
+                f"{label}: cycle = {options.cycle}: '{one_line(name, 60)}' has "
                 f"{counted(cycles.cycles, 'whole cycle')}"
             )
         said.append(f"cycle {options.cycle} of {cycles.cycles} taken")

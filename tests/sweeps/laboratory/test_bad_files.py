@@ -45,6 +45,8 @@ def cycles_of(*lengths: int) -> str:
 BAD: dict[str, tuple[str, dict[str, Any], tuple[str, ...]]] = {
     "empty": ("", {}, ("empty",)),
     "no numbers": ("hello\nworld\n", {}, ("no table of numbers",)),
+    "no ratio": (text(), {"compression_ratio": 0.5}, ("compression_ratio = 0.5: must be",)),
+    "cycle that is none": (text(), {"cycle": 9}, ("cycle = 9: 'p' has 1 whole cycle",)),
     "wrong column": (text(), {"pressure_column": "q"}, ("pressure_column", "'q'", "CA, p")),
     "number of no column": (text(), {"angle_column": 7}, ("angle_column = 7", "1 to 2")),
     "column twice": (text(), {"angle_column": 1, "pressure_column": 1}, ("twice",)),
@@ -92,6 +94,7 @@ def test_bad_text_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
             found.write(tmp_path / "pressure.csv")
     message = str(failure.value)
     assert message.isprintable()
+    assert message.startswith((str(tmp_path / "raw.csv"), "raw.csv: "))
     for fragment in fragments:
         assert fragment in message, message
     assert [p.name for p in tmp_path.iterdir()] == ["raw.csv"]
@@ -150,6 +153,7 @@ FILES: dict[str, tuple[str, Callable[[Path], None], tuple[str, ...]]] = {
     "mat of texts": ("a.mat", matrix_of_texts, ("no arrays of real numbers",)),
     "half a mat": ("a.mat", damaged("mat, rows of cycles"), (".mat file of versions 4 to 7",)),
     "half a mf4": ("a.mf4", damaged("mf4, one mark a turn"), ("not an MDF file",)),
+    "mf4 that is none": ("a.mf4", write_bytes(b"CA,p\n1,2\n" * 90), ("the file is not a valid",)),
     "half a parquet": ("a.parquet", damaged("parquet, backward"), ("not a Parquet file",)),
     "half a netCDF": ("a.nc", damaged("netCDF, several cycles"), ("netCDF",)),
     "tdms that is none": ("a.tdms", write_bytes(b"CA,p\n1,2\n" * 9), ("not a .tdms file",)),
@@ -167,6 +171,7 @@ def test_bad_files_are_refused_in_one_line(
         read_recording(tmp_path / name, name)
     message = str(failure.value)
     assert message.startswith(f"{name}: ") and message.isprintable()
+    assert "object at" not in message
     for fragment in fragments:
         assert fragment in message, message
     assert capfd.readouterr() == ("", "")  # libraries print nothing

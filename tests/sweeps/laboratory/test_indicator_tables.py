@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ import pytest
 from click.testing import CliRunner
 
 import sweeps
+from engine_dyn.quantities import graph
 from sweeps.cli.main import main
 from sweeps.reading.laboratory.imported_pressure import HEADER
+from sweeps.scene.confidential import TELLING
 from tests.support.laboratory import avl, excel_german, four_cylinders, matlab, rows, samples
 
 QUANTITIES = {"quantities": ["imep"]}
@@ -58,6 +61,10 @@ def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
         assert "average of 20 cycles" in notes and notes[2].startswith("sha256 of the raw file: ")
         kept = json.loads(one.attrs["input_files"])["files"]["run.mat"]
     assert kept.get("text", HEADER).startswith(HEADER)
+    told = command("info", tmp_path / "a.nc").stdout
+    line = told[told.index("input_files") :].splitlines()
+    assert "of the CSV that was made of it" in line[0]
+    assert any(f"run.mat: sha256 {kept['sha256']}" in row for row in line[1:])
 
 
 def test_a_confidential_diagram_stays_out_of_the_archive(tmp_path: Path) -> None:
@@ -93,15 +100,70 @@ def test_a_plain_confidential_diagram_too(tmp_path: Path) -> None:
     assert command(*words, "--indicator", tmp_path / "p.csv").exit_code == 0
 
 
-def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:
-    avl(tmp_path / "avl.csv")
-    tables = {
+KEPT = ("gas_torque", "torque", "omega", "imep", "peak_pressure", "inertia_force", "torque_order",
+        "crank_pin_load_max", "cylinder_inertia_torque_order")  # fmt: skip
+"""Beside a confidential diagram: all cylinders, single numbers, and what has no pressure in it."""
+
+
+def of_confidential(folder: Path, *quantities: str) -> dict[str, Any]:
+    if not (folder / "avl.csv").exists():
+        avl(folder / "avl.csv")
+    return {
         "engine": "ntua",
-        "indicator": {"file": str(tmp_path / "avl.csv"), "confidential": True},
-        "output": {"quantities": ["pressure"]},
+        "indicator": {"file": str(folder / "avl.csv"), "confidential": True},
+        "output": {"quantities": list(quantities)},
     }
-    with pytest.raises(sweeps.SceneError, match="'pressure': not allowed"):
-        sweeps.read_scene(tables)
+
+
+def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:
+    for name in (
+        "pressure", "gas_force", "piston_force", "piston_pressure", "rod_force", "rod_pressure",
+        "wall_thrust", "wall_pressure", "tangential_force", "tangential_pressure", "radial_force",
+        "radial_pressure", "reduced_torque", "gas_tangential_force", "piston_pin_load",
+        "piston_pin_side", "piston_pin_down", "crank_pin_load", "crank_pin_x", "crank_pin_y",
+        "crank_pin_radial", "crank_pin_tangential", "main_journal_load", "torque_after_throw",
+        "cylinder_gas_torque_order", "cylinder_torque_phase", "throw_torque_order",
+    ):  # fmt: skip
+        with pytest.raises(sweeps.SceneError) as failure:
+            sweeps.read_scene(of_confidential(tmp_path, "imep", name))
+        message = str(failure.value)
+        assert f"'{name}': not allowed" in message and "the pressure follows from it" in message
+    assert sweeps.read_scene(of_confidential(tmp_path, *KEPT)).quantities == KEPT
+
+
+def test_no_curve_of_one_cylinder_escapes() -> None:
+    """By the words of the graph, which the set is not made from.
+
+    Curves of one cylinder, throw or bearing are refused, but for those of masses and geometry.
+    """
+    masses = ("inertia", "rod_couple", "acceleration", "velocity", "position", "rod_angle")
+    of_one = {
+        name
+        for name, node in graph.QUANTITIES.items()
+        if node.kind == "curve"
+        and re.search("cylinder 1|one cylinder|main journal|each throw", node.long_name)
+        and not name.startswith(masses)
+    }
+    curves = {name for name in TELLING if graph.QUANTITIES[name].kind == "curve"}
+    assert curves == of_one
+
+
+def test_confidential_notes_tell_no_pressure(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 40.0)))
+    assert command("import", tmp_path / "p.csv", "-o", tmp_path / "made.csv").exit_code == 0
+    assert "imep" in (tmp_path / "made.csv").read_text()
+    for name in ("p.csv", "made.csv"):
+        open_ = sweeps.read_scene(scene(tmp_path, f'file = "{name}"'))
+        assert any(": imep " in note for note in open_.indicator_notes)
+        path = scene(tmp_path, f'file = "{name}"\nconfidential = true')
+        run = command("run", path, "-o", tmp_path / f"{name}.nc")
+        assert run.exit_code == 0, run.output
+        with sweeps.open(tmp_path / f"{name}.nc") as archive:
+            notes, warnings = archive.attrs["indicator_notes"], archive.attrs["warnings"]
+        assert "raw file: p.csv" in notes and "sha256" in notes and "clipped" in notes
+        for text in (notes, warnings, run.output):
+            assert "imep " not in text and not re.search(r"\d bar", text), text
 
 
 def test_what_the_checks_say_stands_in_the_archive(tmp_path: Path) -> None:

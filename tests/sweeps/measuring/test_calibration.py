@@ -233,6 +233,9 @@ def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
         assert f"\n  {key}" in told
     engine = load_engine(output)
     assert engine.family.loads.tolist() == [50.0, 100.0]
+    assert "The power, 36.4 kW, is that of the file ([data_sheet])" in told
+    again = ("-o", output, "--overwrite", "--loads", "50")
+    assert "of the file (" not in ok("calibrate", path, "--power", "36 kW", *again)
     assert "exists" in refused("calibrate", path, "-o", output)
     assert ok("calibrate", path, "-o", output, "--overwrite", "-q") == ""
     assert "data sheet itself" in refused("calibrate", path, "-o", path, "--overwrite")
@@ -270,6 +273,7 @@ KW = {"power": 36.4, "speed": 2700}
         ({"power": 36.4}, "speed: missing"),
         ({**KW, "power": "36,4 kW"}, "power = '36,4 kW': must be a number in kW"),
         ({**KW, "power": "36.4 bar"}, "must be a number in kW, or a number with a unit"),
+        ({**KW, "power": "36.4kVA"}, "'36.4kVA': is apparent power; must be a power in W"),
         ({**KW, "power": -1}, "power = -1: must be between 0.05 and 200000 kW"),
         ({**KW, "power": math.nan}, "power = nan: must be a number in kW"),
         ({**KW, "power": 36400}, "power = 36400 kW: more than the charge allows; must be at most"),

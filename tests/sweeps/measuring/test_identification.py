@@ -15,6 +15,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring.computed_speeds import SpeedsOfRecordings
 from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
 from sweeps.measuring.identification import Varied
+from sweeps.presenting.fits import fit_text
 from sweeps.scene.reading import read_scene
 from tests.support.commands import ok, refused
 from tests.support.teeth import random_errors
@@ -172,6 +173,18 @@ def test_command(folder: Path) -> None:
     assert "exists" in refused(*arguments, "-o", output)
 
 
+def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
+    told = ok("identify", folder / "scene.toml", "--vary", "inertia=1..2.1,gap_angle",
+              "--no-predictions")  # fmt: skip
+    rows = told.splitlines()
+    assert rows[1].strip().startswith("inertia") and rows[1].endswith("to 2.1), at its bound")
+    assert "bound" not in rows[2]
+    # The bound is wrong by many standard deviations, which noise never is.
+    assert "likelihood of noise at most 0.001\n" in told
+    assert "bound" not in fit_text(fitted) and "at most" not in fit_text(fitted)
+    assert fitted.at_bound.values.tolist() == [0, 0]
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -186,7 +199,7 @@ def test_command(folder: Path) -> None:
         (("--vary", "inertia", "--prior", "inertia=1+-0"), "must be positive"),
         (("--vary", "recording_shift", "--own", "recording_shift"), "the wheel is the same"),
         (("--vary", "inertia", "--own", "bore"), "--own bore: must be one of --vary"),
-        (("--vary", "inertia", "--teeth", "good"), "--teeth good: good is no number"),
+        (("--vary", "inertia", "--teeth", "good"), "--teeth good: must be estimated, perfect, or"),
     ],
 )
 def test_bad_options(folder: Path, options: tuple[str, ...], told: str) -> None:
