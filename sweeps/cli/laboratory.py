@@ -94,7 +94,7 @@ def import_(
         for step in found.steps:
             say(step)
         say(f"{output}: {len(found.mean.angle)} points")
-    warn(found.warnings)
+    warn(f"{raw}: {warning}" for warning in found.warnings)
 
 
 def _draw(found: ImportedPressure, folder: Path) -> None:

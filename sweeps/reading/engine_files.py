@@ -50,7 +50,7 @@ from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = ["PERIODS", "catalogue", "load_engine", "read_cylinders", "read_values"]
+__all__ = ["PERIODS", "catalogue", "engine_path", "load_engine", "read_cylinders", "read_values"]
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
@@ -92,13 +92,27 @@ def load_engine(
         engine, files = _of_catalogue(known[text], known[text].stat().st_mtime_ns)
         keep(files)
         return engine
+    return _read_engine(*engine_path(text, base, where))
+
+
+def engine_path(name_or_path: str | Path, base: Path | None, where: str) -> tuple[Path, str]:
+    """File of an engine, and what messages about it begin with; see `load_engine`.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name, and a path that leaves the folder of the scene.
+    """
+    known, text = catalogue(), str(name_or_path)
+    if text in known:
+        return known[text], f"engine {text}"
     if not (text.endswith(".toml") or "/" in text or "\\" in text):
         raise SceneError(
             f"{where} = {shown(text)}: unknown engine"
             f"{not_known(text, known, also=', or the path of an engine file (.toml)')}"
         )
     path = Path(text) if base is None else referred(base, text, where)
-    return _read_engine(path, f"{where} {text}")
+    return path, f"{where} {text}"
 
 
 @lru_cache(maxsize=16)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,13 @@ from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 
 __all__ = ["with_encoder_angles"]
+
+_TIME = re.compile(r"^(t|time|times|zeit|timestamp|time stamp)$", re.I)
+_SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
+"""Seconds of each unit of times."""
+
+MOST_REMARKS = 8
+"""Of the signal of the wheel, that are told."""
 
 
 def with_encoder_angles(
@@ -43,27 +51,46 @@ def with_encoder_angles(
     encoder = named_column(recording, options.encoder_column, "encoder_column")
     signal = recording.numbers(encoder)
     used = {encoder}
+    timed = _time_column(recording, options, encoder, said)
     if options.sample_rate is not None:
         interval = 1.0 / options.sample_rate
-    elif options.time_column is not None:
-        name = named_column(recording, options.time_column, "time_column")
-        interval = _interval(recording, name)
-        used.add(name)
+    elif timed is not None:
+        interval = _interval(recording, timed)
     else:
         raise SceneError(f"{recording.label}: encoder_column: needs time_column or sample_rate")
+    if timed is not None:
+        used.add(timed)
     try:
         wheel = wheel_from_text(options.wheel)
-        found = teeth_of_signal(signal, interval, wheel)
+        found = teeth_of_signal(
+            signal, interval, wheel, threshold=options.threshold, hysteresis=options.hysteresis,
+            edge=options.edge,
+        )  # fmt: skip
     except ValueError as error:
         raise SceneError(f"{recording.label}: {mentioned(error)}") from None
+    which = f"the {found.crossings.edge} edge of the first tooth " + (
+        "of the recording" if wheel.even else "after the longest gap"
+    )
+    if options.gap_angle is None:
+        raise SceneError(
+            f"{recording.label}: gap_angle: missing; must be the crank angle in degree at which "
+            f"{which} passes, from a drawing or measured on the engine; or read a motored "
+            "recording with 0, and take the angle of its largest pressure times -1, less the loss "
+            "angle (usually 0.4 to 1 degree)"
+        )
     times: Floats = np.asarray(interval * np.arange(len(signal)), np.float64)
     angle = found.teeth.angle_at(times, options.gap_angle * DEGREE)
     inside = np.isfinite(angle)
     said.append(
-        f"crank angle from the wheel {wheel.text}: {len(found.teeth.turn)} turns, first tooth "
-        f"after the gap at {options.gap_angle:g} degree"
+        f"crank angle from the wheel {wheel.text}: {len(found.teeth.turn)} turns, {which} at "
+        f"{options.gap_angle:g} degree"
     )
-    said += found.teeth.faults[:5]
+    if options.edge is None:
+        said.append(
+            f"the {found.crossings.edge} edge was chosen, because its intervals repeat best; if "
+            "gap_angle is that of the other one, which lies a tooth's width away, give edge"
+        )
+    said += [f"signal of the wheel: {remark}" for remark in found.remarks[:MOST_REMARKS]]
     rest = {
         name: replace(column, values=column.values[inside])
         for name, column in recording.columns.items()
@@ -77,10 +104,27 @@ def with_encoder_angles(
     return replace(recording, columns=rest), options, angle[inside]
 
 
+def _time_column(
+    recording: Recording, options: PressureOptions, encoder: str, said: list[str]
+) -> str | None:
+    """Name of the column of times: as given, or the only one that is called so."""
+    if options.time_column is not None:
+        return named_column(recording, options.time_column, "time_column")
+    good = [
+        name for name, column in recording.columns.items()
+        if name != encoder and _TIME.match(name) and column.unit.strip().lower() in _SECONDS
+    ]  # fmt: skip
+    if len(good) != 1:
+        return None
+    if options.sample_rate is None:
+        said.append(f"column '{good[0]}' taken for the time")
+    return good[0]
+
+
 def _interval(recording: Recording, name: str) -> float:
     """Time between samples [s]."""
     times = recording.numbers(name)
-    scale = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6}.get(recording.columns[name].unit, 1.0)
+    scale = _SECONDS.get(recording.columns[name].unit.strip().lower(), 1.0)
     count = len(times) - 1
     interval = float(times[-1] - times[0]) / max(count, 1)
     if count < 8 or interval <= 0.0 or np.ptp(np.diff(times)) > 0.5 * interval:

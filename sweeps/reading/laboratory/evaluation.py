@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.findings import Finding
 from engine_dyn.recordings.heat_release import (
     GAMMA,
@@ -63,7 +64,8 @@ def evaluated(
         `cylinder_volume` or `displaced_volume`, `heat_release_rate`, `heat_released`,
         `imep_of_cycle`, `peak_pressure_of_cycle`, `peak_angle_of_cycle`; and as numbers `imep`,
         `imep_gross`, `imep_pumping`, `imep_variation`, `compression_exponent`,
-        `expansion_exponent`. `sweeps.figures.draw` makes the sheet of it.
+        `expansion_exponent`; where nothing burns `loss_angle` in place of
+        `imep_variation`. `sweeps.figures.draw` makes the sheet of it.
 
     Raises
     ------
@@ -101,7 +103,9 @@ def evaluated(
          r"\varphi_{max}"),
     ):  # fmt: skip
         data[name] = _named(CYCLE, values, said, unit, symbol)
-    variation = coefficient_of_variation(works.net)
+    # Of a motored cycle, whose work is near 0, the ratio says nothing.
+    motored = looks_motored(cycles)
+    variation = np.nan if motored else abs(coefficient_of_variation(works.net))
     for name, value, said, unit, symbol in (
         ("imep", works.net.mean() / BAR, "indicated mean effective pressure", bar, "p_i"),
         ("imep_gross", works.gross.mean() / BAR,
@@ -109,10 +113,14 @@ def evaluated(
         ("imep_pumping", works.pumping.mean() / BAR,
          "indicated mean effective pressure of the gas exchange", bar, r"p_{i,pump}"),
         ("imep_variation", variation, "coefficient of variation of imep", "1", ""),
+        ("loss_angle", -at.mean() / DEGREE if motored else np.nan,
+         "angle of the largest pressure before dead centre, nothing burns", "degree", ""),
     ):  # fmt: skip
         if np.isfinite(value):
             data[name] = _named((), np.float64(value), said, unit, symbol)
     data.attrs["summary"] = _summary(works.net, peak, variation)
+    if motored:
+        data.attrs["summary"] += f"; motored, loss angle {-at.mean() / DEGREE:.3g} degree"
     return data
 
 
@@ -167,7 +175,8 @@ def _add_volume(
 def _summary(imep: Floats, peak: Floats, variation: float) -> str:
     """One line: what the cycles are on average, and their spread."""
     parts = [f"imep {imep.mean() / BAR:.4g} bar", f"largest pressure {peak.mean() / BAR:.4g} bar"]
-    if np.isfinite(variation):
+    if len(imep) > 1:
         parts.insert(0, f"{len(imep)} cycles")
+    if np.isfinite(variation):
         parts.append(f"coefficient of variation of imep {variation:.2%}")
     return "; ".join(parts)

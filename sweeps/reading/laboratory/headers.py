@@ -15,11 +15,14 @@ _UNIT_WORDS = {
     "pa", "psi", "psia", "atm", "torr", "mmhg", "n/mm2", "n/mm^2", "n/m2", "kgf/cm2", "v", "mv",
     "volt", "s", "ms", "us", "µs", "sec", "min", "rpm", "1/min", "min-1", "nm", "n m", "n", "kg",
     "mm", "m", "cm3", "c", "°c", "degc", "k", "kw", "%", "ppm", "g/s", "kg/h", "l", "dm3", "hz",
-    "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc",
+    "khz", "rad/s", "j", "kj", "j/deg", "a", "ma", "pc", "°kw", "kw°", "°crank", "ca°",
 }  # fmt: skip
 """Texts that are units and no names, in lower case."""
 
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
+
+_OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
+"""Quantity over unit, as DIN 461 and ISO 80000-1 write heads of tables: "p/bar", "n/1/min"."""
 
 
 def number_of(text: str, decimal: str = ".") -> float:
@@ -74,10 +77,13 @@ def _width(row: Sequence[str], decimal: str) -> int:
 
 
 def split_unit(text: str) -> tuple[str, str]:
-    """Split "p1 [bar]" or "Angle (deg)" into name and unit; the unit is "" where there is none."""
+    """Split "p1 [bar]", "Angle (deg)" or "p/bar" into name and unit; "" where there is none."""
     found = _IN_BRACKETS.match(text)
     if found is None:
-        return text.strip(), ""
+        over = _OVER_UNIT.match(text.strip())
+        if over is None or over["unit"].lower() not in _UNIT_WORDS:
+            return text.strip(), ""
+        return over["name"], over["unit"]
     unit = found["a"] if found["a"] is not None else found["b"]
     if found["a"] is None and unit.strip().lower() not in _UNIT_WORDS:
         return text.strip(), ""  # "p (cylinder 1)"

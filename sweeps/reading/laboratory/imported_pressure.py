@@ -72,8 +72,9 @@ class ImportedPressure:
         first = members[0]
         if first.cycles > 1:
             raise SceneError(
-                f"{self.file}: has {first.cycles} cycles; must have average = true, or cycle = 7, "
-                "say, to be one diagram"
+                f"{self.file}: has {first.cycles} cycles, and one diagram is wanted: their average "
+                "must be asked for (--average, or average = true), or one of them (--cycle 7, or "
+                "cycle = 7, say)"
             )
         pressure = np.mean([values_on(first.angle, member) for member in members], axis=0)
         return RecordedCycles(first.angle, np.asarray(pressure)[None, :], first.period)

@@ -18,6 +18,7 @@ import numpy as np
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.heat_release import (
     coefficient_of_variation,
     mean_pressures,
@@ -31,7 +32,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.checks import check_structure, mentioned, plain
 from sweeps.errors import SceneError, counted, one_line
-from sweeps.reading.engine_files import load_engine
+from sweeps.reading.engine_measures import EngineMeasures, measures_of, read_engine_measures
 from sweeps.reading.laboratory.columns import Signals, signals_of
 from sweeps.reading.laboratory.cycles_of_signals import (
     crank_angles,
@@ -74,7 +75,8 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
         The keys of `engine-dyn import` and of [indicator], with underscores: `angle_column`,
         `pressure_column`, `unit`, `shift` [degree], `average`, `pegging`, `smoothing`,
         `angle_step` [degree] and others, see docs/laboratory_files.md; `engine`, a name of the
-        catalogue or the path of an engine file, or an `Engine`; `two_stroke`.
+        catalogue or the path of an engine file (with or without diagrams), or an `Engine`;
+        `two_stroke`.
 
     Returns
     -------
@@ -93,12 +95,12 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     """
     given = dict(options)
     engine = given.pop("engine", None)
-    known = engine if isinstance(engine, Engine) else None
+    known = measures_of(engine) if isinstance(engine, Engine) else None
     if engine is not None and known is None:
         given["engine"] = str(engine)
     chosen = check_structure(ImportOptions, plain(given, str(path)), str(path))
     if chosen.engine is not None:
-        known = load_engine(chosen.engine, None, "engine")
+        known = read_engine_measures(chosen.engine)
     two_stroke = chosen.two_stroke or (known is not None and known.period == TWO_STROKE)
     label = str(path)
     return imported(
@@ -112,7 +114,7 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
 
 def imported(
     recording: Recording, file: str, options: PressureOptions, period: float,
-    engine: Engine | None = None, angle: Floats | None = None,
+    engine: Engine | EngineMeasures | None = None, angle: Floats | None = None,
 ) -> ImportedPressure:  # fmt: skip
     """Make cycles and a diagram of a recording.
 
@@ -126,7 +128,7 @@ def imported(
         What is asked for.
     period : float
         Of a cycle [rad].
-    engine : Engine, optional
+    engine : Engine or EngineMeasures, optional
         Its measures and firing angles are used.
     angle : ndarray, shape (samples,), optional
         Crank angle of each sample [rad], rising, where it is not a column but follows from the
@@ -140,6 +142,7 @@ def imported(
     said: list[str] = []
     warnings: list[str] = []
     degrees = period / DEGREE
+    engine = measures_of(engine) if isinstance(engine, Engine) else engine
     _check_together(options, degrees, recording.label)
     if options.encoder_column is not None or options.wheel is not None:
         recording, options, angle = with_encoder_angles(recording, options, said)
@@ -182,7 +185,7 @@ def _check_together(options: PressureOptions, degrees: float, label: str) -> Non
 
 
 def _cycles(
-    recording: Recording, options: PressureOptions, degrees: float, engine: Engine | None,
+    recording: Recording, options: PressureOptions, degrees: float, engine: EngineMeasures | None,
     angle: Floats | None, said: list[str], warnings: list[str],
 ) -> dict[str, RecordedCycles]:  # fmt: skip
     """Cycles of each cylinder, at its own firing dead centre."""
@@ -320,7 +323,7 @@ def _correction(options: PressureOptions, said: list[str]) -> float:
 
 def _firing_angles(
     recording: Recording, crank: Floats, pressures: Mapping[str, Floats], period: float,
-    options: PressureOptions, engine: Engine | None, said: list[str],
+    options: PressureOptions, engine: EngineMeasures | None, said: list[str],
 ) -> list[float]:  # fmt: skip
     """Angle at which each cylinder fires [degree], the first at 0."""
     count = len(pressures)
@@ -389,13 +392,16 @@ def _at_firing(
     return crank, abs(peak) > 60.0
 
 
-def _geometry(engine: Engine | None, options: PressureOptions, said: list[str]) -> CylinderGeometry:
+def _geometry(
+    engine: EngineMeasures | None, options: PressureOptions, said: list[str]
+) -> CylinderGeometry:
     """Measures of a cylinder, as far as they are known."""
     values: Mapping[str, float] = {} if engine is None else engine.values
-    ratio = values.get("crank_ratio")
+    ratio = options.crank_ratio
+    ratio = values.get("crank_ratio") if ratio is None else ratio
     if ratio is None:
         ratio = USUAL_CRANK_RATIO
-        said.append(f"crank ratio of {ratio:g} assumed for works; engine gives it")
+        said.append(f"crank ratio of {ratio:g} assumed for works; crank_ratio or engine gives it")
     compression = options.compression_ratio or values.get("compression_ratio")
     return CylinderGeometry(
         values.get("bore", 1.0), values.get("stroke", 1.0), ratio, compression,
@@ -437,13 +443,18 @@ def _describe(
         imep = mean_pressures(cycles, geometry).net / BAR
         peak, at = peak_pressures(cycles)
         works[name], highest[name] = float(imep.mean()), float(peak.mean()) / BAR
-        varies = ""
-        if cycles.cycles > 1:
-            varies = (
-                f"; {cycles.cycles} cycles, coefficient of variation of imep "
-                f"{coefficient_of_variation(imep):.2%}, of the largest pressure "
-                f"{coefficient_of_variation(peak):.2%}"
+        # Of motored cycles, whose work is near 0, the coefficient of variation says nothing.
+        motored = looks_motored(cycles)
+        varies = f"; {cycles.cycles} cycles" if cycles.cycles > 1 else ""
+        if cycles.cycles > 1 and not motored:
+            varies += (
+                f", coefficient of variation of imep {abs(coefficient_of_variation(imep)):.2%}"
             )
+        if cycles.cycles > 1:
+            before = ", coefficient of variation" if motored else ","
+            varies += f"{before} of the largest pressure {coefficient_of_variation(peak):.2%}"
+        if motored:
+            varies += f"; nothing burns, loss angle {-float(at.mean()) / DEGREE:.3g} degree"
         said.append(
             f"'{one_line(name, 60)}': imep {works[name]:.4g} bar, largest pressure "
             f"{highest[name]:.4g} bar at {float(at.mean()) / DEGREE:.3g} degree{varies}"

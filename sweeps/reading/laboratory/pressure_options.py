@@ -58,10 +58,20 @@ class PressureOptions(ReadingChoices):
     sample_rate: float | None = Field(
         default=None, gt=0.0, description="a number of samples per second, above 0"
     )
-    gap_angle: float = Field(
-        default=0.0, ge=-720.0, le=720.0,
-        description="a number in degree: the crank angle of the first tooth after the gap",
+    gap_angle: float | None = Field(
+        default=None, ge=-720.0, le=720.0,
+        description="a number in degree, -720 to 720: the crank angle at which the edge that is "
+        "used of the first tooth after the longest gap passes",
     )  # fmt: skip
+    edge: Literal["rising", "falling"] | None = Field(
+        default=None, description="'rising' or 'falling': the edge of the teeth that is used"
+    )
+    threshold: float | None = Field(
+        default=None, description="a number in the unit of the wheel's signal"
+    )
+    hysteresis: float | None = Field(
+        default=None, ge=0.0, description="a number in the unit of the wheel's signal, 0 or more"
+    )
     direction: Literal["forward", "backward"] | None = Field(
         default=None, description="'forward', or 'backward' where the angle falls with time"
     )
@@ -84,6 +94,10 @@ class PressureOptions(ReadingChoices):
     firing_angles: list[float] | None = Field(
         default=None, min_length=1, max_length=100,
         description="a list of numbers in degree: where the cylinders fire, the first at 0",
+    )  # fmt: skip
+    crank_ratio: float | None = Field(
+        default=None, gt=0.0, le=0.5,
+        description="a number above 0 and up to 0.5: crank radius over rod length, for works",
     )  # fmt: skip
     compression_ratio: float | None = Field(
         default=None, gt=1.0, le=50.0, description="a number above 1 and up to 50"

@@ -201,3 +201,21 @@ def test_cylinders_by_name_on_the_command_line(tmp_path: Path) -> None:
     assert made.exit_code == 0, made.output
     text = (tmp_path / "p.csv").read_text()
     assert "crank_angle_deg,pressure_bar,pressure_1_bar,pressure_2_bar\n" in text
+
+
+def test_warnings_of_the_command_name_the_file(tmp_path: Path) -> None:
+    angle, pressure = samples(-360.0)
+    text = "CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 50.0))
+    (tmp_path / "cut.csv").write_text(text)
+    made = command("import", tmp_path / "cut.csv", "-o", tmp_path / "p.csv", "--engine", "ntua")
+    assert made.exit_code == 0, made.output
+    warnings = made.stderr.splitlines()
+    assert any("clipped: " in line for line in warnings)
+    for line in warnings:
+        assert line.startswith(f"warning: {tmp_path / 'cut.csv'}: ")
+
+
+def test_keys_of_wheels_are_options(tmp_path: Path) -> None:
+    listed = command("import", "--help").stdout
+    for option in ("--edge", "--threshold", "--hysteresis", "--crank-ratio", "--gap-angle"):
+        assert option in listed

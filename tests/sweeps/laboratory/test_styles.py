@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.reading.laboratory.evaluation import evaluated
 from sweeps.reading.laboratory.pressure import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, avl, four_cylinders, imep, rows, samples
@@ -97,11 +98,11 @@ def test_angles_from_a_toothed_wheel(tmp_path: Path) -> None:
     signal = np.where(tooth, 5.0, 0.0)  # the crossing is known to a sample, 0.09 degree
     pressure = recorded_engine.pressure(inside * DEGREE) / 1e5
     (tmp_path / "run.csv").write_text(
-        "time [s],wheel [V],p [bar]\n" + rows(times, signal, pressure)
+        "instant [s],wheel [V],p [bar]\n" + rows(times, signal, pressure)
     )
-    keys = {"encoder_column": "wheel", "wheel": "60-2", "average": True, "angle_step": 0.5}
-    found = read_pressure(tmp_path / "run.csv", time_column="time", gap_angle=100.0,
-                          pressure_column=3, **keys)  # fmt: skip
+    keys = {"encoder_column": "wheel", "wheel": "60-2", "average": True, "angle_step": 0.5,
+            "gap_angle": 100.0, "edge": "rising"}  # fmt: skip
+    found = read_pressure(tmp_path / "run.csv", time_column="instant", pressure_column=3, **keys)
     assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=1e-2)
     with pytest.raises(sweeps.SceneError, match="time_column or sample_rate"):
         read_pressure(tmp_path / "run.csv", **keys)
@@ -134,6 +135,40 @@ def test_motored_cycles_are_not_taken_for_reversed_ones(tmp_path: Path) -> None:
     assert imep(found.mean.angle, found.mean.pressure[0]) < -0.1
     assert any("nothing burns" in step for step in found.steps)
     assert not any("backward" in warning for warning in found.warnings)
+
+
+def test_motored_cycles_have_a_loss_angle_and_no_variation_of_imep(tmp_path: Path) -> None:
+    angle = np.arange(-360.0, 360.0 * 11, 0.5)
+    one = recorded_engine.pressure(np.arange(-360.0, 360.0, 0.5) * DEGREE, heat=0.0, loss=25.0)
+    factor = 1.0 + 0.002 * np.random.default_rng(3).standard_normal(6)
+    pressure = np.concatenate([one * f for f in factor]) / 1e5
+    (tmp_path / "off.csv").write_text("CA [deg],p [bar]\n" + rows(angle, pressure))
+    found = read_pressure(
+        tmp_path / "off.csv", compression_ratio=recorded_engine.RATIO, average=True
+    )
+    fine = np.arange(-5.0, 5.0, 0.01)
+    top = fine[np.argmax(recorded_engine.pressure(fine * DEGREE, heat=0.0, loss=25.0))]
+    told = next(step for step in found.steps if "imep" in step)
+    assert "6 cycles" in told and "variation of imep" not in told
+    assert "variation of the largest pressure" in told
+    loss = float(told.split("loss angle ")[1].split(" degree")[0])
+    assert loss == pytest.approx(-top, abs=0.05) and loss > 0.2
+    sheet = evaluated(found.recorded["p"], found.geometry)
+    assert "imep_variation" not in sheet
+    assert float(sheet.loss_angle) == pytest.approx(-top, abs=0.05)
+    assert "variation of imep" not in sheet.summary and "loss angle" in sheet.summary
+
+
+def test_the_variation_of_imep_is_never_negative(tmp_path: Path) -> None:
+    """A compressor, say, whose work is negative."""
+    angle = np.arange(-360.0, 720.0 * 3 - 360.0)
+    pressure = recorded_engine.pressure(((angle + 360.0) % 720.0 - 360.0) * DEGREE) / 1e5
+    pressure *= 1.0 + 0.01 * np.floor((angle + 360.0) / 720.0)
+    text = "CA [deg],p [bar]\n" + rows(-angle[::-1], pressure[::-1])
+    (tmp_path / "back.csv").write_text(text)
+    found = read_pressure(tmp_path / "back.csv", direction="forward", cycle=1)
+    told = next(step for step in found.steps if "imep" in step)
+    assert "imep -" in told and "variation of imep -" not in told
 
 
 @pytest.mark.slow

@@ -1,0 +1,119 @@
+"""What `import` takes from an engine: measures and firing angles, without any diagram."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.reading.engine_files import load_engine
+from sweeps.reading.engine_measures import read_engine_measures
+from sweeps.reading.laboratory.pressure import read_pressure
+from tests.support import recorded_engine as engine
+from tests.support.laboratory import avl, four_cylinders, own, rows
+
+OWN = """\
+title = "An engine that is yet to be measured"
+cycle = "four-stroke"
+firing_order = [1, 3, 4, 2]
+
+[values]
+bore = 0.1
+stroke = 0.12
+rod_length = 0.21
+cylinders = 4
+"""
+
+DIAGRAM = """
+[[diagram]]
+load = {}
+kind = "first_law"
+compression_ratio = {}
+"""
+
+
+def written(folder: Path, more: str = "") -> str:
+    (folder / "mine.toml").write_text(OWN + more)
+    return str(folder / "mine.toml")
+
+
+def test_an_engine_file_needs_no_diagrams(tmp_path: Path) -> None:
+    own(tmp_path / "raw.csv")
+    found = read_pressure(tmp_path / "raw.csv", engine=written(tmp_path))
+    assert found.geometry.crank_ratio == pytest.approx(engine.GEOMETRY.crank_ratio)
+    assert (found.geometry.bore, found.geometry.stroke) == (0.1, 0.12)
+    assert found.geometry.compression_ratio is None
+    assert not any("assumed" in step for step in found.steps)
+
+
+def test_diagrams_that_are_yet_to_be_written_are_not_read(tmp_path: Path) -> None:
+    own(tmp_path / "raw.csv")
+    path = written(tmp_path, '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "pressure.csv"\n')
+    assert read_pressure(tmp_path / "raw.csv", engine=path).geometry.bore == 0.1
+
+
+def test_firing_angles_come_from_the_file(tmp_path: Path) -> None:
+    four_cylinders(tmp_path / "four.csv")
+    told = read_pressure(tmp_path / "four.csv", engine=written(tmp_path)).steps
+    assert "cylinders fire at 0, 540, 180, 360 degree, as the engine says" in told
+
+
+def test_the_compression_ratio_is_that_of_all_diagrams(tmp_path: Path) -> None:
+    avl(tmp_path / "raw.csv")
+    path = written(tmp_path, DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0))
+    found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
+    assert found.geometry.compression_ratio == 16.0
+    given = read_pressure(tmp_path / "raw.csv", engine=path, compression_ratio=17.0)
+    assert given.geometry.compression_ratio == 17.0
+    path = written(tmp_path, DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 17.0))
+    with pytest.raises(sweeps.SceneError, match="compression_ratio"):
+        read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression")
+
+
+def test_the_compression_ratio_may_be_that_of_the_data_sheet(tmp_path: Path) -> None:
+    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 16.5\n")
+    assert read_engine_measures(path).values["compression_ratio"] == 16.5
+    path = written(tmp_path, "\n[data_sheet.cycle]\ncompression_ratio = 900\n")
+    with pytest.raises(sweeps.SceneError, match=r"\[data_sheet\] cycle compression_ratio = 900"):
+        read_engine_measures(path)
+
+
+def test_an_engine_of_the_catalogue_has_the_same_measures_either_way(tmp_path: Path) -> None:
+    own(tmp_path / "raw.csv")
+    by_name = read_pressure(tmp_path / "raw.csv", engine="boxer_twin_101x70").geometry
+    loaded = read_pressure(tmp_path / "raw.csv", engine=load_engine("boxer_twin_101x70")).geometry
+    assert by_name == loaded
+    assert by_name.compression_ratio == 10.3
+
+
+def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:
+    own(tmp_path / "raw.csv")
+    for name, said in (("ntuaa", "unknown engine"), (str(tmp_path / "no.toml"), "no such file")):
+        with pytest.raises(sweeps.SceneError, match=said):
+            read_pressure(tmp_path / "raw.csv", engine=name)
+    path = written(tmp_path)
+    (tmp_path / "mine.toml").write_text(OWN.replace("bore = 0.1", "bore = -1"))
+    with pytest.raises(sweeps.SceneError, match="bore = -1"):
+        read_pressure(tmp_path / "raw.csv", engine=path)
+
+
+def test_the_crank_ratio_may_be_given(tmp_path: Path) -> None:
+    own(tmp_path / "raw.csv")
+    found = read_pressure(tmp_path / "raw.csv", crank_ratio=0.3, engine="ntua")
+    assert found.geometry.crank_ratio == 0.3
+    assert not any("assumed" in step for step in found.steps)
+    with pytest.raises(sweeps.SceneError, match=r"above 0 and up to 0\.5"):
+        read_pressure(tmp_path / "raw.csv", crank_ratio=0.6)
+
+
+def test_heads_with_quantity_over_unit(tmp_path: Path) -> None:
+    angle = np.arange(-360.0, 360.0)
+    pressure = engine.pressure(angle * engine.DEGREE) / 1e5
+    text = "Phi/°KW;Druck/bar;n/1/min\n" + rows(angle, pressure, 0 * angle + 1500, separator=";")
+    (tmp_path / "din.csv").write_bytes(text.encode("cp1252"))
+    found = read_pressure(tmp_path / "din.csv")
+    assert "column 'Phi' taken for the crank angle" in found.steps
+    assert "column 'Druck' taken for the cylinder pressure" in found.steps
+    assert np.allclose(found.mean.pressure[0] / 1e5, pressure, atol=1e-4)
