@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,14 @@ from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE, RPM
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
+from sweeps.measuring.measured_doubts import (
+    INERTIA_STEP,
+    even_firing_doubt,
+    gap_doubts,
+    likeness_doubts,
+    of_heavier_engine,
+    repeats_every_turn,
+)
 from sweeps.measuring.measured_files import SpeedRecord, records_of
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
@@ -79,6 +87,13 @@ class _Curves:
         Estimated from all recordings.
     gap_angle : float, optional
         [rad].
+    heavier : ndarray, shape (recordings, intervals), optional
+        Errors as they would be with an inertia that is larger by INERTIA_STEP, where they are
+        estimated.
+    as_passed : list of float
+        Correlation of each recording with the computed speed, errors of teeth in neither.
+    doubts : tuple of str
+        About the gap, a line each.
     """
 
     middle: Floats
@@ -92,6 +107,9 @@ class _Curves:
     sound: Booleans
     of_wheel: ToothErrors | None = None
     gap_angle: float | None = None
+    heavier: Floats | None = None
+    as_passed: list[float] = field(default_factory=list)
+    doubts: tuple[str, ...] = ()
 
     def in_order(self, rows: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of all recordings in the order of the angle."""
@@ -209,6 +227,11 @@ def _curves(
         return np.array(seen) * np.tile(1.0 + errors, turns)
 
     errors, unsure, of_wheel = _errors_of(given.errors, raw, between, wheel)
+    heavier = None
+    if isinstance(given.errors, str) and given.errors != "none":
+        heavier, *_ = _errors_of(
+            given.errors, raw, lambda errors: of_heavier_engine(between(errors)), wheel
+        )
     width = np.tile(wheel.width, turns)
     begin = np.concatenate([[0.0], np.cumsum(width)[:-1]])
     middles = (starts[:, None] + begin + 0.5 * width + 0.5 * period) % period - 0.5 * period
@@ -229,6 +252,9 @@ def _curves(
         np.tile(each, (len(records), 1)),
         of_wheel,
         found.angle,
+        None if heavier is None else np.tile(heavier, turns),
+        found.correlation.max(axis=1).tolist(),
+        tuple(gap_doubts(found, known is not None, raw, angle, speeds, wheel, period, sound)),
     )
 
 
@@ -300,6 +326,7 @@ def _dataset(
     plain = [likeness(corrected[i], between[i], share) for i in count]
     raw_delta = [fluctuation(c[:, s]) for c, s in zip(curves.cycles, curves.sound, strict=True)]
     delta = [_corrected(one, curves, i) for i, one in enumerate(curves.cycles)]
+    by_inertia = np.array([_by_inertia(one, curves, i) for i, one in enumerate(curves.cycles)])
     orders = ORDERS[ORDERS * round(period / TURN) % 1 == 0]
     size, phase = orders_of_samples(
         corrected[:, sound], curves.middle[sound], curves.width[sound], orders
@@ -311,6 +338,9 @@ def _dataset(
                            "coefficient of speed fluctuation, measured"),
         "delta_measured_uncertainty": (recording, [d.uncertainty for d in delta], one,
                                        "standard error of delta_measured"),
+        "delta_measured_by_inertia": (recording, by_inertia, one,
+                                      "relative change of delta_measured over that of the scene's "
+                                      "inertia, by the errors of the teeth"),
         "delta_measured_raw": (recording, [d.delta for d in raw_delta], one,
                                "coefficient of speed fluctuation, measured, tooth errors in it"),
         "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in raw_delta], one,
@@ -367,6 +397,12 @@ def _dataset(
         coords=_coordinates(given, records, curves, angle, orders, computed),
         attrs=_attributes(scene, given, records, curves, mean, speeds, computed),
     )
+    doubts, alike = list(curves.doubts), [k[0] for k in plain]
+    if curves.heavier is not None and repeats_every_turn(speeds, period):
+        alike = curves.as_passed  # errors that hold the model's whole speed make all alike
+        doubts.append(even_firing_doubt(by_inertia))
+    doubts += likeness_doubts([r.label for r in records], alike, given.wheel is not None)
+    dataset.attrs["remarks"] = "\n".join(filter(None, [dataset.attrs["remarks"], *doubts]))
     for coordinate in dataset.coords.values():
         coordinate.encoding["_FillValue"] = None
     return dataset
@@ -397,6 +433,15 @@ def _corrected(cycles: Floats, curves: _Curves, place: int) -> Fluctuation:
         return fluctuation(cycles[:, sound])
     errors = ToothErrors(curves.errors[place][sound], curves.unsure[place][sound])
     return fluctuation(cycles[:, sound], errors)
+
+
+def _by_inertia(cycles: Floats, curves: _Curves, place: int) -> float:
+    """Relative change of the corrected delta over that of the scene's inertia."""
+    if curves.heavier is None:
+        return 0.0
+    delta = _corrected(cycles, curves, place).delta
+    heavier = _corrected(cycles, replace(curves, errors=curves.heavier), place).delta
+    return (heavier / delta - 1.0) / INERTIA_STEP
 
 
 def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> Floats:

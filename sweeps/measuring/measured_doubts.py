@@ -1,0 +1,174 @@
+"""Doubts about a comparison of measured and computed speed: what does not fit, in one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Booleans, Floats
+from engine_dyn.units import DEGREE
+
+__all__ = [
+    "CLEARLY",
+    "FEW_HALF_ORDERS",
+    "INERTIA_STEP",
+    "LEAST_LIKENESS",
+    "SMALLEST_TURN",
+    "even_firing_doubt",
+    "gap_doubts",
+    "likeness_doubts",
+    "of_heavier_engine",
+    "repeats_every_turn",
+]
+
+LEAST_LIKENESS = float(np.sqrt(0.5))
+"""Correlation below which less than half of what the measured speed does is in the computed one."""
+
+CLEARLY = 0.5
+"""More alike is what leaves less than this part of the share 1 - r^2 that is not explained."""
+
+SMALLEST_TURN = 3.0 * DEGREE
+"""How far another angle of the gap must be, however fine the wheel [rad]; otherwise a pitch."""
+
+FEW_HALF_ORDERS = 0.05
+"""Half orders over whole ones of the computed speed, root mean square, below which the speed is
+taken to repeat every turn."""
+
+INERTIA_STEP = 0.01
+"""Relative change of the inertia for the dependence of delta on it."""
+
+
+def gap_doubts(
+    found: GapAngle, is_given: bool, raw: Floats, angle: Floats, speeds: Floats, wheel: Wheel,
+    period: float, used: Booleans,
+) -> list[str]:  # fmt: skip
+    """Whether another angle of the gap is clearly more alike than the one that was given.
+
+    And, with the gap anywhere, whether the recordings are clearly more alike read backwards.
+
+    Parameters
+    ----------
+    found : GapAngle
+        What the comparison is made with.
+    is_given : bool
+        Whether its angle is given by the scene.
+    raw, angle, speeds, wheel, period, used
+        As `find_gap_angle`.
+    """
+    doubts = []
+    free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else found
+    best, here = _likeness(free), _likeness(found)
+    if is_given and _clearly_more(best, here):
+        # of angles that are equally alike, as of cylinders that fire evenly, one may be near
+        reach = max(float(np.median(wheel.width)), SMALLEST_TURN)
+        near = max(
+            _likeness(find_gap_angle(raw, angle, speeds, wheel, period, found.angle + away, used))
+            for away in np.linspace(-reach, reach, 13)
+        )
+        if _clearly_more(best, near):
+            doubts.append(
+                f"gap_angle: a gap at {free.angle / DEGREE:.1f} degrees is more alike ({best:.2f} "
+                f"for {here:.2f} at {found.angle / DEGREE:.1f}); is gap_angle wrong, or the "
+                "recording reversed?"
+            )
+    # a wheel that does not look the same from both sides is refused in reverse
+    if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
+        turned = np.roll(raw[:, ::-1], -1, axis=1)  # its last interval is the widest again
+        usable = np.roll(used[::-1], -1)
+        back = find_gap_angle(turned, angle, speeds, wheel, period, None, usable)
+        if _likeness(back) >= LEAST_LIKENESS and _clearly_more(_likeness(back), best):
+            doubts.append(
+                f"read backwards, with a gap at {back.angle / DEGREE:.1f} degrees, the recordings "
+                f"are more alike ({_likeness(back):.2f}, forwards {best:.2f} at best): are they "
+                "reversed in time?"
+            )
+    return doubts
+
+
+def likeness_doubts(labels: Sequence[str], alike: Sequence[float], wheel: bool) -> list[str]:
+    """A line for each recording that is hardly like the computed speed.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Of the recordings.
+    alike : sequence of float
+        Correlations of measured and computed speed.
+    wheel : bool
+        Whether there are teeth.
+    """
+    causes = "it is reversed, the wrong file, or belongs to another value of `at`, " + (
+        "gap_angle is wrong, or noise or errors of teeth are as large as the fluctuation"
+        if wheel
+        else "or angle_shift is wrong"
+    )
+    return [
+        f"{label}: measured and computed speed are hardly alike (correlation {one:.2f}; below "
+        f"{LEAST_LIKENESS:.2f} less than half of the one is in the other): perhaps {causes}"
+        for label, one in zip(labels, alike, strict=True)
+        if one < LEAST_LIKENESS
+    ]
+
+
+def repeats_every_turn(speeds: Floats, period: float) -> bool:
+    """Whether computed speeds have next to no half orders, as of engines that fire evenly.
+
+    Those of cycles of one turn have none.
+
+    Parameters
+    ----------
+    speeds : ndarray, shape (recordings, samples)
+        Uniform over a cycle.
+    period : float
+        Of the cycle [rad].
+    """
+    turns = round(period / TURN)
+    size = np.sum(np.abs(np.fft.rfft(speeds, axis=1)) ** 2, axis=0)
+    number = np.arange(size.size)
+    whole = size[(number % turns == 0) & (number > 0)].sum()
+    half = size[number % turns != 0].sum()
+    return bool(half < FEW_HALF_ORDERS**2 * whole or turns == 1)
+
+
+def even_firing_doubt(dependence: Floats) -> str:
+    """What errors of the teeth out of the model's whole orders mean where there are no others.
+
+    Parameters
+    ----------
+    dependence : ndarray, shape (recordings,)
+        Relative change of the corrected delta over that of the scene's inertia.
+    """
+    change = [f"{-10.0 * one:+.1f} %" for one in dependence]
+    listed = ", ".join(change) if len(change) <= 6 else f"{', '.join(change[:6])} ..."
+    return (
+        "the engine fires evenly, its speed repeats every turn: errors of teeth and a wrong "
+        "inertia cannot be told apart by `measured`; the corrected delta leans on the scene's "
+        f"inertia ({listed} for an inertia 10 % too small), which its uncertainty does not hold; "
+        "identify fits both"
+    )
+
+
+def of_heavier_engine(model: Floats, step: float = INERTIA_STEP) -> Floats:
+    """Speeds of a model whose inertia is larger by a part `step`: deviations change inversely.
+
+    Parameters
+    ----------
+    model : ndarray, shape (recordings, n)
+        [rad/s].
+    """
+    logs = np.log(model)
+    mean = logs.mean(axis=1, keepdims=True)
+    return np.asarray(np.exp(mean + (logs - mean) / (1.0 + step)))
+
+
+def _likeness(found: GapAngle) -> float:
+    """Mean over recordings of the correlation with the best turn."""
+    return float(found.correlation.max(axis=1).mean())
+
+
+def _clearly_more(one: float, other: float) -> bool:
+    """Whether a correlation leaves clearly less unexplained than another one."""
+    return one > max(other, 0.0) and 1.0 - one**2 < CLEARLY * (1.0 - max(other, 0.0) ** 2)

@@ -1,0 +1,213 @@
+"""What a comparison of measured and computed speed says when it should not be believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+import sweeps
+from engine_dyn.recordings.wheel import wheel_from_text
+from sweeps.measuring.measured_doubts import of_heavier_engine, repeats_every_turn
+from tests.support.commands import ok
+from tests.support.teeth import random_errors
+
+LOADS = [30, 60, 90]
+GAP = 78.0
+PERIOD = 4 * np.pi
+SINGLE, FOUR = "ntua", "si_four_87x101"
+BACKWARDS = "are they reversed in time"
+HARDLY = "hardly alike"
+GAP_WRONG = "is gap_angle wrong"
+EVENLY = "fires evenly"
+
+
+@dataclass(frozen=True)
+class Case:
+    """An engine, how it was recorded, and what the scene says of it."""
+
+    engine: str = SINGLE
+    wheel: str = "60-2"
+    errors: float = 0.003
+    noise: float = 0.001
+    backwards: bool = False
+    steady: bool = False  # a speed that does not fluctuate
+    gap_angle: float | None = GAP
+    tooth_errors: str = "others"
+    late: int = 0  # degrees by which the computed speed comes late
+
+
+def scene_of(case: Case, **keys: float) -> dict[str, Any]:
+    return {
+        "engine": case.engine,
+        "set": {"speed": 1200, **keys},
+        "axes": {"load": LOADS},
+        "output": {"quantities": ["omega", "delta"]},
+    }
+
+
+@pytest.fixture(scope="module", params=[SINGLE, FOUR])
+def engine(request: pytest.FixtureRequest) -> tuple[str, xr.Dataset]:
+    return request.param, sweeps.run(scene_of(Case(request.param)))
+
+
+@pytest.fixture(scope="module")
+def four() -> xr.Dataset:
+    return sweeps.run(scene_of(Case(FOUR)))
+
+
+@pytest.fixture(scope="module")
+def single() -> xr.Dataset:
+    return sweeps.run(scene_of(Case(SINGLE)))
+
+
+def write(folder: Path, case: Case, true: xr.Dataset) -> Path:
+    """Recordings of twelve cycles for each load, and their scene."""
+    wheel = wheel_from_text(case.wheel)
+    errors = random_errors(wheel.width, case.errors, 5)
+    within = np.cumsum(np.concatenate([[0.0], (wheel.width * (1 + errors))[:-1]]))
+    edges = np.deg2rad(GAP) + 2 * np.pi * np.arange(25)[:, None] + within
+    edges = np.append(edges.ravel(), edges[-1, 0] + 2 * np.pi)
+    angle = np.deg2rad(true.crank_angle.values)
+    cycle, phase = np.divmod(edges - angle[0], PERIOD)
+    for load in LOADS:
+        omega = true.omega.sel(load=load).values
+        slow = np.full(omega.size, 1 / omega.mean()) if case.steady else 1 / omega
+        time = CubicSpline(
+            np.append(angle, angle[0] + PERIOD), np.append(slow, slow[0]), bc_type="periodic"
+        ).antiderivative()
+        steps = np.diff(time(phase + angle[0]) + cycle * time(angle[0] + PERIOD))
+        steps *= 1 + case.noise * np.random.default_rng(load).standard_normal(steps.size)
+        passed = np.concatenate([[0.0], np.cumsum(steps[::-1] if case.backwards else steps)])
+        rows = "\n".join(f"{one:.9f}" for one in passed)
+        (folder / f"{load}.csv").write_text(f"time [s]\n{rows}\n")
+    gap = "" if case.gap_angle is None else f"gap_angle = {case.gap_angle}\n"
+    path = folder / "scene.toml"
+    path.write_text(
+        f'engine = "{case.engine}"\n[set]\nspeed = 1200\n[axes]\nload = {LOADS}\n[output]\n'
+        'quantities = ["omega", "delta"]\n[measured]\nfile = ["30.csv", "60.csv", "90.csv"]\n'
+        f'at = {{ load = {LOADS} }}\nkind = "teeth"\nwheel = "{case.wheel}"\n{gap}'
+        f'tooth_errors = "{case.tooth_errors}"\n'
+    )
+    return path
+
+
+def compared(folder: Path, case: Case, true: xr.Dataset) -> xr.Dataset:
+    given = true.assign(omega=true.omega.roll(crank_angle=case.late))
+    return sweeps.measured(write(folder, case, true), computed=given)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {},
+        {"gap_angle": None},
+        {"gap_angle": GAP - 360.0},
+        {"gap_angle": GAP + 5.0, "wheel": "36-1"},
+        {"tooth_errors": "all"},
+        {"tooth_errors": "none"},
+        {"late": 4},
+    ],
+    ids=str,
+)
+def test_sound_recordings_are_not_doubted(
+    tmp_path: Path, engine: tuple[str, xr.Dataset], change: dict[str, Any]
+) -> None:
+    name, true = engine
+    remarks = compared(tmp_path, replace(Case(name), **change), true).attrs["remarks"]
+    for said in (BACKWARDS, HARDLY, GAP_WRONG):
+        assert said not in remarks
+    estimated = change.get("tooth_errors") != "none"
+    assert (EVENLY in remarks) == (name == FOUR and estimated)
+
+
+def test_large_errors_of_teeth_are_not_doubted_where_half_orders_show(
+    tmp_path: Path, single: xr.Dataset
+) -> None:
+    assert compared(tmp_path, Case(errors=0.02), single).attrs["remarks"].count(HARDLY) == 0
+
+
+def test_a_wrong_gap_angle_is_told(tmp_path: Path, engine: tuple[str, xr.Dataset]) -> None:
+    name, true = engine
+    remarks = compared(tmp_path, Case(name, gap_angle=120.0), true).attrs["remarks"]
+    line = next(one for one in remarks.splitlines() if GAP_WRONG in one)
+    assert "at 120.0" in line
+    there = float(line.split("a gap at ")[1].split()[0])
+    firing = 180.0 if name == FOUR else 360.0
+    assert abs((there - GAP + firing / 2) % firing - firing / 2) < 3.0
+
+
+def test_a_recording_read_backwards_is_told(tmp_path: Path, single: xr.Dataset) -> None:
+    for gap in (GAP, None):
+        found = compared(tmp_path, Case(backwards=True, gap_angle=gap), single)
+        assert BACKWARDS in found.attrs["remarks"]
+
+
+def test_noise_is_hardly_alike(tmp_path: Path, engine: tuple[str, xr.Dataset]) -> None:
+    """Also where errors of teeth, estimated from the model, make it look like the model."""
+    name, true = engine
+    for gap in (GAP, None):
+        found = compared(tmp_path, Case(name, steady=True, noise=0.01, gap_angle=gap), true)
+        assert found.attrs["remarks"].count(HARDLY) == len(LOADS)
+
+
+def test_another_speed_over_angle_is_hardly_alike(tmp_path: Path, single: xr.Dataset) -> None:
+    rpm = single.omega.sel(load=60).values * 30 / np.pi
+    for shift, alike in ((0, True), (180, False)):
+        rows = zip(single.crank_angle.values, np.roll(rpm, shift), strict=True)
+        text = "\n".join(f"{angle:g},{speed:.6f}" for angle, speed in rows)
+        (tmp_path / "speed.csv").write_text(f"crank angle [deg],speed [rpm]\n{text}\n")
+        scene = scene_of(Case())
+        scene["measured"] = {"file": str(tmp_path / "speed.csv"), "kind": "speed",
+                             "at": {"load": 60}}  # fmt: skip
+        remarks = sweeps.measured(scene, computed=single).attrs["remarks"]
+        assert (HARDLY in remarks) != alike
+        assert ("angle_shift" in remarks) != alike
+
+
+def test_a_wrong_inertia_of_an_engine_that_fires_evenly(tmp_path: Path) -> None:
+    """The corrected delta takes over the scene's inertia, far beyond its uncertainty.
+
+    What it does is told: delta at an inertia 12 % less follows from the dependence.
+    """
+    four, light = (sweeps.run(scene_of(Case(FOUR), inertia=one)) for one in (0.28, 0.25))
+    path = write(tmp_path, Case(FOUR, errors=0.001), four)
+    right = sweeps.measured(path, computed=four)
+    wrong = sweeps.measured(path, computed=light)
+    assert np.allclose(light.delta / four.delta, 1.12, rtol=0.02)
+    off = wrong.delta_measured.values - four.delta.values
+    assert np.all(off > 3 * wrong.delta_measured_uncertainty.values)
+    assert EVENLY in wrong.attrs["remarks"] and "identify" in wrong.attrs["remarks"]
+    told = 1 - right.delta_measured_by_inertia.values * 0.12
+    assert np.allclose(wrong.delta_measured / right.delta_measured, told, rtol=0.02)
+    assert np.all(wrong.correlation > 0.99)
+
+
+def test_no_errors_estimated_no_dependence_on_inertia(tmp_path: Path, four: xr.Dataset) -> None:
+    found = compared(tmp_path, Case(FOUR, tooth_errors="none"), four)
+    assert np.all(found.delta_measured_by_inertia == 0.0)
+    assert EVENLY not in found.attrs["remarks"]
+
+
+def test_half_orders() -> None:
+    """Below a twentieth of the whole ones, the speed is taken to repeat every turn."""
+    angle = np.linspace(0, PERIOD, 720, endpoint=False)
+    for part, expected in ((0.04, True), (0.06, False)):
+        speed = 100 + np.cos(2 * angle) + part * np.cos(1.5 * angle)
+        assert repeats_every_turn(speed[None], PERIOD) == expected
+    assert repeats_every_turn(speed[None], PERIOD / 2)
+
+
+def test_of_a_heavier_engine_deviations_are_smaller() -> None:
+    speed = np.array([[99.0, 100.0, 101.0]])
+    assert np.allclose(of_heavier_engine(speed, 1.0), [[99.5, 100.0, 100.5]], atol=0.005)
+
+
+def test_the_command_prints_doubts(tmp_path: Path, single: xr.Dataset) -> None:
+    path = write(tmp_path, Case(gap_angle=120.0), single)
+    assert GAP_WRONG in ok("measured", path, "-o", tmp_path / "out.nc")
