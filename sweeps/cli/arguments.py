@@ -155,11 +155,11 @@ def percentages(text: str) -> list[float]:
         ) from None
 
 
-def axis_slice(text: str) -> tuple[str, float | str]:
+def axis_slice(text: str, option: str = "--select") -> tuple[str, float | str]:
     """Return the axis and the number or word of "load=50" or "method=newton"."""
     axis, separator, value = text.partition("=")
     if not separator or not axis.strip() or not value.strip():
-        raise SceneError(f"--select {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")
+        raise SceneError(f"{option} {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")
     try:
         return axis.strip(), plain_number(value)
     except ValueError:

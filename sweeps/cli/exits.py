@@ -22,6 +22,7 @@ __all__ = [
     "guarded",
     "open_closed_streams",
     "say",
+    "terminal_width",
     "warn",
 ]
 
@@ -34,6 +35,13 @@ LONGEST_MESSAGE = 2000
 def say(text: object, *, err: bool = False) -> None:
     """Print a text, parts of which may come from files: what steers a terminal is escaped."""
     click.echo(printable(str(text)), err=err)
+
+
+def terminal_width() -> int | None:
+    """Characters of a line of the terminal; None where the output is no terminal."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def open_closed_streams() -> None:

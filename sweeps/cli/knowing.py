@@ -9,7 +9,7 @@ import click
 from sweeps.cli.arguments import PATH, untrusted_option
 from sweeps.cli.exits import guarded, say, warn
 from sweeps.cli.files import not_written
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, shown
 
 __all__ = ["list_", "new", "plan", "schema"]
 
@@ -37,15 +37,27 @@ def plan(scene: str) -> None:
 @click.argument(
     "what", required=False, type=click.Choice(["quantities", "engines", "scenes", "keys"])
 )
+@click.argument("words", nargs=-1)
 @guarded
-def list_(what: str | None) -> None:
+def list_(what: str | None, words: tuple[str, ...]) -> None:
     """List quantities, engines, built-in scenes or keys of a scene. Default: all of them.
 
-    The first word of each line is the name.
+    Quantities are grouped by subject. WORDS look for them by name, description and what else they
+    are called: `engine-dyn list quantities cyclic irregularity` finds delta. Elsewhere they are
+    looked for in names and texts.
     """
-    from sweeps.presenting.lists import LISTS
+    from sweeps.presenting.lists import LISTS, quantity_lines
 
+    if what in (None, "quantities"):
+        for line in quantity_lines(" ".join(words)):
+            click.echo(line)
+        if what is not None:
+            return
+        click.echo("")
     lines = [line for kind, make in LISTS.items() if what in (None, kind) for line in make()]
+    lines = [(n, t) for n, t in lines if all(w.lower() in f"{n} {t}".lower() for w in words)]
+    if not lines:
+        raise SceneError(f"list {what}: nothing found with {shown(' '.join(words))}")
     width = max(len(name) for name, _ in lines)
     for name, text in lines:
         click.echo(f"{name:<{width}}  {text}")

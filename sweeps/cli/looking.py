@@ -1,4 +1,4 @@
-"""Commands that look into archives: info, compare, export, plot."""
+"""Commands that look into archives: info, show, compare, export, plot."""
 
 from __future__ import annotations
 
@@ -16,18 +16,23 @@ from sweeps.cli.arguments import (
     quiet_option,
     untrusted_option,
 )
-from sweeps.cli.exits import FAILURE, end, guarded, say
+from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
 from sweeps.cli.files import check_folder, check_output, opened, writing
 from sweeps.errors import counted, size_text
 
-__all__ = ["compare", "export", "info", "plot"]
+__all__ = ["compare", "export", "info", "plot", "show"]
 
 
 @click.command()
 @click.argument("what")
+@click.option(
+    "--provenance",
+    is_flag=True,
+    help="Of an archive also assumptions, parameters, versions and hashes of files.",
+)
 @untrusted_option
 @guarded
-def info(what: str) -> None:
+def info(what: str, provenance: bool) -> None:
     """Describe WHAT: an archive (netCDF), or an engine or a scene (its name or its TOML file).
 
     For the folder OUTPUT.partial of an interrupted run, info tells how much of it is finished.
@@ -56,8 +61,65 @@ def info(what: str) -> None:
     with opened(Path(what)) as dataset:
         from sweeps.presenting.archives import archive_text
 
-        described = archive_text(dataset, what)
+        described = archive_text(dataset, what, provenance=provenance)
     say(described)
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--select",
+    "slices",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Show this value of an axis alone. Several with commas, or given several times.",
+)
+@click.option("--quantities", metavar="NAMES", help="Quantities to show, such as delta,imep.")
+@click.option(
+    "--sort",
+    metavar="NAME",
+    help="Smallest values of this column first; -NAME: largest first.",
+)
+@click.option("--limit", type=int, default=20, show_default=True, help="Most designs.")
+@click.option(
+    "--relative-to",
+    "relative",
+    metavar="AXIS=VALUE",
+    help="Show changes in percent from this design; 'first' is the first one.",
+)
+@click.option(
+    "--units",
+    metavar="NAME=UNIT",
+    help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ and mm.",
+)
+@untrusted_option
+@guarded
+def show(
+    archive: Path, slices: tuple[str, ...], quantities: str | None, sort: str | None, limit: int,
+    relative: str | None, units: str | None,
+) -> None:  # fmt: skip
+    """Show numbers of ARCHIVE as a table."""
+    from sweeps.reading.netcdf_files import check_file
+
+    select = dict(axis_slice(part) for text in slices for part in text.split(","))
+    base = None
+    if relative is not None:
+        base = (
+            {}
+            if relative == "first"
+            else dict(axis_slice(text, "--relative-to") for text in relative.split(","))
+        )
+    names = None if quantities is None else [name.strip() for name in quantities.split(",")]
+    check_file(archive)
+    with opened(archive) as dataset:
+        from sweeps.exploring.rows import rows
+        from sweeps.presenting.tables import rows_text
+
+        found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
+                     relative_to=base)  # fmt: skip
+        text = rows_text(found, units, terminal_width())
+    say(text)
 
 
 @click.command()

@@ -14,7 +14,7 @@ from sweeps.cli.exits import open_closed_streams
 from sweeps.cli.identifying import identify
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
-from sweeps.cli.looking import compare, export, info, plot
+from sweeps.cli.looking import compare, export, info, plot, show
 from sweeps.cli.measuring import cylinders, measured, train
 from sweeps.cli.running import extend, merge, rerun, run
 
@@ -33,7 +33,7 @@ def main() -> None:
 
 
 for command in (
-    run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, compare,
-    export, info, plot, plan, list_, schema, new,
+    run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, show,
+    compare, export, info, plot, plan, list_, schema, new,
 ):  # fmt: skip
     main.add_command(command)

@@ -25,7 +25,15 @@ from sweeps.cli.arguments import (
     threads_option,
     untrusted_option,
 )
-from sweeps.cli.exits import DESIGNS_FAILED, announce_compiling, end, guarded, say, warn
+from sweeps.cli.exits import (
+    DESIGNS_FAILED,
+    announce_compiling,
+    end,
+    guarded,
+    say,
+    terminal_width,
+    warn,
+)
 from sweeps.cli.files import check_output, files_of, writing
 from sweeps.errors import SceneError, counted, size_text
 
@@ -40,6 +48,9 @@ __all__ = ["extend", "merge", "rerun", "run"]
 
 LARGEST_TABLE = 200e6
 """Bytes of the variables of an archive up to which published values are printed."""
+
+SHOWN = 10
+"""Designs up to which `run` prints their numbers."""
 
 
 @click.command()
@@ -144,6 +155,7 @@ def run(
         warn(line for line in done.warnings if line not in before)
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
+        _print_numbers(plan, output)
         say(_size_line(output))
     _end_if_designs_failed(read, done.outcomes, output)
 
@@ -313,6 +325,21 @@ def _print_published(plan: Plan, output: Path) -> None:
         published = text(dataset)
     if published:
         say(published + "\n")
+
+
+def _print_numbers(plan: Plan, output: Path) -> None:
+    """Print what came out, where these are few numbers; or how to look at them."""
+    if plan.designs > SHOWN:
+        click.echo(f"numbers: engine-dyn show {shlex.quote(str(output))}")
+        return
+    from sweeps.archive.netcdf import open_archive
+    from sweeps.exploring.columns import has_single_numbers
+    from sweeps.exploring.rows import rows
+    from sweeps.presenting.tables import rows_text
+
+    with open_archive(output) as dataset:
+        if has_single_numbers(dataset):
+            say("\n" + rows_text(rows(dataset, limit=SHOWN), width=terminal_width()) + "\n")
 
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.errors import SceneError
+from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.ranges import ranges
-from sweeps.exploring.slices import words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,11 +83,11 @@ def export(
     opener = check_format(path)
     if path.exists() and not overwrite:
         raise SceneError(f"{path}: exists; it is not overwritten")
-    names = _chosen(archive, [quantities] if isinstance(quantities, str) else quantities)
+    names = chosen_quantities(archive, quantities)
     used = {d for name in names for d in archive[name].dims}
     dims = [str(d) for d in archive.dims if d in used]
     shape = [archive.sizes[d] for d in dims]
-    columns = _columns(archive, dims, names)
+    columns = columns_of(archive, dims, names)
     left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
     rows = 0
     with archives.replaced(path) as partial, opener(partial, columns) as put:
@@ -124,54 +123,6 @@ def check_format(path: Path) -> Callable[..., Any]:
                 "'engine-dyn[parquet]'"
             ) from None
     return FORMATS[kind]
-
-
-def _chosen(archive: xr.Dataset, quantities: Sequence[str] | None) -> list[str]:
-    """Quantities to write."""
-    known = [str(n) for n in archive.data_vars]
-    if quantities is None:
-        names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]
-        if not names:
-            raise SceneError(
-                f"no quantity has one number a design; name those to write, out of "
-                f"{', '.join(known)}"
-            )
-        return names
-    for i, name in enumerate(quantities):
-        if name not in known:
-            raise SceneError(
-                f"{shown(name)}: not a quantity of the archive{not_known(name, known)}"
-            )
-        if name in quantities[:i]:
-            raise SceneError(f"{name}: given twice; each quantity once")
-    if not quantities:
-        raise SceneError("no quantities to write; must be at least one")
-    return list(quantities)
-
-
-def _columns(archive: xr.Dataset, dims: list[str], names: list[str]) -> dict[str, xr.Variable]:
-    """Variables of the table by the names of its columns."""
-    words = words_of(archive)
-    columns: dict[str, xr.Variable] = {}
-    for dimension in dims:
-        # Axes of words hold numbers beside them.
-        home = words.get(dimension, dimension)
-        columns[dimension] = (
-            archive[home].variable if home in archive.coords else _numbered(archive, dimension)
-        )
-    for name, coordinate in archive.coords.items():
-        if str(name) not in (*dims, *words.values()) and set(coordinate.dims) <= set(dims):
-            columns[str(name)] = coordinate.variable
-    for shown_as, name in words.items():
-        if shown_as not in columns and set(archive[name].dims) <= set(dims):
-            columns[shown_as] = archive[name].variable
-    return {**columns, **{name: archive[name].variable for name in names}}
-
-
-def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:
-    import xarray as xr
-
-    return xr.Variable((dimension,), np.arange(archive.sizes[dimension]))
 
 
 # --- formats --------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.errors import counted, one_line, size_text
 from sweeps.exploring.ranges import ranges
+from sweeps.presenting.tables import number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +22,9 @@ __all__ = ["archive_text", "outcome_counts"]
 
 COUNTED_AT_ONCE = 1_000_000
 """Outcomes that are read and counted at a time."""
+
+MOST_READ = 2_000_000
+"""Values of a quantity that are read to tell the smallest and the largest."""
 
 LONGEST_LINE = 1000
 """Characters of one line that is printed of an attribute."""
@@ -31,8 +35,8 @@ _HASHED = (
 )
 
 
-def archive_text(dataset: xr.Dataset, name: str) -> str:
-    """Describe an archive: its axes, quantities, outcomes and provenance.
+def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) -> str:
+    """Describe an archive: its outcomes, axes and quantities.
 
     Parameters
     ----------
@@ -40,6 +44,8 @@ def archive_text(dataset: xr.Dataset, name: str) -> str:
         The archive, opened.
     name : str
         Its file, as the user named it.
+    provenance : bool
+        Tell all attributes too: assumptions, parameters, versions, hashes of files.
 
     Returns
     -------
@@ -48,6 +54,12 @@ def archive_text(dataset: xr.Dataset, name: str) -> str:
     """
     lines = [f"{name}: {dataset.attrs.get('title', '')}".rstrip(": ")]
     lines += [f"  {line}" for line in (_size_line(dataset, name), _run_line(dataset)) if line]
+    counts = outcome_counts(dataset)
+    if counts:
+        lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
+    told = str(dataset.attrs.get("warnings", "")).splitlines()
+    if told:
+        lines += ["", "warnings", *(f"  {one_line(line, LONGEST_LINE)}" for line in told)]
     lines += ["", "axes"]
     for dimension, size in dataset.sizes.items():
         lines.append(f"  {dimension} ({size}): {_axis_text(dataset, str(dimension))}")
@@ -58,25 +70,44 @@ def archive_text(dataset: xr.Dataset, name: str) -> str:
         ]
         if columns:
             lines.append(f"    varying along it: {', '.join(columns)}")
-    lines += ["", "quantities"]
-    names = [str(n) for n in dataset.data_vars]
-    width = max((len(n) for n in names), default=0)
-    for variable in names:
-        data = dataset[variable]
-        over = ", ".join(str(d) for d in data.dims) or "one value"
-        units = data.attrs.get("units", "no single unit")
-        lines.append(
-            f"  {variable:<{width}}  [{units}] {data.attrs.get('long_name', '')} over ({over}), "
-            f"{size_text(data.nbytes)}"
-        )
-    counts = outcome_counts(dataset)
-    if counts:
-        lines += ["", "outcomes", *(f"  {outcome}: {n}" for outcome, n in counts.items())]
+    lines += ["", "quantities", *_quantity_lines(dataset)]
     lines += ["", "provenance"]
+    if not provenance:
+        lines.append("  engine-dyn info --provenance tells it: assumptions, parameters, versions")
+        return "\n".join(lines)
     for key, value in dataset.attrs.items():
-        if key != "title":
+        if key not in ("title", "warnings"):
             lines += _attribute_lines(str(key), value)
     return "\n".join(lines)
+
+
+def _quantity_lines(dataset: xr.Dataset) -> list[str]:
+    """Each quantity with its value, or from where to where it goes."""
+    names = [str(n) for n in dataset.data_vars]
+    width = max((len(n) for n in names), default=0)
+    lines = []
+    for variable in names:
+        data = dataset[variable]
+        over = ", ".join(str(d) for d in data.dims)
+        units = data.attrs.get("units", "no single unit")
+        parts = [
+            _extent_text(data) + (f" {units}" if units != "1" and data.dtype.kind == "f" else ""),
+            str(data.attrs.get("long_name", "")),
+            f"over {over}, {size_text(data.nbytes)}" if over else "",
+        ]
+        lines.append(f"  {variable:<{width}}  {'; '.join(p for p in parts if p.strip())}")
+    return lines
+
+
+def _extent_text(data: xr.DataArray) -> str:
+    """The value, or the smallest and the largest; of very large ones nothing is read."""
+    if data.dtype.kind != "f" or data.size > MOST_READ or not data.size:
+        return ""
+    values = data.values
+    if np.isnan(values).all():
+        return "no value"
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
 
 
 def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:

@@ -6,15 +6,16 @@ import re
 import tomllib
 from collections.abc import Callable
 
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from sweeps.checks import allowed
+from sweeps.presenting.quantity_search import found_quantities
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 
-__all__ = ["LISTS", "symbol_text"]
+__all__ = ["LISTS", "quantity_lines", "symbol_text"]
 
 Lines = list[tuple[str, str]]
 
@@ -40,13 +41,20 @@ def symbol_text(symbol: str) -> str:
     return re.sub(r"[\\{}]", "", text)
 
 
-def _quantities() -> Lines:
+def quantity_lines(words: str = "") -> list[str]:
+    """Lines of the quantities that words lead to, grouped by subject; without words of all."""
+    groups = found_quantities(words)
+    width = max(len(node.name) for nodes in groups.values() for node in nodes)
     lines = []
-    for name, node in QUANTITIES.items():
-        # The unit of the load coefficient depends on the load exponent: the table has none.
-        unit = node.unit or "unit follows the load exponent"
-        symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
-        lines.append((name, f"[{unit}] {node.long_name}{symbol} ({node.source})"))
+    for subject, nodes in groups.items():
+        lines += ["", f"{subject}:"] if lines else [f"{subject}:"]
+        for node in nodes:
+            # The unit of the load coefficient depends on the load exponent: the table has none.
+            unit = node.unit or "unit follows the load exponent"
+            symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
+            lines.append(
+                f"  {node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})"
+            )
     return lines
 
 
@@ -68,9 +76,8 @@ def _scenes() -> Lines:
 
 
 LISTS: dict[str, Callable[[], Lines]] = {
-    "quantities": _quantities,
     "engines": _engines,
     "scenes": _scenes,
     "keys": _keys,
 }
-"""What `engine-dyn list` takes, and the function that makes its lines: name and text."""
+"""What `engine-dyn list` takes beside quantities, and what makes its lines: name and text."""

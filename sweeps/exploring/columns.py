@@ -1,0 +1,91 @@
+"""Which columns a flat table of an archive has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.exploring.slices import words_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["chosen_quantities", "columns_of", "has_single_numbers"]
+
+
+def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
+    """Quantities of a table.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` returns it.
+    quantities : str or sequence of str, optional
+        Those that were asked for; if not given, all that have one number for each design.
+
+    Raises
+    ------
+    SceneError
+        For names that the archive does not have or that are given twice, and where no quantity has
+        one number for each design.
+    """
+    if isinstance(quantities, str):
+        quantities = [quantities]
+    known = [str(n) for n in archive.data_vars]
+    if quantities is None:
+        names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]
+        if not names:
+            raise SceneError(
+                f"no quantity has one number a design; name those that are wanted, out of "
+                f"{', '.join(known)}"
+            )
+        return names
+    for i, name in enumerate(quantities):
+        if name not in known:
+            raise SceneError(
+                f"{shown(name)}: not a quantity of the archive{not_known(name, known)}"
+            )
+        if name in quantities[:i]:
+            raise SceneError(f"{name}: given twice; each quantity once")
+    if not quantities:
+        raise SceneError("no quantities; must be at least one")
+    return list(quantities)
+
+
+def has_single_numbers(archive: xr.Dataset) -> bool:
+    """Whether a quantity beside the outcome has one number for each design."""
+    return any(
+        name != "status" and not set(data.dims) & set(DIMENSIONS)
+        for name, data in archive.data_vars.items()
+    )
+
+
+def columns_of(
+    archive: xr.Dataset, dims: Sequence[str], names: Sequence[str]
+) -> dict[str, xr.Variable]:
+    """Variables of a table by the names of its columns: axes, columns of designs, quantities."""
+    words = words_of(archive)
+    columns: dict[str, xr.Variable] = {}
+    for dimension in dims:
+        # Axes of words hold numbers beside them.
+        home = words.get(dimension, dimension)
+        columns[dimension] = (
+            archive[home].variable if home in archive.coords else _numbered(archive, dimension)
+        )
+    for name, coordinate in archive.coords.items():
+        if str(name) not in (*dims, *words.values()) and set(coordinate.dims) <= set(dims):
+            columns[str(name)] = coordinate.variable
+    for shown_as, name in words.items():
+        if shown_as not in columns and set(archive[name].dims) <= set(dims):
+            columns[shown_as] = archive[name].variable
+    return {**columns, **{name: archive[name].variable for name in names}}
+
+
+def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:
+    import xarray as xr
+
+    return xr.Variable((dimension,), np.arange(archive.sizes[dimension]))

@@ -1,0 +1,198 @@
+"""Some rows of an archive as a table: those of a slice, the first of an order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.status import MEANINGS
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.exploring.columns import chosen_quantities, columns_of
+from sweeps.exploring.ranges import ranges
+from sweeps.exploring.slices import nearest
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = ["Rows", "rows"]
+
+OUTCOMES = np.array(MEANINGS, dtype=object)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Some designs of an archive.
+
+    Attributes
+    ----------
+    table : DataFrame
+        A row for each design: axes, columns of designs, quantities, in the units of the archive.
+    units : dict of str
+        Of the columns that are numbers.
+    texts : dict of str
+        What the quantities and axes are.
+    given : tuple of str
+        Columns that say which design it is: axes and columns of designs.
+    fixed : dict
+        What is the same for all rows: the slice that was taken.
+    designs : int
+        How many there are in the slice, shown or not.
+    curves : tuple of str
+        Quantities that are left out because they are not one number for each design.
+    changes : frozenset of str
+        Columns that are changes in percent.
+    """
+
+    table: pd.DataFrame
+    units: dict[str, str]
+    texts: dict[str, str]
+    given: tuple[str, ...]
+    fixed: dict[str, Any]
+    designs: int
+    curves: tuple[str, ...]
+    changes: frozenset[str] = frozenset()
+
+
+def rows(
+    archive: xr.Dataset,
+    *,
+    select: Mapping[str, float | str] | None = None,
+    quantities: str | Sequence[str] | None = None,
+    sort: str | None = None,
+    limit: int = 20,
+    relative_to: Mapping[str, float | str] | None = None,
+) -> Rows:
+    """Return some designs of an archive as a table.
+
+    The archive is read a range at a time: it may be larger than memory.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` or `sweeps.run` returns it.
+    select : mapping, optional
+        Values of axes, of which the nearest are taken, and words: ``{"load": 50, "case": "B"}``.
+    quantities : str or sequence of str, optional
+        If not given, all that have one number for each design.
+    sort : str, optional
+        A column; the smallest come first, with a hyphen before the name the largest. Designs
+        without a number come last.
+    limit : int
+        Most rows.
+    relative_to : mapping, optional
+        A design, by values of all axes that `select` leaves: quantities are changes from it in
+        percent. An empty mapping takes the first design.
+
+    Raises
+    ------
+    SceneError
+        For names that the archive does not have, a limit below 1, and a design that is not one.
+    """
+    import pandas as pd
+
+    if limit < 1:
+        raise SceneError(f"limit = {limit}: must be 1 or more")
+    part = nearest(archive, **(select or {}))
+    names = chosen_quantities(part, quantities)
+    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS)]
+    if curved:
+        raise SceneError(
+            f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
+            "engine-dyn export writes it"
+        )
+    used = {d for name in names for d in part[name].dims}
+    dims = [str(d) for d in part.dims if d in used]
+    columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
+    given = tuple(name for name in columns if name not in names)
+    shape = [part.sizes[d] for d in dims]
+    if sort is not None and sort.removeprefix("-") not in columns:
+        key = sort.removeprefix("-")
+        raise SceneError(f"{shown(key)}: no column of the table{not_known(key, columns)}")
+    found = _first(columns, dims, shape, sort, limit)
+    table = pd.DataFrame({name: found[name] for name in columns})
+    changes = frozenset[str]()
+    if relative_to is not None:
+        one = _one_design(part, relative_to, dims)
+        changes = frozenset(names) - {"status"}
+        for name in names:
+            if name in changes:
+                base = float(one[name])
+                change = (
+                    100.0 * (table[name].to_numpy(dtype=float) / base - 1.0) if base else np.nan
+                )
+                table[name] = change
+    if "status" in table:
+        table["status"] = OUTCOMES[table["status"].to_numpy(dtype=np.int64)]
+    units = {
+        name: "percent" if name in changes else str(variable.attrs.get("units", ""))
+        for name, variable in columns.items()
+        if variable.dtype.kind in "fiu" and name != "status"
+    }
+    texts = {name: str(v.attrs.get("long_name", "")) for name, v in columns.items()}
+    fixed = {
+        str(name): coordinate.item()
+        for name, coordinate in part.coords.items()
+        if coordinate.ndim == 0 and archive[name].ndim
+    }
+    left = tuple(str(n) for n in part.data_vars if set(part[n].dims) & set(DIMENSIONS))
+    return Rows(table, units, texts, given, fixed, math.prod(shape), left, changes)
+
+
+def _first(
+    columns: Mapping[str, xr.Variable], dims: list[str], shape: list[int], sort: str | None,
+    limit: int,
+) -> dict[str, npt.NDArray[Any]]:  # fmt: skip
+    """The first rows in the order of a column, or of the archive."""
+    kept: dict[str, npt.NDArray[Any]] = {}
+    for _, extent, arrays in ranges(columns, dims, shape, in_order=True):
+        read = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
+        if sort is not None:
+            read = _sorted(read, sort, limit)
+        kept = {
+            name: np.concatenate([kept[name], values[:limit]]) if kept else values[:limit]
+            for name, values in read.items()
+        }
+        if sort is not None:
+            kept = _sorted(kept, sort, limit)
+        elif len(next(iter(kept.values()))) >= limit:
+            break
+    return {name: values[:limit] for name, values in kept.items()}
+
+
+def _sorted(
+    table: dict[str, npt.NDArray[Any]], sort: str, limit: int
+) -> dict[str, npt.NDArray[Any]]:
+    """The first rows in an order; of equal ones those that come first in the archive."""
+    values = table[sort.removeprefix("-")]
+    if values.dtype.kind in "fiu":
+        numbers = values.astype(float)
+        keys = -numbers if sort.startswith("-") else numbers
+        missing = np.isnan(keys)
+        order = np.lexsort((np.where(missing, 0.0, keys), missing))
+    else:
+        order = np.argsort(values.astype(str), kind="stable")
+        order = order[::-1] if sort.startswith("-") else order
+    return {name: column[order[:limit]] for name, column in table.items()}
+
+
+def _one_design(
+    part: xr.Dataset, relative_to: Mapping[str, float | str], dims: list[str]
+) -> xr.Dataset:
+    """The design that changes are counted from."""
+    if not relative_to:
+        return part.isel({d: 0 for d in dims})
+    one = nearest(part, **relative_to)
+    left = [d for d in dims if d in one.dims and one.sizes[d] > 1]
+    if left:
+        raise SceneError(
+            f"relative to {', '.join(f'{k}={v}' for k, v in relative_to.items())}: is no single "
+            f"design; give a value of {' and '.join(left)} too"
+        )
+    return one.squeeze()

@@ -1,0 +1,144 @@
+"""Quantities by subject, found by the words that people have for them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+
+from engine_dyn.quantities import (
+    balance,
+    bearing_loads,
+    characteristics,
+    flywheels,
+    friction,
+    loads,
+    mechanism_forces,
+    orders,
+    pressure,
+    running_gear,
+    series,
+    speed,
+    torque,
+)
+from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.quantities.node import Node
+from sweeps.errors import SceneError, shown
+
+__all__ = ["OTHER_WORDS", "SUBJECTS", "found_quantities"]
+
+SUBJECTS: Mapping[str, Iterable[Node]] = {
+    "crank speed": speed.NODES,
+    "torque": torque.NODES,
+    "load and driver": loads.NODES,
+    "pressure, work and power": pressure.NODES,
+    "friction": friction.NODES,
+    "flywheel": flywheels.NODES,
+    "orders": orders.NODES,
+    "balance": balance.NODES,
+    "motion and masses of the running gear": running_gear.NODES,
+    "forces in one cylinder": mechanism_forces.NODES,
+    "bearing loads": bearing_loads.NODES,
+    "speed characteristic": characteristics.NODES,
+    "shortened series": series.NODES,
+}
+"""Files of quantities, and what they are about."""
+
+OTHER_WORDS: Mapping[str, str] = {
+    "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
+    "coefficient of fluctuation of speed, cyclic speed variation, uniformity, evenness of running",
+    "delta_midrange": "cyclic irregularity, degree of irregularity, mid-range",
+    "omega": "angular velocity, instantaneous speed, crankshaft speed, rpm over angle",
+    "omega_mean": "mean angular velocity, mean rpm",
+    "angular_acceleration": "crankshaft acceleration",
+    "torque": "turning moment, crank effort, turning effort, instantaneous torque",
+    "torque_mean": "mean turning moment, brake torque, shaft torque, engine torque",
+    "torque_irregularity": "torque fluctuation, torque ripple, unevenness of the torque",
+    "torque_irregularity_brake": "torque fluctuation, torque ripple",
+    "energy_swing": "fluctuation of energy, excess energy, excess work, coefficient of fluctuation "
+    "of energy",
+    "brake_power": "output, shaft power, effective power, kW, horsepower",
+    "bmep": "brake mean effective pressure, BMEP",
+    "imep": "indicated mean effective pressure, IMEP",
+    "fmep": "friction mean effective pressure, FMEP",
+    "peak_pressure": "firing pressure, maximum cylinder pressure, p max",
+    "pressure": "cylinder pressure, indicator diagram, indicated pressure",
+    "mechanical_efficiency": "friction losses",
+    "displacement": "swept volume, cubic capacity",
+    "inertia_required": "flywheel sizing, moment of inertia wanted, flywheel size, GD2",
+    "flywheel_inertia_required": "flywheel sizing, flywheel size, GD2",
+    "flywheel_mass": "weight of the flywheel",
+    "load_torque": "resisting torque, driven machine, brake",
+    "load_coefficient": "propeller law, load constant",
+    "wall_thrust": "side thrust, side force, lateral force, piston side force, normal force",
+    "rod_force": "connecting rod force, conrod force",
+    "piston_force": "gudgeon force",
+    "piston_pin_load": "gudgeon pin, wrist pin, small end bearing",
+    "piston_pin_load_max": "gudgeon pin, wrist pin, small end bearing",
+    "crank_pin_load": "big end bearing, conrod bearing, polar bearing load",
+    "crank_pin_load_max": "big end bearing, conrod bearing",
+    "main_journal_load": "main bearing, crankshaft bearing, polar bearing load",
+    "main_journal_load_max": "main bearing, crankshaft bearing",
+    "shaking_force": "free force, unbalanced force, inertia force on the mounts",
+    "shaking_moment": "free moment, unbalanced moment, rocking couple, pitching moment",
+    "overturning_moment": "torque reaction, rolling moment, guide force moment, roll",
+    "counterweight_required": "balance weight, crank balancing",
+    "balance_shaft_required": "Lanchester balancer, counter-rotating shaft",
+    "torque_order": "harmonics, Fourier coefficients, harmonic analysis, excitation, half orders",
+    "phase_vector_sum": "vector sum, phase diagram, star diagram",
+    "position": "piston displacement, piston travel, stroke over angle",
+    "velocity": "piston speed over angle",
+    "mean_piston_speed": "piston speed",
+    "rod_angle": "obliquity, connecting rod angle",
+    "status": "convergence, failure",
+}
+"""What people also call a quantity; its own name and description are searched too."""
+
+
+def found_quantities(words: str) -> dict[str, list[Node]]:
+    """Return the quantities that words lead to, by subject.
+
+    Parameters
+    ----------
+    words : str
+        All of them must stand in a quantity's name, description, source or other names; nothing
+        finds all quantities. Where nothing has them all, near spellings count.
+
+    Raises
+    ------
+    SceneError
+        Where nothing is found.
+    """
+    wanted = _parts(words)
+    texts = {
+        name: f"{name.replace('_', ' ')} {node.long_name} {node.source} {OTHER_WORDS.get(name, '')}"
+        for name, node in QUANTITIES.items()
+    }
+    hits = {name for name, text in texts.items() if _holds(text.lower(), wanted)}
+    if not hits:
+        known = {part for text in texts.values() for part in _parts(text)}
+        near = [difflib.get_close_matches(part, known, n=1, cutoff=0.75) for part in wanted]
+        if all(near):
+            meant = [one[0] for one in near]
+            hits = {name for name, text in texts.items() if _holds(text.lower(), meant)}
+    if not hits:
+        raise SceneError(
+            f"list quantities {shown(words)}: nothing found; engine-dyn list quantities lists all"
+        )
+    return {
+        subject: sorted(
+            {n.name: QUANTITIES[n.name] for n in nodes if n.name in hits}.values(),
+            key=lambda node: node.name,
+        )
+        for subject, nodes in SUBJECTS.items()
+        if any(n.name in hits for n in nodes)
+    }
+
+
+def _parts(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9]+", text.lower().replace("_", " "))
+
+
+def _holds(text: str, parts: Iterable[str]) -> bool:
+    """Whether each part begins a word of a text."""
+    return all(re.search(rf"\b{re.escape(part)}", text) for part in parts)

@@ -1,0 +1,170 @@
+"""Designs as a table on the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sweeps.errors import counted, one_line
+from sweeps.exploring.rows import Rows
+from sweeps.presenting.readable_units import converted, unit_choices
+
+__all__ = ["number_text", "rows_text"]
+
+DIGITS = 4
+"""Significant digits: a table is for reading; `export` writes all of them."""
+
+GAP = 3
+"""Characters between columns."""
+
+FEW = 3
+"""So many designs stand beside each other, with a line for each quantity."""
+
+CHANGED = 3
+"""Significant digits of changes in percent."""
+
+WIDTH = 100
+"""Characters of a line where the output is no terminal."""
+
+
+def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
+    """Write a number with some significant digits; of large ones all before the point.
+
+    `sign` is "+" where positive numbers have a sign too.
+    """
+    if math.isnan(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e7:
+        return f"{value:{sign}.{digits}g}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:{sign}.{places}f}"
+    return text.rstrip("0").rstrip(".") if float(text) == round(value) and places else text
+
+
+def rows_text(rows: Rows, units: str | None = None, width: int | None = None) -> str:
+    """Write designs as a table.
+
+    Parameters
+    ----------
+    rows : Rows
+        What is shown.
+    units : str, optional
+        ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
+    width : int, optional
+        Of the terminal.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit.
+    """
+    known = {name: unit for name, unit in rows.units.items() if name not in rows.changes}
+    choices = unit_choices(units, known)
+    columns = {name: _column(rows, name, choices.get(name)) for name in rows.table.columns}
+    lines = []
+    if rows.fixed:
+        lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
+    if len(rows.table) <= FEW:
+        lines.append(_upright(columns, rows, width or WIDTH))
+    else:
+        same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
+        columns = {n: c for n, c in columns.items() if n not in same}
+        lines.append(_wide(columns, rows, width or WIDTH))
+        if same:
+            told = (f"{n} {c.cells[0]} {c.unit}".rstrip() for n, c in same.items())
+            lines.append(f"the same in all of these rows: {', '.join(told)}")
+    shown = len(rows.table)
+    if shown < rows.designs:
+        lines.append(f"{shown:,} of {counted(rows.designs, 'design')}; --limit shows more")
+    if rows.curves:
+        lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Cells as texts; `number` says whether they are numbers."""
+
+    name: str
+    unit: str
+    cells: tuple[str, ...]
+    number: bool
+
+    @property
+    def head(self) -> str:
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def width(self) -> int:
+        return max(len(self.head), *(len(cell) for cell in self.cells), 0)
+
+
+def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
+    values = rows.table[name].to_numpy()
+    if name not in rows.units:
+        return _Column(name, "", tuple(one_line(value, 40) for value in values), number=False)
+    factor, unit = converted(rows.units[name], wanted)
+    digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
+    cells = tuple(number_text(float(value) * factor, digits, sign) for value in values)
+    return _Column(name, unit, cells, number=True)
+
+
+def _fixed(value: Any) -> str:
+    return number_text(float(value)) if isinstance(value, int | float) else one_line(value, 40)
+
+
+def _table(*, show_header: bool = True) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    return Table(box=box.SIMPLE_HEAD if show_header else None, pad_edge=False,
+                 show_header=show_header)  # fmt: skip
+
+
+def _printed(table: Any, width: int) -> str:
+    from rich.console import Console
+
+    console = Console(width=width, color_system=None, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(table)
+    return "\n".join(line.rstrip() for line in captured.get().splitlines() if line.strip())
+
+
+def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
+    """A line for each column: few designs have room beside each other."""
+    table = _table(show_header=len(rows.table) > 1)
+    table.add_column("")
+    for number in range(len(rows.table)):
+        table.add_column(str(number + 1), justify="right", no_wrap=True)
+    table.add_column("")
+    table.add_column("", overflow="fold")
+    for name, column in columns.items():
+        table.add_row(name, *column.cells, column.unit, rows.texts.get(name, ""))
+    return _printed(table, width)
+
+
+def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
+    """A column for each; where they do not fit, several tables below each other."""
+    given = [c for n, c in columns.items() if n in rows.given]
+    begin = sum(c.width + GAP for c in given)
+    parts: list[list[_Column]] = [[]]
+    for column in (c for n, c in columns.items() if n not in rows.given):
+        used = begin + sum(c.width + GAP for c in parts[-1])
+        if parts[-1] and used + column.width + GAP > width:
+            parts.append([])
+        parts[-1].append(column)
+    texts = []
+    for part in parts:
+        table = _table()
+        for column in (*given, *part):
+            justify = "right" if column.number else "left"
+            table.add_column(column.head, justify=justify, no_wrap=True)
+        for place in range(len(rows.table)):
+            table.add_row(*(column.cells[place] for column in (*given, *part)))
+        needed = sum(c.width + GAP for c in (*given, *part))
+        texts.append(_printed(table, max(width, needed)))
+    return "\n\n".join(texts)
