@@ -42,9 +42,9 @@ def plan(scene: str) -> None:
 def list_(what: str | None, words: tuple[str, ...]) -> None:
     """List quantities, engines, built-in scenes or keys of a scene. Default: all of them.
 
-    Quantities are grouped by subject. WORDS look for them by name, description and what else they
-    are called: `engine-dyn list quantities cyclic irregularity` finds delta. Elsewhere they are
-    looked for in names and texts.
+    The first word of each line is the name; quantities are grouped by subject. WORDS look for
+    quantities by name, description and what else they are called: `engine-dyn list quantities
+    cyclic irregularity` finds delta. Elsewhere they are looked for in names and texts.
     """
     from sweeps.presenting.lists import LISTS, quantity_lines
 

@@ -47,14 +47,12 @@ def quantity_lines(words: str = "") -> list[str]:
     width = max(len(node.name) for nodes in groups.values() for node in nodes)
     lines = []
     for subject, nodes in groups.items():
-        lines += ["", f"{subject}:"] if lines else [f"{subject}:"]
+        lines += ["", f"# {subject}"] if lines else [f"# {subject}"]
         for node in nodes:
             # The unit of the load coefficient depends on the load exponent: the table has none.
             unit = node.unit or "unit follows the load exponent"
             symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
-            lines.append(
-                f"  {node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})"
-            )
+            lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})")
     return lines
 
 

@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import sweeps
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS
 from sweeps.presenting.lists import symbol_text
 from sweeps.presenting.published import text as reference_text
+from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
@@ -261,13 +263,13 @@ def test_plot_takes_slices_and_refuses_bad_ones(archive: Path, tmp_path: Path) -
 
 
 def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> None:
-    text = ok("info", archive)
+    text = ok("info", archive, "--provenance")
     for expected in (
         "A small map",
         "inertia (3): 1.5, 2, 5 [kg m2]",
         "crank_angle (144)",
         "delta ",
-        "[rad s-1]",
+        " rad s-1; ",
         "converged: 6",
         "  6 designs, ",
         " of results, float64, not compressed, ",
@@ -276,6 +278,18 @@ def test_info_tells_axes_quantities_outcomes_and_provenance(archive: Path) -> No
         "engine: ntua",
     ):
         assert expected in text, text
+    assert text.index("converged: 6") < text.index("delta ") < text.index("history: ")
+    short = ok("info", archive)
+    assert "history: " not in short and "--provenance" in short
+
+
+def test_info_tells_values(archive: Path) -> None:
+    with sweeps.open(archive) as data:
+        low, high = float(data.delta.min()), float(data.delta.max())
+    told = next(line for line in ok("info", archive).splitlines() if line.startswith("  delta "))
+    assert [float(word) for word in told.split(";")[0].split()[1::2]] == pytest.approx(
+        [low, high], rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -291,7 +305,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     scene = tmp_path / "scene.toml"
     scene.write_text(f'engine = "{name}"\n[output]\nquantities = ["mean_piston_speed"]\n')
     ok("run", scene, "-o", tmp_path / "out.nc")
-    told = ok("info", tmp_path / "out.nc")
+    told = ok("info", tmp_path / "out.nc", "--provenance")
     for key, reason in engine.assumed.items():
         assert f"{key}: {' '.join(reason.split())}" in told
 
@@ -314,12 +328,47 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
     ],
 )
 def test_list_has_a_name_and_a_text_on_each_line(what: str, names: list[str]) -> None:
-    lines = ok("list", what).splitlines()
-    assert [line.split()[0] for line in lines] == names
+    lines = [line for line in ok("list", what).splitlines() if line and line[0] != "#"]
+    found = [line.split()[0] for line in lines]
+    assert found == names or (what == "quantities" and sorted(found) == names)
     assert all(len(line.split()) > 2 for line in lines)
     assert set(lines[0].split()[0] for _ in lines) <= set(names)
-    everything = {line.split()[0] for line in ok("list").splitlines()}
+    everything = {line.split()[0] for line in ok("list").splitlines() if line}
     assert set(names) <= everything
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ("cyclic irregularity", "delta"),
+        ("degree of irregularity", "delta"),
+        ("side thrust", "wall_thrust"),
+        ("gudgeon pin", "piston_pin_load"),
+        ("flywheel sizing", "inertia_required"),
+        ("harmonics", "torque_order"),
+        ("turning moment", "torque"),
+        ("firing pressure", "peak_pressure"),
+        ("irregularty", "delta"),
+        ("wall_thrust", "wall_thrust"),
+        ("IMEP", "imep"),
+    ],
+)
+def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
+    lines = ok("list", "quantities", *words.split()).splitlines()
+    assert name in [line.split()[0] for line in lines if line]
+    assert len(lines) < 60  # of 190
+
+
+def test_what_is_not_found_is_said() -> None:
+    assert "nothing found" in refused("list", "quantities", "xyzzy")
+    assert "nothing found" in refused("list", "engines", "steam")
+    assert ok("list", "engines", "kakaitsas").startswith("ntua ")
+
+
+def test_other_words_belong_to_quantities() -> None:
+    assert set(OTHER_WORDS) <= set(QUANTITIES)
+    in_subjects = [node.name for nodes in SUBJECTS.values() for node in nodes if node.public]
+    assert set(in_subjects) == set(QUANTITIES)
 
 
 @pytest.mark.parametrize(
@@ -341,7 +390,8 @@ def test_symbols_are_written_in_plain_letters(symbol: str, text: str) -> None:
 
 
 def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
-    lines = dict(line.split(maxsplit=1) for line in ok("list", "quantities").splitlines())
+    told = [line for line in ok("list", "quantities").splitlines() if line]
+    lines = dict(line.split(maxsplit=1) for line in told)
     for name, node in QUANTITIES.items():
         text = symbol_text(node.symbol)
         assert f", {text} (" in lines[name] or not text

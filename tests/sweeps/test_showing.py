@@ -1,0 +1,171 @@
+"""Numbers of archives as tables on the terminal."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.exploring import ranges as reading
+from sweeps.exploring.rows import rows
+from sweeps.presenting.readable_units import factor, unit_choices
+from sweeps.presenting.tables import number_text, rows_text
+from tests.support.commands import ok, refused
+
+pytestmark = pytest.mark.compiled
+
+SCENE: dict[str, Any] = {
+    "engine": "ntua",
+    "axes": {"load": [20, 50, 80], "inertia": [1.5, 2.0, 3.0, 5.0]},
+    "output": {"quantities": ["delta", "omega_max", "brake_power", "omega"]},
+}
+
+
+@pytest.fixture(scope="module")
+def archive() -> xr.Dataset:
+    return sweeps.run(SCENE)
+
+
+@pytest.fixture(scope="module")
+def path(archive: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("showing") / "map.nc"
+    archive.to_netcdf(found)
+    return found
+
+
+def test_rows_are_the_designs_in_their_order(archive: xr.Dataset) -> None:
+    found = rows(archive)
+    assert list(found.table.columns) == [
+        "load", "inertia", "delta", "omega_max", "brake_power", "status",
+    ]  # fmt: skip
+    np.testing.assert_array_equal(found.table.delta, archive.delta.values.ravel())
+    np.testing.assert_array_equal(found.table.load, np.repeat([20.0, 50.0, 80.0], 4))
+    assert found.designs == 12 and found.curves == ("omega",)
+    assert set(found.table.status) == {"converged"}
+
+
+@pytest.mark.parametrize("sort", ["delta", "-delta", "-inertia", "status"])
+@pytest.mark.parametrize("size", [8.0, 8e6])
+def test_the_first_of_an_order_whatever_is_read_at_once(
+    archive: xr.Dataset, sort: str, size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "RANGE", size)
+    monkeypatch.setattr(reading.ranges, "__defaults__", (size,))
+    frame = archive[["delta", "omega_max", "brake_power", "status"]].to_dataframe().reset_index()
+    wanted = frame.sort_values(
+        sort.removeprefix("-"), ascending=not sort.startswith("-"), kind="stable"
+    )
+    found = rows(archive, sort=sort, limit=5).table
+    np.testing.assert_array_equal(found.delta, wanted.delta.to_numpy()[:5])
+
+
+def test_designs_without_a_number_come_last(archive: xr.Dataset) -> None:
+    data = archive.copy(deep=True)
+    data.delta[1, 2] = np.nan
+    for sort in ("delta", "-delta"):
+        found = rows(data, sort=sort).table
+        assert np.isnan(found.delta.iloc[-1]) and np.isfinite(found.delta.iloc[:-1]).all()
+
+
+def test_changes_in_percent_of_a_design(archive: xr.Dataset) -> None:
+    found = rows(archive, select={"load": 50}, relative_to={"inertia": 2.0})
+    here = archive.delta.sel(load=50)
+    np.testing.assert_allclose(found.table.delta, 100.0 * (here / here.sel(inertia=2.0) - 1.0))
+    assert found.units["delta"] == "percent" and found.fixed == {"load": 50.0}
+    first = rows(archive, relative_to={}).table
+    assert first.delta.iloc[0] == 0.0
+    with pytest.raises(SceneError, match="is no single design; give a value of inertia too"):
+        rows(archive, relative_to={"load": 50})
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0050000001, "0.005000"), (1500.0, "1500"), (21777.3, "21777"), (0.0, "0"),
+        (float("nan"), "-"), (1.23456e-7, "1.235e-07"), (2.5, "2.500"), (3.0, "3"),
+        (-12.3456, "-12.35"), (1e12, "1e+12"),
+    ],
+)  # fmt: skip
+def test_numbers_have_sensible_digits(value: float, text: str) -> None:
+    assert number_text(value) == text
+
+
+def test_units_for_people(archive: xr.Dataset) -> None:
+    text = rows_text(rows(archive, select={"load": 50, "inertia": 2.0}))
+    speed, power = (float(archive[n].sel(load=50, **{"inertia": 2.0} if n != "brake_power" else {}))
+                    for n in ("omega_max", "brake_power"))  # fmt: skip
+    told = {line.split()[0]: line.split() for line in text.splitlines() if line.strip()}
+    assert float(told["omega_max"][1]) == pytest.approx(speed * 30.0 / np.pi, rel=1e-3)
+    assert told["omega_max"][2] == "rpm"
+    assert float(told["brake_power"][1]) == pytest.approx(power / 1e3, rel=1e-3)
+    kept = rows_text(rows(archive, select={"load": 50, "inertia": 2.0}), units="archive")
+    assert re.search(r"omega_max +[0-9.]+ +rad/s", kept)
+    other = rows_text(rows(archive), units="power=hp,omega_max=1/min")
+    assert "brake_power [hp]" in other and "omega_max [1/min]" in other
+
+
+def test_factors_of_units() -> None:
+    assert factor("rad s-1", "rpm") == pytest.approx(30.0 / np.pi)
+    assert factor("kg m2", "g*m^2") == pytest.approx(1e3)
+    assert factor("bar", "MPa") == pytest.approx(0.1)
+    assert factor("1", "percent") == pytest.approx(100.0)
+    assert factor("W", "hp") == pytest.approx(1.0 / 745.6998715822702)
+    for bad in ("9**9**9", "kW; import os", "frobs", "", "m" * 99):
+        with pytest.raises(SceneError, match="must be a unit"):
+            factor("W", bad)
+    with pytest.raises(SceneError, match="does not fit"):
+        factor("W", "bar")
+
+
+def test_units_that_name_nothing_are_refused() -> None:
+    known = {"delta": "1", "brake_power": "W"}
+    assert unit_choices("power=MW", known) == {"brake_power": "MW"}
+    with pytest.raises(SceneError, match=r"--units speed: no column"):
+        unit_choices("speed=rpm", known)
+    with pytest.raises(SceneError, match="must be NAME=UNIT"):
+        unit_choices("kW", known)
+
+
+def test_the_command(path: Path) -> None:
+    told = ok("show", path, "--sort=-delta", "--limit", "5")
+    assert "5 of 12 designs" in told and "the same in all" in told
+    assert "not shown, because they are curves: omega" in told
+    assert all(len(line) <= 130 for line in told.splitlines())
+    one = ok("show", path, "--select", "load=50,inertia=2")
+    assert "coefficient of speed fluctuation" in one and "at load = 50, inertia = 2" in one
+    assert "+" in ok("show", path, "--relative-to", "first", "--quantities", "delta,omega_max")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--sort", "foo"), "'foo': no column of the table"),
+        (("--limit", "0"), "limit = 0: must be 1 or more"),
+        (("--quantities", "omega"), "omega: has no single number"),
+        (("--quantities", "imep"), "'imep': not a quantity of the archive"),
+        (("--select", "load"), "--select load: must be AXIS=VALUE"),
+        (("--relative-to", "load"), "--relative-to load: must be AXIS=VALUE"),
+        (("--relative-to", "load=50"), "is no single design"),
+        (("--units", "delta=kW"), "does not fit"),
+        (("--units", "foo=kW"), "--units foo: no column"),
+    ],
+)
+def test_bad_options(path: Path, options: tuple[str, ...], told: str) -> None:
+    assert told in refused("show", path, *options)
+
+
+def test_run_shows_few_numbers_and_says_where_many_are(tmp_path: Path) -> None:
+    scene = 'engine = "ntua"\n[axes]\nload = {}\n[output]\nquantities = ["delta", "imep"]\n'
+    (tmp_path / "few.toml").write_text(scene.format([50]))
+    told = ok("run", tmp_path / "few.toml", "-o", tmp_path / "few.nc")
+    with sweeps.open(tmp_path / "few.nc") as data:
+        assert f"{float(data.delta.values.ravel()[0]):.4g}"[:5] in told
+    (tmp_path / "many.toml").write_text(scene.format(list(range(10, 90, 5))))
+    told = ok("run", tmp_path / "many.toml", "-o", tmp_path / "many.nc")
+    assert f"numbers: engine-dyn show {tmp_path / 'many.nc'}" in told
