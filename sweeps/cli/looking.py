@@ -153,7 +153,7 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
 
 @click.command()
 @archive_argument
-@output_option("The table to write, FILE.csv or FILE.parquet.")
+@output_option("The table to write, FILE.csv, FILE.parquet or FILE.xlsx.")
 @click.option(
     "--quantities",
     metavar="NAMES",
@@ -167,7 +167,7 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
 def export(
     archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
 ) -> None:
-    """Write ARCHIVE as a table, CSV or Parquet, with one row for each design.
+    """Write ARCHIVE as a table, CSV, Parquet or Excel, with one row for each design.
 
     If the quantities include a curve, such as omega over crank_angle, there is one row for each
     of its points.

@@ -1,4 +1,4 @@
-"""Archives as flat tables, for programs that read no netCDF: CSV and Parquet.
+"""Archives as flat tables, for programs that read no netCDF: CSV, Parquet and Excel.
 
 There is a row for each design, or for each design and crank angle; the table is written a range of
 rows at a time.
@@ -6,6 +6,7 @@ rows at a time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.errors import SceneError
 from sweeps.exploring.columns import chosen_quantities, columns_of
+from sweeps.exploring.excel import check_rows, workbook
 from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
@@ -56,7 +58,9 @@ def export(
 
     Axes come first and the last varies fastest, then columns of designs, then quantities, all in
     the units of the archive; words and outcomes are texts. A missing number is an empty
-    field of a CSV file and NaN in Parquet, where each column also has its unit (metadata `units`).
+    field of a CSV file or a sheet and NaN in Parquet, where each column also has its unit (metadata
+    `units`). An Excel file has units in its second row, and sheets of axes, assumptions and
+    provenance.
     The file is complete or does not exist.
 
     Parameters
@@ -64,7 +68,7 @@ def export(
     archive : Dataset
         As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
     path : str or Path
-        The table; its extension, .csv or .parquet, says which format.
+        The table; its extension, .csv, .parquet or .xlsx, says which format.
     quantities : str or sequence of str, optional
         Those to write; if not given, all that have one number for each design. With a curve, such
         as omega over crank_angle, there is a row for each of its points.
@@ -75,7 +79,7 @@ def export(
     ------
     SceneError
         For another extension, quantities that the archive does not have, or a file that exists; for
-        Parquet without pyarrow.
+        Parquet without pyarrow, Excel without openpyxl, and more rows than a sheet has.
     OSError
         Where the table cannot be written.
     """
@@ -89,8 +93,10 @@ def export(
     shape = [archive.sizes[d] for d in dims]
     columns = columns_of(archive, dims, names)
     left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
+    if path.suffix.lower() == ".xlsx":
+        check_rows(math.prod(shape), path)
     rows = 0
-    with archives.replaced(path) as partial, opener(partial, columns) as put:
+    with archives.replaced(path) as partial, opener(partial, columns, archive) as put:
         for _, extent, arrays in ranges(columns, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
             if "status" in table:
@@ -109,11 +115,19 @@ def check_format(path: Path) -> Callable[..., Any]:
     Raises
     ------
     SceneError
-        For an unknown extension, and for Parquet without pyarrow.
+        For an unknown extension, Parquet without pyarrow and Excel without openpyxl.
     """
     kind = path.suffix.lower()
     if kind not in FORMATS:
         raise SceneError(f"{path}: must end in {' or '.join(FORMATS)}")
+    if kind == ".xlsx":
+        try:
+            import openpyxl  # noqa: F401
+        except ImportError:
+            raise SceneError(
+                f"{path}: Excel files need openpyxl, which is not installed: pip install "
+                "'engine-dyn[excel]'"
+            ) from None
     if kind == ".parquet":
         try:
             import pyarrow.parquet  # noqa: F401
@@ -131,7 +145,7 @@ Put = Callable[[Mapping[str, Any]], None]
 
 
 @contextmanager
-def _csv(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
+def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
     import pandas as pd
 
     with path.open("w", encoding="utf-8", newline="") as stream:
@@ -144,7 +158,7 @@ def _csv(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
 
 
 @contextmanager
-def _parquet(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
+def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -166,5 +180,9 @@ def _parquet(path: Path, columns: Mapping[str, xr.Variable]) -> Iterator[Put]:
         yield put
 
 
-FORMATS: Mapping[str, Callable[..., Any]] = {".csv": _csv, ".parquet": _parquet}
+FORMATS: Mapping[str, Callable[..., Any]] = {
+    ".csv": _csv,
+    ".parquet": _parquet,
+    ".xlsx": workbook,
+}
 """The function that writes each format, by the extension of its files."""

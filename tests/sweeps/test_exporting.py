@@ -148,7 +148,7 @@ def test_what_is_refused(
     source = folder / "a.nc"
     (tmp_path / "there.csv").write_text("old")
     for arguments, told in (
-        (("-o", tmp_path / "t.xlsx"), "must end in .csv or .parquet"),
+        (("-o", tmp_path / "t.ods"), "must end in .csv or .parquet"),
         (("-o", tmp_path / "there.csv"), "exists"),
         (("-o", tmp_path), "must end in"),
         (("-o", tmp_path / "t.csv", "--quantities", "dleta"), "did you mean 'delta'"),
@@ -163,3 +163,47 @@ def test_what_is_refused(
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     text = refused("export", source, "-o", tmp_path / "t.parquet")
     assert "pip install 'engine-dyn[parquet]'" in text
+
+
+# --- Excel ----------------------------------------------------------------------------------------
+
+
+def test_an_excel_file_has_units_and_what_was_assumed(archive: xr.Dataset, tmp_path: Path) -> None:
+    done = sweeps.export(archive, tmp_path / "results.xlsx")
+    sheets = pd.read_excel(tmp_path / "results.xlsx", sheet_name=None, header=None)
+    assert list(sheets) == ["results", "axes", "assumptions", "parameters", "provenance"]
+    results = sheets["results"]
+    assert tuple(results.iloc[0]) == done.columns and len(results) == done.rows + 2
+    units = dict(zip(results.iloc[0], results.iloc[1], strict=True))
+    sweeps.export(archive, tmp_path / "results.csv")
+    table = pd.read_csv(tmp_path / "results.csv")
+    for place, name in enumerate(done.columns):
+        cells = results[place].iloc[2:].reset_index(drop=True)
+        if name in archive and archive[name].dtype.kind == "f":
+            assert units[name] == archive[name].attrs["units"] or archive[name].units == "1"
+            np.testing.assert_allclose(cells.to_numpy(float), table[name], rtol=1e-6)
+        else:
+            assert (cells.astype(str) == table[name].astype(str)).all()
+    assert "load_offset" in set(sheets["assumptions"][0])
+    assert "history" in set(sheets["provenance"][0])
+
+
+def test_texts_of_an_excel_file_are_not_computed(archive: xr.Dataset, tmp_path: Path) -> None:
+    from openpyxl import load_workbook
+
+    data = archive.assign_attrs(title='=HYPERLINK("http://localhost")')
+    sweeps.export(data, tmp_path / "results.xlsx")
+    book = load_workbook(tmp_path / "results.xlsx")
+    cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
+    assert not any(cell.data_type == "f" for cell in cells)
+
+
+def test_more_rows_than_a_sheet_has_are_refused(
+    archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps.exploring import excel
+
+    monkeypatch.setattr(excel, "MOST_ROWS", 5)
+    with pytest.raises(SceneError, match=r"rows; a sheet of Excel has room for 3"):
+        sweeps.export(archive, tmp_path / "results.xlsx")
+    assert not list(tmp_path.iterdir())
