@@ -45,7 +45,7 @@ def quantity_lines(words: str = "") -> list[str]:
     """Lines of the quantities that words lead to, grouped by subject; without words of all."""
     groups = found_quantities(words)
     width = max(len(node.name) for nodes in groups.values() for node in nodes)
-    lines = []
+    lines: list[str] = []
     for subject, nodes in groups.items():
         lines += ["", f"# {subject}"] if lines else [f"# {subject}"]
         for node in nodes:

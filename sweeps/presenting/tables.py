@@ -42,7 +42,7 @@ def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
         return f"{value:{sign}.{digits}g}"
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:{sign}.{places}f}"
-    return text.rstrip("0").rstrip(".") if float(text) == round(value) and places else text
+    return text.rstrip("0").rstrip(".") if value == round(value) and places else text
 
 
 def rows_text(rows: Rows, units: str | None = None, width: int | None = None) -> str:
