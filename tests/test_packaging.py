@@ -137,10 +137,10 @@ def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
     # What an extra installs is imported where it is used, and nowhere else.
-    extras = {"pyarrow", "opentorsion", "distributed", "scipy", "pint"}
+    extras = {"pyarrow", "opentorsion", "distributed", "scipy", "openpyxl"}
     for extra, package in (
         ("parquet", "pyarrow"), ("torsion", "opentorsion"), ("cluster", "distributed"),
-        ("lab", "scipy"), ("lab", "pint"),
+        ("lab", "scipy"), ("excel", "openpyxl"),
     ):  # fmt: skip
         assert any(r.startswith(f"{package}>") for r in PROJECT["optional-dependencies"][extra])
     found = {
