@@ -28,7 +28,6 @@ from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View
 from sweeps.figures.wording import HARD_SPACE, shorten, unit_text
-from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,7 +116,7 @@ def _title(view: View, place: int) -> str:
 def _of_noise(view: View) -> list[str]:
     attributes = view.data.attrs
     likely = float(attributes["likelihood_of_noise"])
-    at_most = "at most " if likely <= LEAST_LIKELIHOOD else ""
+    at_most = "at most " if likely <= float(attributes.get("least_likelihood", 0.0)) else ""
     return [
         f"reduced chi square {float(attributes['reduced_chi_square']):.3g}",
         f"likelihood of noise {at_most}{likely:.2g}",

@@ -14,7 +14,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.measuring.computed_speeds import NOT_OF_SCENES, OF_WHEEL
 from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
-from sweeps.measuring.speed_fit import FittedSpeeds
+from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD, FittedSpeeds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,6 +129,7 @@ def fit_dataset(
         "condition_number": fit.condition,
         "reduced_chi_square": fit.reduced_chi_square,
         "likelihood_of_noise": fit.likelihood_of_noise,
+        "least_likelihood": LEAST_LIKELIHOOD,
         "recordings": "\n".join(
             f"{label} sha256 {digest}"
             for label, digest in zip(given.labels, given.sha256, strict=True)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.errors import counted
-from sweeps.measuring.speed_fit import LEAST_LIKELIHOOD
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +36,7 @@ def fit_text(fit: xr.Dataset) -> str:
     lines += _correlations(fit)
     likely = float(fit.attrs["likelihood_of_noise"])
     # Of so many draws none was larger: the likelihood is this or less.
-    at_most = "at most " if likely <= LEAST_LIKELIHOOD else ""
+    at_most = "at most " if likely <= float(fit.attrs.get("least_likelihood", 0.0)) else ""
     lines.append(
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "
         f"{fit.attrs['reduced_chi_square']:.3g}, likelihood of noise {at_most}{likely:.3g}"
