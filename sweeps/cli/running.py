@@ -329,10 +329,17 @@ def _print_published(plan: Plan, output: Path) -> None:
 
 def _print_numbers(plan: Plan, output: Path) -> None:
     """Print what came out, where these are few numbers; or how to look at them."""
+    from sweeps.archive.netcdf import open_archive
+
+    if plan.scene.gives("recorded_cycle"):
+        from sweeps.presenting.archives import recorded_cycle_lines
+
+        with open_archive(output) as dataset:
+            for line in recorded_cycle_lines(dataset):
+                say(f"over the recorded cycles: {line}")
     if plan.designs > SHOWN:
         click.echo(f"numbers: engine-dyn show {shlex.quote(str(output))}")
         return
-    from sweeps.archive.netcdf import open_archive
     from sweeps.exploring.columns import has_single_numbers
     from sweeps.exploring.rows import rows
     from sweeps.presenting.tables import rows_text

@@ -18,10 +18,15 @@ from sweeps.presenting.tables import number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["archive_text", "outcome_counts"]
+__all__ = ["archive_text", "outcome_counts", "recorded_cycle_lines"]
 
 COUNTED_AT_ONCE = 1_000_000
 """Outcomes that are read and counted at a time."""
+
+RECORDED_CYCLE = "recorded_cycle"
+
+MOST_TOLD = 12
+"""Designs whose spread over recorded cycles is told."""
 
 MOST_READ = 2_000_000
 """Values of a quantity that are read to tell the smallest and the largest."""
@@ -71,6 +76,9 @@ def archive_text(dataset: xr.Dataset, name: str, *, provenance: bool = False) ->
         if columns:
             lines.append(f"    varying along it: {', '.join(columns)}")
     lines += ["", "quantities", *_quantity_lines(dataset)]
+    told_of_cycles = recorded_cycle_lines(dataset)
+    if told_of_cycles:
+        lines += ["", "spread over the recorded cycles", *(f"  {x}" for x in told_of_cycles)]
     lines += ["", "provenance"]
     if not provenance:
         lines.append("  engine-dyn info --provenance tells it: assumptions, parameters, versions")
@@ -108,6 +116,38 @@ def _extent_text(data: xr.DataArray) -> str:
         return "no value"
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
+
+
+def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
+    """Mean, standard deviation and coefficient of variation of single values over `recorded_cycle`.
+
+    Of archives with many other designs there are too many to tell; none are told then.
+    """
+    lines = []
+    for name, data in dataset.data_vars.items():
+        if RECORDED_CYCLE not in data.dims or data.dtype.kind != "f":
+            continue
+        others = [d for d in data.dims if d != RECORDED_CYCLE]
+        if set(others) & set(DIMENSIONS) or data.size > MOST_TOLD * data.sizes[RECORDED_CYCLE]:
+            continue
+        unit = str(data.attrs.get("units", "1"))
+        stacked = data.stack(told=others) if others else data.expand_dims("told")
+        for place in range(stacked.sizes["told"]):
+            one = stacked.isel(told=place)
+            values = one.values[np.isfinite(one.values)]
+            if values.size < 2:
+                continue
+            mean, spread = float(values.mean()), float(values.std(ddof=1))
+            at = ", ".join(f"{d} {number_text(float(one[d]))}" for d in others if d in data.coords)
+            parts = [
+                f"{name}{f' at {at}' if at else ''}: {number_text(mean)} ± {number_text(spread)}",
+                f"({100.0 * spread / abs(mean):.1f} %)" if mean else "",
+                "" if unit == "1" else unit,
+            ]
+            low, high = number_text(float(values.min())), number_text(float(values.max()))
+            told = " ".join(part for part in parts if part)
+            lines.append(f"{told}, {low} to {high}; {values.size} cycles")
+    return lines
 
 
 def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:

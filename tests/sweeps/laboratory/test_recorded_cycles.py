@@ -11,6 +11,7 @@ import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
+from sweeps.presenting.archives import recorded_cycle_lines
 from tests.support.commands import ok, refused
 from tests.support.laboratory import four_cylinders, rows_of_cycles
 
@@ -58,6 +59,20 @@ def test_cycles_scatter_about_their_mean(folder: Path, cycles: xr.Dataset) -> No
     assert float(cycles["imep"].mean()) == pytest.approx(float(mean["imep"]), rel=1e-6)
     off = cycles["delta"].mean("recorded_cycle") / mean["delta"] - 1.0
     assert (np.abs(off) < 0.01).all() and (cycles["delta"].std("recorded_cycle") > 0.0).all()
+
+
+def test_run_and_info_tell_the_spread(folder: Path, cycles: xr.Dataset, tmp_path: Path) -> None:
+    cycles.to_netcdf(tmp_path / "cycles.nc")
+    text = ok("info", tmp_path / "cycles.nc")
+    told = {line.split(":")[0].strip(): line.split(": ")[1] for line in text.splitlines()
+            if line.endswith(f"; {COUNT} cycles")}  # fmt: skip
+    assert set(told) == {"delta at inertia 2", "delta at inertia 4", "imep", "peak_pressure"}
+    works = cycles["imep"]
+    share = 100.0 * float(works.std(ddof=1) / works.mean())
+    assert f"({share:.1f} %) bar" in told["imep"]
+    assert told["delta at inertia 2"].startswith(f"{float(cycles.delta[:, 0].mean()):.5f}"[:6])
+    lines = recorded_cycle_lines(cycles.isel(recorded_cycle=[0]))
+    assert lines == []  # one cycle has no spread
 
 
 def test_numbers_do_not_depend_on_which_cycles_are_asked_for(
