@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 COMMAND = "from sweeps.cli.main import main; main()"
 
-READING = ("info", "compare", "export", "plot", "rerun", "merge", "extend")
+READING = ("info", "show", "compare", "export", "plot", "rerun", "merge", "extend")
 """Commands that read archives."""
 
 

@@ -61,7 +61,7 @@ def test_an_archive_holds_the_diagram_and_what_was_done(tmp_path: Path) -> None:
         assert "average of 20 cycles" in notes and notes[2].startswith("sha256 of the raw file: ")
         kept = json.loads(one.attrs["input_files"])["files"]["run.mat"]
     assert kept.get("text", HEADER).startswith(HEADER)
-    told = command("info", tmp_path / "a.nc").stdout
+    told = command("info", tmp_path / "a.nc", "--provenance").stdout
     line = told[told.index("input_files") :].splitlines()
     assert "of the CSV that was made of it" in line[0]
     assert any(f"run.mat: sha256 {kept['sha256']}" in row for row in line[1:])
@@ -159,10 +159,11 @@ def test_confidential_notes_tell_no_pressure(tmp_path: Path) -> None:
         path = scene(tmp_path, f'file = "{name}"\nconfidential = true')
         run = command("run", path, "-o", tmp_path / f"{name}.nc")
         assert run.exit_code == 0, run.output
+        assert "\nimep  " in run.stdout  # which the scene asks for
         with sweeps.open(tmp_path / f"{name}.nc") as archive:
             notes, warnings = archive.attrs["indicator_notes"], archive.attrs["warnings"]
         assert "raw file: p.csv" in notes and "sha256" in notes and "clipped" in notes
-        for text in (notes, warnings, run.output):
+        for text in (notes, warnings, run.stderr):
             assert "imep " not in text and not re.search(r"\d bar", text), text
 
 
