@@ -6,6 +6,6 @@ hdf5_links, netcdf_files       netCDF files of others, checked before their valu
 engine_files                   engines: TOML, with `cylinder_keys` and `modelled_diagrams`
 indicator_files                measured pressure over crank angle: CSV
 torque_tables                  torque of a load or driver over angle or speed: CSV
-design_files                   tables of designs: `design_csv`, `design_netcdf`, `design_parquet`
+design_files                   tables of designs, from the four `design_*` of their formats
 exclusive_keys                 parameters that exclude each other
 """

@@ -15,6 +15,7 @@ from sweeps.reading.design_columns import DesignColumns
 from sweeps.reading.design_csv import read_design_csv
 from sweeps.reading.design_netcdf import read_design_netcdf
 from sweeps.reading.design_parquet import read_design_parquet
+from sweeps.reading.design_xlsx import read_design_xlsx
 
 __all__ = ["SUFFIXES", "read_designs"]
 
@@ -24,6 +25,7 @@ _READERS: dict[str, Callable[[Path, str], DesignColumns]] = {
     ".nc": read_design_netcdf,
     ".nc4": read_design_netcdf,
     ".parquet": read_design_parquet,
+    ".xlsx": read_design_xlsx,
 }
 
 SUFFIXES = tuple(_READERS)

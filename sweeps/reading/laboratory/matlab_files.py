@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from sweeps.errors import SceneError, one_line, size_text
-from sweeps.reading.laboratory.libraries import library, library_reading
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line
-from sweeps.reading.laboratory.libraries import library, library_reading
 from sweeps.reading.laboratory.reading_choices import ReadingChoices
 from sweeps.reading.laboratory.recorded_columns import Column, check_size
+from sweeps.reading.libraries import library, library_reading
 
 __all__ = ["read"]
 

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from sweeps.errors import SceneError, shown
-from sweeps.reading.laboratory.libraries import library
+from sweeps.reading.libraries import library
 
 __all__ = ["PressureUnit", "angle_factor", "is_angle_unit", "pressure_unit", "unit_of_name"]
 
