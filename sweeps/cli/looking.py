@@ -160,13 +160,15 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
     help="Quantities to write, such as delta,imep. Default: all that have one number for each "
     "design.",
 )
+@click.option("--head-units", is_flag=True, help="Write units into the heads of a CSV file.")
 @overwrite_option("Replace the table if it exists.")
 @quiet_option
 @untrusted_option
 @guarded
 def export(
-    archive: Path, output: Path, quantities: str | None, overwrite: bool, quiet: bool
-) -> None:
+    archive: Path, output: Path, quantities: str | None, head_units: bool, overwrite: bool,
+    quiet: bool,
+) -> None:  # fmt: skip
     """Write ARCHIVE as a table, CSV, Parquet or Excel, with one row for each design.
 
     If the quantities include a curve, such as omega over crank_angle, there is one row for each
@@ -182,7 +184,7 @@ def export(
     check_output(output, overwrite, archive)
     names = None if quantities is None else [name.strip() for name in quantities.split(",")]
     with opened(archive) as dataset, writing(output):
-        done = write(dataset, output, quantities=names, overwrite=overwrite)
+        done = write(dataset, output, quantities=names, overwrite=overwrite, head_units=head_units)
     if quiet:
         return
     if done.left_out:

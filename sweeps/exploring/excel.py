@@ -14,7 +14,7 @@ from sweeps.errors import SceneError, one_line
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["check_rows", "workbook"]
+__all__ = ["check_rows", "unit_of", "workbook"]
 
 MOST_ROWS = 1_048_576
 """Of a sheet of Excel."""
@@ -46,7 +46,7 @@ def check_rows(rows: int, path: Path) -> None:
 
 @contextmanager
 def workbook(
-    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
+    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Write sheets of results, axes, assumptions and provenance.
 
@@ -58,7 +58,10 @@ def workbook(
         Of the results, by the names of their columns.
     archive : Dataset
         What they come from.
+    heads : mapping of str
+        Not used: units have a row.
     """
+    del heads
     from openpyxl import Workbook
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter
@@ -70,7 +73,7 @@ def workbook(
         sheet.column_dimensions[get_column_letter(place)].width = max(12, len(name) + 2)
     bold, grey = Font(bold=True), Font(italic=True, color="00666666")
     sheet.append(_styled(sheet, list(columns), bold))
-    sheet.append(_styled(sheet, [_unit(name, v) for name, v in columns.items()], grey))
+    sheet.append(_styled(sheet, [unit_of(v) for v in columns.values()], grey))
 
     def put(table: Mapping[str, Any]) -> None:
         for row in zip(*(table[name] for name in columns), strict=True):
@@ -88,11 +91,10 @@ def workbook(
         book.save(stream)
 
 
-def _unit(name: str, variable: xr.Variable) -> str:
-    if name == "status" or variable.dtype.kind in "UOT":
-        return ""
+def unit_of(variable: xr.Variable) -> str:
+    """Return the unit of a column of numbers; nothing for texts, outcomes and plain numbers."""
     unit = str(variable.attrs.get("units", ""))
-    return "" if unit == "1" else unit
+    return "" if unit == "1" or variable.dtype.kind not in "fiu" else unit
 
 
 def _styled(sheet: Any, values: list[Any], font: Any) -> list[Any]:

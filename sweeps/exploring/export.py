@@ -19,7 +19,7 @@ from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.errors import SceneError
 from sweeps.exploring.columns import chosen_quantities, columns_of
-from sweeps.exploring.excel import check_rows, workbook
+from sweeps.exploring.excel import check_rows, unit_of, workbook
 from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Exported:
 
 def export(
     archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
-    overwrite: bool = False,
+    overwrite: bool = False, head_units: bool = False,
 ) -> Exported:  # fmt: skip
     """Write an archive as a table.
 
@@ -74,6 +74,8 @@ def export(
         as omega over crank_angle, there is a row for each of its points.
     overwrite : bool
         Replace an older file.
+    head_units : bool
+        Write units into the heads of a CSV file: ``omega_max [rad s-1]``.
 
     Raises
     ------
@@ -87,6 +89,8 @@ def export(
     opener = check_format(path)
     if path.exists() and not overwrite:
         raise SceneError(f"{path}: exists; it is not overwritten")
+    if head_units and path.suffix.lower() != ".csv":
+        raise SceneError(f"{path}: has units of its own; head_units is for .csv")
     names = chosen_quantities(archive, quantities)
     used = {d for name in names for d in archive[name].dims}
     dims = [str(d) for d in archive.dims if d in used]
@@ -95,8 +99,9 @@ def export(
     left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
     if path.suffix.lower() == ".xlsx":
         check_rows(math.prod(shape), path)
+    heads = {n: f"{n} [{unit}]" for n, v in columns.items() if head_units and (unit := unit_of(v))}
     rows = 0
-    with archives.replaced(path) as partial, opener(partial, columns, archive) as put:
+    with archives.replaced(path) as partial, opener(partial, columns, archive, heads) as put:
         for _, extent, arrays in ranges(columns, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
             if "status" in table:
@@ -145,11 +150,15 @@ Put = Callable[[Mapping[str, Any]], None]
 
 
 @contextmanager
-def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
+def _csv(
+    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
+) -> Iterator[Put]:
     import pandas as pd
 
     with path.open("w", encoding="utf-8", newline="") as stream:
-        pd.DataFrame(columns=list(columns)).to_csv(stream, index=False, lineterminator="\n")
+        pd.DataFrame(columns=[heads.get(n, n) for n in columns]).to_csv(
+            stream, index=False, lineterminator="\n"
+        )
 
         def put(table: Mapping[str, Any]) -> None:
             pd.DataFrame(dict(table)).to_csv(stream, index=False, header=False, lineterminator="\n")
@@ -158,7 +167,9 @@ def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) ->
 
 
 @contextmanager
-def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
+def _parquet(
+    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
+) -> Iterator[Put]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 

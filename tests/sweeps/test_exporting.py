@@ -207,3 +207,17 @@ def test_more_rows_than_a_sheet_has_are_refused(
     with pytest.raises(SceneError, match=r"rows; a sheet of Excel has room for 3"):
         sweeps.export(archive, tmp_path / "results.xlsx")
     assert not list(tmp_path.iterdir())
+
+
+def test_heads_have_units_on_request(archive: xr.Dataset, tmp_path: Path) -> None:
+    sweeps.export(archive, tmp_path / "plain.csv")
+    sweeps.export(archive, tmp_path / "heads.csv", head_units=True)
+    plain, heads = ((tmp_path / f"{n}.csv").read_text().splitlines() for n in ("plain", "heads"))
+    assert plain[1:] == heads[1:]
+    named = dict(zip(plain[0].split(","), heads[0].split(","), strict=True))
+    for name, head in named.items():
+        unit = archive[name].attrs.get("units", "1") if name in archive.variables else "1"
+        assert head == (name if unit == "1" else f"{name} [{unit}]")
+    assert any("[" in head for head in named.values())
+    with pytest.raises(SceneError, match=r"head_units is for \.csv"):
+        sweeps.export(archive, tmp_path / "t.parquet", head_units=True)
