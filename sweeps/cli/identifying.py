@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sweeps.cli.arguments import overwrite_option, quiet_option
+from sweeps.cli.completing import complete_keys, complete_scene
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import check_output, writing
 from sweeps.errors import SceneError, one_line, plain_number
@@ -19,9 +20,10 @@ __all__ = ["identify"]
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @click.option(
     "--vary",
+    shell_complete=complete_keys,
     required=True,
     metavar="KEYS",
     help="What is fitted, such as inertia,gap_angle, with bounds where they are known: "

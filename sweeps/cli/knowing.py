@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from sweeps.cli.arguments import PATH, untrusted_option
+from sweeps.cli.completing import complete_engine, complete_scene
 from sweeps.cli.exits import guarded, say, warn
 from sweeps.cli.files import not_written
 from sweeps.errors import SceneError, shown
@@ -15,7 +16,7 @@ __all__ = ["list_", "new", "plan", "schema"]
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @untrusted_option
 @guarded
 def plan(scene: str) -> None:
@@ -92,6 +93,7 @@ def schema(of_engine: bool) -> None:
 @click.option(
     "--for",
     "engine",
+    shell_complete=complete_engine,
     metavar="ENGINE",
     help="Engine that the scene is about: a name of the catalogue, or an engine file.",
 )

@@ -16,6 +16,7 @@ from sweeps.cli.arguments import (
     quiet_option,
     untrusted_option,
 )
+from sweeps.cli.completing import complete_engine_or_scene, complete_quantities
 from sweeps.cli.exits import FAILURE, end, guarded, say, terminal_width
 from sweeps.cli.files import check_folder, check_output, opened, writing
 from sweeps.errors import counted, size_text
@@ -24,7 +25,7 @@ __all__ = ["compare", "export", "info", "plot", "show"]
 
 
 @click.command()
-@click.argument("what")
+@click.argument("what", shell_complete=complete_engine_or_scene)
 @click.option(
     "--provenance",
     is_flag=True,
@@ -74,7 +75,12 @@ def info(what: str, provenance: bool) -> None:
     metavar="AXIS=VALUE",
     help="Show this value of an axis alone. Several with commas, or given several times.",
 )
-@click.option("--quantities", metavar="NAMES", help="Quantities to show, such as delta,imep.")
+@click.option(
+    "--quantities",
+    metavar="NAMES",
+    shell_complete=complete_quantities,
+    help="Quantities to show, such as delta,imep.",
+)
 @click.option(
     "--sort",
     metavar="NAME",
@@ -157,6 +163,7 @@ def compare(first: Path, second: Path, tolerance: str | None) -> None:
 @click.option(
     "--quantities",
     metavar="NAMES",
+    shell_complete=complete_quantities,
     help="Quantities to write, such as delta,imep. Default: all that have one number for each "
     "design.",
 )

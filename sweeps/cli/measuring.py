@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from sweeps.cli.arguments import number_of, output_option, overwrite_option, quiet_option
+from sweeps.cli.completing import complete_scene
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import check_output, files_of, writing
 
@@ -14,7 +15,7 @@ __all__ = ["cylinders", "measured", "train"]
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @output_option()
 @overwrite_option()
 @quiet_option
@@ -41,7 +42,7 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @output_option()
 @overwrite_option()
 @quiet_option
@@ -69,7 +70,7 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @click.option(
     "--false-alarms",
     default="1e-4",

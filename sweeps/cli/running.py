@@ -25,6 +25,7 @@ from sweeps.cli.arguments import (
     threads_option,
     untrusted_option,
 )
+from sweeps.cli.completing import complete_scene
 from sweeps.cli.exits import (
     DESIGNS_FAILED,
     announce_compiling,
@@ -54,7 +55,7 @@ SHOWN = 10
 
 
 @click.command()
-@click.argument("scene")
+@click.argument("scene", shell_complete=complete_scene)
 @output_option()
 @overwrite_option()
 @resume_option

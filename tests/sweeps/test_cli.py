@@ -15,11 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from click.shell_completion import ShellComplete
 
 import sweeps
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS
+from sweeps.cli.main import main
 from sweeps.presenting.lists import symbol_text
 from sweeps.presenting.published import text as reference_text
 from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
@@ -363,6 +365,24 @@ def test_what_is_not_found_is_said() -> None:
     assert "nothing found" in refused("list", "quantities", "xyzzy")
     assert "nothing found" in refused("list", "engines", "steam")
     assert ok("list", "engines", "kakaitsas").startswith("ntua ")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("run the", ["thesis"]),
+        ("info nt", ["ntua"]),
+        ("identify x.toml --vary inertia,load_exp", ["inertia,load_exponent"]),
+        ("show a.nc --quantities delta,omega_ma", ["delta,omega_max"]),
+        ("new my.toml --for b11", ["b112"]),
+        ("run ./my", ["./my"]),  # of the shell's own files
+        ("sho", ["show"]),
+    ],
+)
+def test_the_shell_completes(words: str, expected: list[str]) -> None:
+    *before, last = words.split(" ")
+    complete = ShellComplete(main, {}, "engine-dyn", "_ENGINE_DYN_COMPLETE")
+    assert [item.value for item in complete.get_completions(before, last)] == expected
 
 
 def test_other_words_belong_to_quantities() -> None:
