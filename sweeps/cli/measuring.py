@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,7 +13,35 @@ from sweeps.cli.completing import complete_scene
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import check_output, files_of, writing
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.scene.model import Scene
+
 __all__ = ["cylinders", "measured", "train"]
+
+
+def _read(scene: str, output: Path, overwrite: bool) -> Scene:
+    """The scene, after a look at what would be written."""
+    from sweeps.scene.reading import read_scene
+
+    read = read_scene(scene)
+    check_output(output, overwrite, *files_of(read))
+    return read
+
+
+def _write(
+    make: Callable[[], xr.Dataset], text: Callable[[xr.Dataset], str], output: Path,
+    overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
+    """Compute a result, write it, and tell it."""
+    from sweeps.archive.netcdf import write
+
+    with writing(output):
+        found = make()
+        write(found, output, overwrite=overwrite)
+    if not quiet:
+        say(text(found))
 
 
 @click.command()
@@ -26,19 +56,11 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     Prints delta, raw and with the errors of the teeth taken out, beside the computed one, and
     writes all curves to a netCDF archive, which `plot` draws.
     """
-    from sweeps.scene.reading import read_scene
-
-    read = read_scene(scene)
-    check_output(output, overwrite, *files_of(read))
-    from sweeps.archive.netcdf import write
+    read = _read(scene, output, overwrite)
     from sweeps.measuring.measured import measured as compare
     from sweeps.presenting.measured import measured_text
 
-    with writing(output):
-        found = compare(read)
-        write(found, output, overwrite=overwrite)
-    if not quiet:
-        say(measured_text(found))
+    _write(lambda: compare(read), measured_text, output, overwrite, quiet)
 
 
 @click.command()
@@ -54,19 +76,11 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     follow from the mean cycle. Beside it stand the train closed on itself, with the jump that this
     forces, and each cycle as if it repeated for ever.
     """
-    from sweeps.scene.reading import read_scene
-
-    read = read_scene(scene)
-    check_output(output, overwrite, *files_of(read))
-    from sweeps.archive.netcdf import write
+    read = _read(scene, output, overwrite)
     from sweeps.measuring.recorded_train import follow_cycles
     from sweeps.presenting.recorded_trains import train_text
 
-    with writing(output):
-        found = follow_cycles(read)
-        write(found, output, overwrite=overwrite)
-    if not quiet:
-        say(train_text(found))
+    _write(lambda: follow_cycles(read), train_text, output, overwrite, quiet)
 
 
 @click.command()
@@ -96,18 +110,13 @@ def cylinders(
     Prints for each cylinder how its imep differs from that of the others, with the threshold below
     which a cycle is called missed, and writes the deviation of every cycle to a netCDF archive.
     """
-    from sweeps.scene.reading import read_scene
-
-    read = read_scene(scene)
-    check_output(output, overwrite, *files_of(read))
+    read = _read(scene, output, overwrite)
     rate = number_of(false_alarms, "--false-alarms")
     deviation = number_of(tooth_deviation, "--tooth-deviation")
-    from sweeps.archive.netcdf import write
     from sweeps.measuring.cylinder_deviations import cylinder_deviations
     from sweeps.presenting.cylinder_deviations import deviations_text
 
-    with writing(output):
-        found = cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation)
-        write(found, output, overwrite=overwrite)
-    if not quiet:
-        say(deviations_text(found))
+    _write(
+        lambda: cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation),
+        deviations_text, output, overwrite, quiet,
+    )  # fmt: skip

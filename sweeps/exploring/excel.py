@@ -46,7 +46,7 @@ def check_rows(rows: int, path: Path) -> None:
 
 @contextmanager
 def workbook(
-    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
+    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Write sheets of results, axes, assumptions and provenance.
 
@@ -58,10 +58,7 @@ def workbook(
         Of the results, by the names of their columns.
     archive : Dataset
         What they come from.
-    heads : mapping of str
-        Not used: units have a row.
     """
-    del heads
     from openpyxl import Workbook
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter

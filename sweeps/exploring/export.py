@@ -99,16 +99,21 @@ def export(
     left_out = [] if quantities else [str(n) for n in archive.data_vars if n not in names]
     if path.suffix.lower() == ".xlsx":
         check_rows(math.prod(shape), path)
-    heads = {n: f"{n} [{unit}]" for n, v in columns.items() if head_units and (unit := unit_of(v))}
+    written = {_head(n, v) if head_units else n: v for n, v in columns.items()}
     rows = 0
-    with archives.replaced(path) as partial, opener(partial, columns, archive, heads) as put:
-        for _, extent, arrays in ranges(columns, dims, shape, 8.0 * ROWS, in_order=True):
+    with archives.replaced(path) as partial, opener(partial, written, archive) as put:
+        for _, extent, arrays in ranges(written, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
             if "status" in table:
                 table["status"] = _OUTCOMES[table["status"]]
             put(table)
             rows += len(next(iter(table.values())))
     return Exported(rows, tuple(columns), tuple(left_out))
+
+
+def _head(name: str, variable: xr.Variable) -> str:
+    unit = unit_of(variable)
+    return f"{name} [{unit}]" if unit else name
 
 
 _OUTCOMES = np.array(MEANINGS, dtype=object)
@@ -150,15 +155,11 @@ Put = Callable[[Mapping[str, Any]], None]
 
 
 @contextmanager
-def _csv(
-    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
-) -> Iterator[Put]:
+def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
     import pandas as pd
 
     with path.open("w", encoding="utf-8", newline="") as stream:
-        pd.DataFrame(columns=[heads.get(n, n) for n in columns]).to_csv(
-            stream, index=False, lineterminator="\n"
-        )
+        pd.DataFrame(columns=list(columns)).to_csv(stream, index=False, lineterminator="\n")
 
         def put(table: Mapping[str, Any]) -> None:
             pd.DataFrame(dict(table)).to_csv(stream, index=False, header=False, lineterminator="\n")
@@ -167,9 +168,7 @@ def _csv(
 
 
 @contextmanager
-def _parquet(
-    path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset, heads: Mapping[str, str]
-) -> Iterator[Put]:
+def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) -> Iterator[Put]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
+from engine_dyn.units import RPM
 from sweeps.errors import SceneError, not_known, shown
+from sweeps.reading.unit_registry import unit_registry
 
 __all__ = ["READABLE", "converted", "factor", "unit_choices"]
 
@@ -19,13 +21,6 @@ SHOWN = {
     "rad s-1": "rad/s", "rad s-2": "rad/s²", "m3": "m³",
 }  # fmt: skip
 """How a unit is written."""
-
-
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
 _WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
@@ -41,7 +36,7 @@ def _parsed(text: str) -> Any:
     if _UNIT.fullmatch(plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
-            return _registry().Unit(words)
+            return unit_registry().Unit(words)
         except Exception:  # pint raises several kinds, and lets Python's own through
             pass
     raise SceneError(f"unit {shown(text)}: must be a unit such as kW, rpm, MPa or N*m")
@@ -59,14 +54,14 @@ def factor(unit: str, wanted: str) -> float:
     if unit == wanted:
         return 1.0
     if wanted == READABLE.get(unit):  # without the registry, which takes a third of a second
-        quick = {"rpm": 30.0 / 3.141592653589793, "mm": 1e3}
+        quick = {"rpm": 1.0 / RPM, "mm": 1e3}
         return quick.get(wanted, 1e-3)
     one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
     if not one.is_compatible_with(other):
         raise SceneError(
             f"unit {shown(wanted)}: does not fit a quantity in {SHOWN.get(unit, unit) or '1'}"
         )
-    return float(_registry().Quantity(1.0, one).to(other).magnitude)
+    return float(unit_registry().Quantity(1.0, one).to(other).magnitude)
 
 
 def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:

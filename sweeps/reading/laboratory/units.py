@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from sweeps.errors import SceneError, shown
 from sweeps.reading.libraries import library
+from sweeps.reading.unit_registry import unit_registry
 
 __all__ = ["PressureUnit", "angle_factor", "is_angle_unit", "pressure_unit", "unit_of_name"]
 
@@ -109,13 +110,6 @@ def unit_of_name(name: str, label: str) -> str:
     return ""
 
 
-@lru_cache(maxsize=1)
-def _registry_of_pint() -> Any:
-    import pint
-
-    return pint.UnitRegistry()
-
-
 def _registry(label: str) -> Any:
     library("pint", "pint", label)
-    return _registry_of_pint()
+    return unit_registry()
