@@ -7,6 +7,7 @@ never reach a person.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,12 +21,14 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
+from sweeps.ratios import number_or_ratio
 
 __all__ = [
     "Strict",
     "allowed",
     "check_range",
     "check_structure",
+    "is_ratio",
     "known_key",
     "number",
     "numbers",
@@ -193,6 +196,8 @@ def known_key(
 def number(raw: Any, where: str, node: Node | None = None) -> float:
     """Return a finite number; a text such as "2 kg" and a truth value are refused.
 
+    Of a parameter without a unit, the text may be a fraction such as "1/200".
+
     Raises
     ------
     SceneError
@@ -208,16 +213,26 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     names = dict(node.named) if node is not None else {}
     if isinstance(raw, str) and raw in names:
         return names[raw]
+    if isinstance(raw, str) and is_ratio(node):
+        with contextlib.suppress(ValueError):
+            return number_or_ratio(raw)
     unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
     hint = ""
     if isinstance(raw, str):
         hint = " without quotes or unit"
+        if is_ratio(node):
+            hint += ", or a fraction such as '1/200'"
         if names:
             listed = "', '".join(names)
             hint += f", or one of '{listed}'"
     elif isinstance(raw, list | dict):
         hint = ", not a list or table"
     raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")
+
+
+def is_ratio(node: Node | None) -> bool:
+    """Whether a parameter is a ratio, which may be written as a fraction."""
+    return node is not None and node.unit == "1" and not node.whole
 
 
 def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:

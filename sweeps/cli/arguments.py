@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from sweeps.errors import SceneError, one_line, plain_number
+from sweeps.ratios import number_or_ratio
 
 __all__ = [
     "PATH",
@@ -114,7 +115,7 @@ def new_points(text: str) -> tuple[str, list[float]]:
     """Return the axis and the values of "speed=1600,1700"."""
     name, _, values = text.partition("=")
     try:
-        found = [plain_number(value) for value in values.split(",")]
+        found = [number_or_ratio(value) for value in values.split(",")]
     except ValueError:
         found = []
     if not name.strip() or not found or not all(math.isfinite(value) for value in found):
@@ -156,7 +157,11 @@ def percentages(text: str) -> list[float]:
 
 
 def axis_slice(text: str, option: str = "--select") -> tuple[str, float | str]:
-    """Return the axis and the number or word of "load=50" or "method=newton"."""
+    """Return the axis and the number or word of "load=50" or "method=newton".
+
+    A fraction such as "1/200" stays a text, which `nearest` and figures read where the axis is one
+    of numbers: a design may be named so.
+    """
     axis, separator, value = text.partition("=")
     if not separator or not axis.strip() or not value.strip():
         raise SceneError(f"{option} {one_line(text, 60)}: must be AXIS=VALUE, such as load=50")

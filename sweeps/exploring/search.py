@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
 from engine_dyn.types import Floats, Integers
-from sweeps.errors import SceneError, counted, not_known, plain_number, shown
+from sweeps.errors import SceneError, counted, not_known, shown
 from sweeps.exploring.ranges import ranges
+from sweeps.ratios import number_or_ratio, ratio_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ class Constraint:
     limit: float
 
     def __str__(self) -> str:
-        return f"{self.name} {self.sign} {self.limit:.6g}"
+        return f"{self.name} {self.sign} {ratio_text(self.limit)}"
 
     def holds(self, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         """Where values fulfil it; never for NaN."""
@@ -70,14 +71,12 @@ def constraint(text: str) -> Constraint:
     SceneError
         For anything but a name, a sign, and a number or a fraction of two.
     """
-    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*([^/\s]+)\s*(?:/\s*([^/\s]+)\s*)?", text)
+    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*(.+?)\s*", text)
     try:
         if found is None:
             raise ValueError
-        limit = plain_number(found[3]) / plain_number(found[4] or "1")
-        if not math.isfinite(limit):
-            raise ValueError
-    except (ValueError, ZeroDivisionError):
+        limit = number_or_ratio(found[3])
+    except ValueError:
         raise SceneError(
             f"condition {shown(text)}: must be a name, one of <= >= < >, and a number, such as "
             "'delta <= 1/150'"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.errors import SceneError, not_known, shown
+from sweeps.ratios import number_or_ratio
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,9 +25,9 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     archive : Dataset
         As `open` or `run` returns it.
     **values : float or str
-        A value of each axis to be cut, in the units of the archive, or a word of an axis of words:
-        `nearest(archive, load=50, method="newton")`. Of equally near values the first is taken;
-        a design may also be named, `case="B"`.
+        A value of each axis to be cut, in the units of the archive, a fraction such as "1/200", or
+        a word of an axis of words: `nearest(archive, load=50, method="newton")`. Of equally near
+        values the first is taken; a design may also be named, `case="B"`.
 
     Returns
     -------
@@ -68,6 +70,9 @@ def _place_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, 
     if name not in axes:
         known = [*words, *(a for a in axes if a not in words)]
         raise SceneError(f"{name}: not an axis of the archive{not_known(name, known)}")
+    if isinstance(value, str):
+        with contextlib.suppress(ValueError):
+            value = number_or_ratio(value)
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise SceneError(f"{name} = {shown(value)}: must be a finite number")
     if not math.isfinite(value):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +16,7 @@ from engine_dyn.types import Integers
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
 from sweeps.figures.views import MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
+from sweeps.ratios import number_or_ratio
 
 MOST_ASIDES = 4
 """Families away from the nominal design that get curves; a grid of designs has many more."""
@@ -244,11 +246,17 @@ def _selected(view: View, dim: str, value: float | str) -> int:
         hint = did_you_mean(dim, axes) or f"; its axes are {', '.join(axes) or 'none'}"
         raise SceneError(f"select: the archive has no axis {shown(dim)}{hint}")
     axis = view.axis(dim)
+    given = value
     if isinstance(value, str):
         if axis.words and shorten(value) in axis.words:
             return axis.words.index(shorten(value))
-        allowed = ", ".join(axis.words[:20]) if axis.words else "numbers"
-        raise SceneError(f"select: {dim} is {shown(value)}, allowed: {allowed}")
+        try:
+            value = math.nan if axis.words else number_or_ratio(value)
+        except ValueError:
+            value = math.nan
+        if math.isnan(value):
+            allowed = ", ".join(axis.words[:20]) if axis.words else "numbers"
+            raise SceneError(f"select: {dim} is {shown(str(given))}, allowed: {allowed}")
     if not np.isfinite(value):
         raise SceneError(f"select: {dim} must be a finite number, not {value}")
     numbers = np.asarray(axis.variable.values if not axis.words else axis.values, dtype=float)

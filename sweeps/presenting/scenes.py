@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.errors import counted, one_line
+from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
     from sweeps.scene.model import Scene
@@ -38,7 +39,9 @@ def scene_text(scene: Scene, name: str) -> str:
     lines.append(f"  its values, sources and assumptions: engine-dyn info {named}{assumed}")
     if scene.settings:
         lines += ["", "set"]
-        lines += [f"  {key} = {value:.10g} {_about(key)}" for key, value in scene.settings.items()]
+        for key, value in scene.settings.items():
+            number = ratio_text(value, 10) if key == "wanted_delta" else f"{value:.10g}"
+            lines.append(f"  {key} = {number} {_about(key)}")
     words = {k: v for k, v in scene.source.get("set", {}).items() if k not in scene.settings}
     lines += [f"  {key} = {one_line(value, 200)}" for key, value in words.items()]
     lines += ["", f"varies, {counted(_designs(scene), 'design')}", *_varying(scene)]

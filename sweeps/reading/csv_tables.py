@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sweeps.errors import SceneError, counted, one_line, plain_number, shown
+from sweeps.ratios import number_or_ratio
 from sweeps.reading.referred_files import read_text
 
 __all__ = ["CsvTable", "csv_of_text", "find_header", "parse_rows", "read_csv", "with_line"]
@@ -48,8 +49,10 @@ class CsvTable:
         place = self.header.index(column)
         return tuple(row[place] for row in self.rows)
 
-    def numbers(self, column: str, *, blanks: bool = False) -> list[float]:
+    def numbers(self, column: str, *, blanks: bool = False, ratios: bool = False) -> list[float]:
         """Return one column as finite numbers, a blank field as NaN where blanks are allowed.
+
+        With `ratios`, fractions such as 1/200 are numbers too.
 
         Raises
         ------
@@ -57,22 +60,23 @@ class CsvTable:
             For anything else, with the line.
         """
         return [
-            self._number(column, text, line, blanks)
+            self._number(column, text, line, blanks, ratios)
             for text, line in zip(self.texts(column), self.lines, strict=True)
         ]
 
-    def _number(self, column: str, text: str, line: int, blanks: bool) -> float:
+    def _number(self, column: str, text: str, line: int, blanks: bool, ratios: bool) -> float:
         if blanks and not text:
             return math.nan
         try:
-            value = plain_number(text)
+            value = number_or_ratio(text) if ratios else plain_number(text)
         except ValueError:
             pass
         else:
             if math.isfinite(value):
                 return value
         what = shown(text) if text else "a blank field"
-        also = " or blank" if blanks else ""
+        also = " or a fraction such as 1/200" if ratios else ""
+        also += " or blank" if blanks else ""
         raise SceneError(
             f"{self.name}, line {line}: {column} = {what}: must be a finite number{also}"
         )

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.checks import allowed, check_range, known_key, outside
+from sweeps.checks import allowed, check_range, is_ratio, known_key, number, outside
 from sweeps.dimensions import LABELS
 from sweeps.errors import SceneError, counted, one_line, shown
 
@@ -67,9 +67,11 @@ def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict
 
 
 def check_kind(key: str, node: Node | None, kind: Any, shown_as: str, name: str) -> None:
-    """Check that labels are texts and parameters are numbers."""
+    """Check that labels are texts and parameters are numbers; ratios may be either."""
     letter = "U" if kind is str else getattr(kind, "kind", "O")
     text, numeric = letter in "US", letter in "iuf"
+    if text and is_ratio(node):
+        return
     if (node is None and not text) or (node is not None and not numeric):
         what = "texts" if node is None else "numbers"
         raise SceneError(f"{name}: {key}: holds {shown(shown_as)}; must be {what}")
@@ -87,10 +89,16 @@ def check_units(key: str, node: Node | None, units: Any, name: str) -> None:
 def take_numbers(
     columns: DesignColumns, key: str, values: Any, missing: npt.NDArray[np.bool_], begin: int
 ) -> None:
-    """Check that no number is missing or outside its range, and append them from row `begin` on."""
+    """Check that no number is missing or outside its range, and append them from row `begin` on.
+
+    Numbers, and of ratios texts such as "1/200".
+    """
     node = columns.nodes[key]
     assert node is not None
-    numbers = np.array(values, dtype=np.float64)
+    if np.asarray(values).dtype.kind in "OU":
+        numbers = _of_texts(columns.name, key, node, values, begin)
+    else:
+        numbers = np.array(values, dtype=np.float64)
     missing = missing | np.isnan(numbers)
     if missing.any():
         row = begin + int(np.argmax(missing)) + 1
@@ -103,3 +111,21 @@ def take_numbers(
         row = begin + int(bad[0]) + 1
         check_range(numbers[bad[0]], f"{columns.name}, row {row}: {key}", node)
     columns.take(key, numbers)
+
+
+def _of_texts(name: str, key: str, node: Node, values: Any, begin: int) -> Floats:
+    """Numbers of a column of fractions and numbers; NaN where a value is missing or blank."""
+    return np.array(
+        [
+            np.nan
+            if value is None or (isinstance(value, str) and not value.strip())
+            else _of_text(value, f"{name}, row {row}: {key}", node)
+            for row, value in enumerate(values, start=begin + 1)
+        ]
+    )
+
+
+def _of_text(value: Any, where: str, node: Node) -> float:
+    if isinstance(value, int | float):
+        return float(value)
+    return number(str(value).strip(), where, node)

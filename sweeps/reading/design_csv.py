@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.checks import check_range, outside
+from sweeps.checks import check_range, is_ratio, outside
 from sweeps.errors import SceneError
 from sweeps.reading.csv_tables import CsvTable, find_header, parse_rows
 from sweeps.reading.design_columns import DesignColumns, known_columns
@@ -111,7 +111,7 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
         if node is None:
             columns.take(key, table.texts(key))
             continue
-        values = np.array(table.numbers(key), dtype=np.float64)
+        values = np.array(table.numbers(key, ratios=is_ratio(node)), dtype=np.float64)
         bad = np.flatnonzero(outside(values, node))
         if bad.size:
             check_range(values[bad[0]], f"{columns.name}, line {lines[bad[0]]}: {key}", node)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.dimensions import DESIGN, LABELS
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, one_line
 from sweeps.reading.design_columns import (
     ROWS,
@@ -41,8 +41,8 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
     what = "a table of designs (Parquet)"
     with reading(name, what, "a Parquet file", pa.ArrowException):
         opened_file(path).close()  # its error says more than that of the library
-        labels = [f.name for f in pq.read_schema(path) if f.name in LABELS and is_text(f.type)]
-        # Labels stay a dictionary, because runs of long texts would fill the memory.
+        labels = [f.name for f in pq.read_schema(path) if is_text(f.type)]
+        # Texts stay a dictionary, because runs of long texts would fill the memory.
         file = pq.ParquetFile(path, read_dictionary=labels)
     with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
@@ -75,7 +75,10 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
                     columns.take(key, _labels_of(values))
                 else:
                     missing = np.asarray(values.is_null().to_numpy(zero_copy_only=False))
-                    numbers = values.to_numpy(zero_copy_only=False)
+                    is_texts = pa.types.is_dictionary(values.type)
+                    numbers = (
+                        _labels_of(values) if is_texts else values.to_numpy(zero_copy_only=False)
+                    )
                     take_numbers(columns, key, numbers, missing, begin)
                 begin += batch.num_rows
             if begin != file.metadata.num_rows:

@@ -60,8 +60,12 @@ def read_design_xlsx(path: Path, name: str) -> DesignColumns:
         missing = np.array([value is None for value in values])
         for row, value in enumerate(values, start=1):
             if not (value is None or type(value) in (int, float)):
-                check_kind(key, nodes[key], object, str(value), f"{name}, row {row}")
-        given = [np.nan if value is None else float(value) for value in values]
+                kind = str if isinstance(value, str) else object
+                check_kind(key, nodes[key], kind, str(value), f"{name}, row {row}")
+        if any(isinstance(value, str) for value in values):
+            given = np.array(values, dtype=object)
+        else:
+            given = np.array([np.nan if value is None else float(value) for value in values])
         take_numbers(columns, key, given, missing, 0)
     return columns
 

@@ -11,7 +11,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
-from sweeps.checks import check_range, check_structure, known_key, number, numbers
+from sweeps.checks import check_range, check_structure, is_ratio, known_key, number, numbers
 from sweeps.dimensions import ARRANGEMENT, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, shown
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
@@ -103,7 +103,9 @@ def _axis(key: str, raw: Any, name: str) -> Floats:
     node = _parameter(key, "axes", name)
     where = f"{name}: [axes] {key}"
     if isinstance(raw, dict):
-        values = _range(raw, where)
+        ends = {end: number(raw[end], f"{where} {end}", node) for end in ("start", "stop")
+                if isinstance(raw.get(end), str) and is_ratio(node)}  # fmt: skip
+        values = _range({**raw, **ends}, where)
     elif isinstance(raw, list | np.ndarray):
         values = numbers(raw, where, node)
     else:

@@ -11,11 +11,13 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from sweeps.checks import is_ratio
 from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.schema_parts import (
+    FRACTION,
     ONE_ARRANGEMENT,
     Schema,
     closed,
@@ -43,6 +45,9 @@ def scene_schema() -> Schema:
     schema: Schema = plain_schema(SceneFile.model_json_schema())
     tables: dict[str, Schema] = schema.pop("$defs")
     tables["Range"] = plain_schema(Range.model_json_schema())
+    tables["RatioRange"] = plain_schema(Range.model_json_schema())
+    for end in ("start", "stop"):
+        tables["RatioRange"]["properties"][end] = {"anyOf": [{"type": "number"}, FRACTION]}
     written_out = plain_schema(ArrangementTable.model_json_schema())
     tables |= {**written_out.pop("$defs"), "ArrangementTable": written_out}
     parameters = {name: value_schema(node) for name, node in PARAMETERS.items()}
@@ -116,7 +121,10 @@ def scene_schema() -> Schema:
 def _axis(name: str) -> Schema:
     return {
         "description": PARAMETERS[name].long_name,
-        "anyOf": [{**list_of(reference(name)), "uniqueItems": True}, reference("Range")],
+        "anyOf": [
+            {**list_of(reference(name)), "uniqueItems": True},
+            reference("RatioRange" if is_ratio(PARAMETERS[name]) else "Range"),
+        ],
     }
 
 

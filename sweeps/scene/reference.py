@@ -13,6 +13,7 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
+from sweeps.checks import is_ratio
 from sweeps.dimensions import DESIGN, INERTIA_MODEL, LABELS, METHOD
 from sweeps.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.reading.csv_tables import CsvTable, read_csv
@@ -85,7 +86,11 @@ def _placed(
     columns: dict[str, Floats] = {}
     for quantity in quantities:
         columns[quantity] = np.full(shape, np.nan)
-        for place, value in zip(places, table.numbers(quantity, blanks=True), strict=True):
+        for place, value in zip(
+            places,
+            table.numbers(quantity, blanks=True, ratios=QUANTITIES[quantity].unit == "1"),
+            strict=True,
+        ):
             columns[quantity][place] = value
     return columns
 
@@ -124,6 +129,11 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
     return quantities
 
 
+def _numbers(table: CsvTable, key: str) -> list[float]:
+    """Column of a parameter; of a ratio also fractions."""
+    return table.numbers(key, ratios=is_ratio(PARAMETERS.get(key)))
+
+
 def _same(a: float, b: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     return np.isclose(np.asarray(b, dtype=float), a, rtol=SAME, atol=1e-12)
 
@@ -136,7 +146,7 @@ def _check_constants(table: CsvTable, scene: Scene, used: Sequence[str]) -> None
         here = scene.settings.get(key, scene.engine.values.get(key))
         solver = getattr(scene, key, None) if key in SOLVER_COLUMNS else here
         expected = here if solver is None else solver
-        for value, line in zip(table.numbers(key), table.lines, strict=True):
+        for value, line in zip(_numbers(table, key), table.lines, strict=True):
             if expected is None or not _same(value, expected):
                 has = "no value" if expected is None else f"{expected:g}"
                 raise SceneError(
@@ -158,7 +168,7 @@ def _axis_index(table: CsvTable, scene: Scene, axis: str) -> list[int]:
                 )
             found.append(values.index(word))
         return found
-    for value, line in zip(table.numbers(axis), table.lines, strict=True):
+    for value, line in zip(_numbers(table, axis), table.lines, strict=True):
         hits = np.flatnonzero(_same(value, values))
         if len(hits) == 0:
             listed = one_line(", ".join(f"{v:g}" for v in values), 200)
@@ -204,14 +214,14 @@ def _values_of(table: CsvTable, scene: Scene, key: str) -> tuple[list[Any], npt.
     if key in scene.labels:
         wanted: list[Any] = [one_line(text) for text in table.texts(key)]
         return wanted, np.array(scene.labels[key], dtype=object)
-    return list(table.numbers(key)), scene.designs[key]
+    return _numbers(table, key), scene.designs[key]
 
 
 def _check_order(table: CsvTable, scene: Scene, key: str) -> None:
     """Check that each row has the label or value of the design of the same place."""
     texts = table.texts(key)
     labels = scene.labels.get(key)
-    numbers_here = None if labels is not None else table.numbers(key)
+    numbers_here = None if labels is not None else _numbers(table, key)
     for i, line in enumerate(table.lines):
         if labels is not None:
             same, expected = one_line(texts[i]) == labels[i], shown(labels[i])

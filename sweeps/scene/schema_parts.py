@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from engine_dyn.quantities.node import Node
-from sweeps.checks import allowed
+from sweeps.checks import allowed, is_ratio
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 
 __all__ = [
@@ -23,6 +23,9 @@ __all__ = [
 ]
 
 Schema = dict[str, Any]
+
+FRACTION: Schema = {"type": "string", "pattern": "^[^/]+/[^/]+$"}
+"""A ratio as a fraction, such as "1/200"."""
 
 
 def plain_schema(schema: Any) -> Any:
@@ -57,9 +60,12 @@ def value_schema(node: Node) -> Schema:
     if node.high < math.inf:
         number["maximum" if node.high_included else "exclusiveMaximum"] = node.high
     about = {"description": f"{node.long_name}: {allowed(node)}"}
+    ways = [number]
+    if is_ratio(node):
+        ways.append(FRACTION)
     if node.named:
-        return {**about, "anyOf": [number, {"enum": [name for name, _ in node.named]}]}
-    return {**about, **number}
+        ways.append({"enum": [name for name, _ in node.named]})
+    return {**about, **number} if len(ways) == 1 else {**about, "anyOf": ways}
 
 
 def unit_text(node: Node) -> str:

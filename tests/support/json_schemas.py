@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 TYPES: dict[str, Any] = {
@@ -13,7 +14,7 @@ KNOWN = {
     "$schema", "$defs", "$ref", "title", "description", "default", "type", "properties",
     "additionalProperties", "required", "minProperties", "items", "minItems", "maxItems",
     "uniqueItems", "enum", "const", "anyOf", "oneOf", "minimum", "maximum", "exclusiveMinimum",
-    "exclusiveMaximum", "multipleOf", "minLength",
+    "exclusiveMaximum", "multipleOf", "minLength", "pattern",
 }  # fmt: skip
 
 
@@ -58,7 +59,9 @@ def fits(value: Any, schema: Any, definitions: dict[str, Any]) -> bool:
     if isinstance(value, bool):
         return True
     if isinstance(value, str):
-        return len(value) >= schema.get("minLength", 0)
+        return len(value) >= schema.get("minLength", 0) and bool(
+            re.search(schema.get("pattern", ""), value)
+        )
     return (
         value >= schema.get("minimum", value)
         and value <= schema.get("maximum", value)

@@ -1,0 +1,115 @@
+"""Fractions such as 1/200 where a ratio is wanted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import xarray as xr
+
+from sweeps.cli.arguments import axis_slice, new_points
+from sweeps.errors import SceneError
+from sweeps.exploring.search import constraint
+from sweeps.exploring.slices import nearest
+from sweeps.ratios import number_or_ratio, ratio_text
+from sweeps.reading.design_files import read_designs
+from sweeps.scene.reading import read_scene
+
+
+def scene(**tables):
+    return {"engine": "ntua", "output": {"quantities": ["inertia_required"]}, **tables}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1/200", 1 / 200), (" 1 / 200 ", 1 / 200), ("0.5/100", 0.005), ("0.02", 0.02), ("3/1", 3.0)],
+)
+def test_read(text, value):
+    assert number_or_ratio(text) == value
+
+
+@pytest.mark.parametrize("text", ["1/0", "1/", "/200", "1/2/3", "x", "", "1_0/2", "1e308/1e-308"])
+def test_refused(text):
+    with pytest.raises(ValueError):  # noqa: PT011
+        number_or_ratio(text)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1 / 200, "1/200"), (0.005, "1/200"), (1 / 150, "1/150"), (0.03, "0.03"), (0.0, "0"),
+     (0.5, "0.5"), (-0.01, "-0.01"), (1 / 150.1, "0.00666223"), (float("nan"), "nan")],
+)  # fmt: skip
+def test_shown_again(value, text):
+    assert ratio_text(value) == text
+
+
+def test_scene_reads_them_everywhere():
+    assert read_scene(scene(set={"wanted_delta": "1/200"})).settings["wanted_delta"] == 1 / 200
+    axis = read_scene(scene(axes={"wanted_delta": ["1/100", 0.005, "pump"]})).axes["wanted_delta"]
+    np.testing.assert_array_equal(axis, [1 / 100, 0.005, 1 / 30])
+    ends = {"start": "1/300", "stop": "1/100", "num": 3}
+    axis = read_scene(scene(axes={"wanted_delta": ends})).axes["wanted_delta"]
+    np.testing.assert_allclose(axis, np.linspace(1 / 300, 1 / 100, 3), rtol=1e-15)
+    column = read_scene(scene(designs={"wanted_delta": ["1/100", 0.005]})).designs["wanted_delta"]
+    np.testing.assert_array_equal(column, [1 / 100, 0.005])
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"set": {"wanted_delta": "1/0"}}, "wanted_delta = '1/0': must be a finite number"),
+        ({"set": {"wanted_delta": "5/2"}}, "wanted_delta = 2.5: must be a finite number above 0"),
+        ({"set": {"speed": "3000/2"}}, "speed = '3000/2': must be a finite number in rpm without"),
+        ({"set": {"cylinders": "8/2"}}, "cylinders = '8/2': must be a finite number without"),
+        ({"axes": {"speed": {"start": "1/2", "stop": 2.0, "num": 2}}}, "must be a finite number"),
+    ],
+)
+def test_only_ratios(tables, words):
+    with pytest.raises(SceneError) as told:
+        read_scene(scene(**tables))
+    assert words in str(told.value)
+
+
+def _table(path: Path) -> Path:
+    texts = ["1/100", "1/200", "0.02"]
+    if path.suffix == ".csv":
+        path.write_text("wanted_delta,speed\n" + "".join(f"{t},1500\n" for t in texts))
+    elif path.suffix == ".xlsx":
+        book = openpyxl.Workbook()
+        book.active.append(["wanted_delta", "speed"])
+        book.active.append(["1", "rpm"])
+        for text in ["1/100", "1/200", 0.02]:
+            book.active.append([text, 1500])
+        book.save(path)
+    elif path.suffix == ".parquet":
+        pq.write_table(pa.table({"wanted_delta": texts, "speed": [1500.0] * 3}), path)
+    else:
+        columns = {"wanted_delta": ("row", texts), "speed": ("row", [1500.0] * 3)}
+        xr.Dataset(columns).to_netcdf(path, engine="netcdf4")
+    return path
+
+
+@pytest.mark.parametrize("ending", [".csv", ".xlsx", ".parquet", ".nc"])
+def test_tables_of_designs(tmp_path, ending):
+    columns, _ = read_designs(_table(tmp_path / f"designs{ending}"), "designs")
+    np.testing.assert_array_equal(columns["wanted_delta"], [1 / 100, 1 / 200, 0.02])
+
+
+def test_wrong_fraction_in_a_table_is_told_with_its_line(tmp_path):
+    path = tmp_path / "designs.csv"
+    path.write_text("wanted_delta\n1/100\n1/x\n")
+    with pytest.raises(SceneError, match="line 3: wanted_delta = '1/x': must be a finite number"):
+        read_designs(path, "designs")
+
+
+def test_conditions_and_slices():
+    assert constraint("delta<=1/200").limit == 1 / 200
+    assert str(constraint("delta <= 1 / 200")) == "delta <= 1/200"
+    assert axis_slice("wanted_delta=1/200") == ("wanted_delta", "1/200")
+    assert new_points("wanted_delta=1/200,0.01") == ("wanted_delta", [1 / 200, 0.01])
+    axis = xr.Dataset(coords={"wanted_delta": [0.01, 0.005], "inertia": [1.0, 2.0]})
+    assert float(nearest(axis, wanted_delta="1/200").wanted_delta) == 0.005
