@@ -71,9 +71,9 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
             for i in picked
         ]
         change = None
-        if any(_far_apart(lines) for lines in traces):
-            change, label = _deviation, DEVIATION
-            traces = [[_deviation(line) for line in lines] for lines in traces]
+        if any(far_apart(lines) for lines in traces):
+            change, label = deviation, DEVIATION
+            traces = [[deviation(line) for line in lines] for lines in traces]
         share = comparable(traces)
         figure, panels = new_sheet(rows, columns, 0.5 + 1.75 * rows, sharex=True, sharey=share)
         for panel, index in zip(panels, picked, strict=False):
@@ -87,11 +87,11 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
         figure, panels = new_sheet(1, 1, 3.3)
         room, height = 5.0, 2.8
         drawn = draw_curves(panels[0], view, name, axis, {}, entries)
-        if _far_apart(drawn):
+        if far_apart(drawn):
             figure, panels = new_sheet(2, 1, 4.9, sharex=True)
             height, entries = 2.2, {}
             draw_curves(panels[0], view, name, axis, {}, entries)
-            draw_curves(panels[1], view, name, axis, {}, {}, _deviation)
+            draw_curves(panels[1], view, name, axis, {}, {}, deviation)
             y_label(panels[1], DEVIATION, height)
         lowest = list(panels[-1:])
     for panel in lowest:
@@ -116,7 +116,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
     )
 
 
-def _far_apart(curves: Sequence[Floats]) -> bool:
+def far_apart(curves: Sequence[Floats]) -> bool:
     """Whether lines lie so far apart that their own swings can hardly be seen."""
     curves = [curve[np.isfinite(curve)] for curve in curves]
     curves = [curve for curve in curves if curve.size]
@@ -127,7 +127,8 @@ def _far_apart(curves: Sequence[Floats]) -> bool:
     return max(means) - min(means) > 1.5 * max(swings) > 0
 
 
-def _deviation(values: Floats) -> Floats:
+def deviation(values: Floats) -> Floats:
+    """Deviation of a closed curve from its mean over the cycle, in percent."""
     known = np.isfinite(values)
     known[-1] = False  # the first value again
     mean = values[known].mean() if known.any() else np.nan

@@ -43,6 +43,7 @@ from dataclasses import dataclass
 from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
+from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
 from sweeps.figures.curves import curves
 from sweeps.figures.cylinder_deviations import deviation_names, deviations
 from sweeps.figures.fitted import fitted_names, fitted_speeds
@@ -52,6 +53,7 @@ from sweeps.figures.indicator import (
     work_diagrams,
     work_names,
 )
+from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
 from sweeps.figures.orders import orders
@@ -71,6 +73,7 @@ from sweeps.figures.torques import (
     torque_components,
 )
 from sweeps.figures.traces import over_angle
+from sweeps.figures.turning_moment import turning_moment, turning_names
 from sweeps.figures.views import RUNNING, View
 
 __all__ = ["KINDS", "Kind", "figures_of"]
@@ -138,6 +141,10 @@ KINDS = (
          component_names, torque_components),
     Kind("torque_and_speed", "torque, load torque and speed of the nominal design",
          torque_and_speed_names, torque_and_speed, shared=True),
+    Kind("turning_moment", "torque, load and their areas of excess, with the levels of energy",
+         turning_names, turning_moment, shared=True),
+    Kind("load_curves", "pressure, torque and speed over the crank angle, a line for each load",
+         load_curve_names, load_curves, shared=True),
     Kind("cylinders", "torque and speed of engines with different numbers of cylinders",
          torque_and_speed_names, cylinders, shared=True),
     Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
@@ -151,6 +158,8 @@ KINDS = (
          deviation_names, deviations),
     Kind("together", "forces of the mechanism in one panel", grouped_names, groups),
     Kind("polar", "loads of pins and journals as polar diagrams", polar_names, polar_diagrams),
+    Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
+         bearing_load_names, bearing_loads, shared=True),
     Kind("curves", "any other variable over the crank angle", _running("crank_angle"), curves,
          general=True),
     Kind("orders", "any other variable over the order", _running("order"), orders, general=True),

@@ -353,6 +353,8 @@ def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
         "torque_components_load_exponent",
         "torque_components_cylinders",
         "torque_and_speed",
+        "turning_moment",
+        "load_curves",
         "cylinders",
         "omega_inertia",
         "omega_inertia_cylinders_8",

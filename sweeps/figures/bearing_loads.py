@@ -1,0 +1,118 @@
+"""Loads of the bearings over the speed: largest and mean loads of pins and journals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.figures.marks import DASHES, MARKERS, shade
+from sweeps.figures.scales import left_labels, parameter_ticks, x_label
+from sweeps.figures.sheet import (
+    Entries,
+    NamedFigures,
+    bare_panels,
+    finish,
+    grid_of,
+    lowest_panels,
+    new_sheet,
+)
+from sweeps.figures.study import Study
+from sweeps.figures.views import MOST_PANELS, View, facet_of, pick, picked_text, stem_of
+from sweeps.figures.wording import unit_in_brackets
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SPEED, JOURNALS = "speed", "main_bearing"
+
+BEARINGS = {
+    "crank_pin_load": "crank pin, cylinder 1",
+    "piston_pin_load": "piston pin, cylinder 1",
+    "main_journal_load": "main journal",
+}
+"""Beginnings of the names of loads, and what bears them."""
+
+SIZES = {"_max": "largest", "_mean": "mean"}
+"""Endings, and what of the cycle they are."""
+
+
+def bearing_load_names(view: View) -> list[str]:
+    """Largest and mean loads over the speed, if there are two or more."""
+    names = [load + size for load in BEARINGS for size in SIZES]
+    found = [name for name in names if view.has(name) and SPEED in view.array(name).dims]
+    return found if len(found) > 1 else []
+
+
+def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw largest and mean loads of all bearings over the speed; of the journals the most loaded.
+
+    Of the main journals, the one whose largest load is greatest over all speeds is drawn, and the
+    legend names it.
+    """
+    for whole, along in study.along(names):
+        if along != SPEED or not whole.varies(names, along):
+            continue
+        facet = facet_of(whole, names, [SPEED, JOURNALS])
+        view = whole.only(names, [SPEED, JOURNALS, facet])
+        across = view.axis(facet) if facet else None
+        shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
+        rows, columns = grid_of(len(shown))
+        height = 0.5 + 1.85 * rows if across else 3.3
+        figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
+        entries: Entries = {}
+        for panel, index in zip(panels, shown, strict=False):
+            _lines(panel, view.cut({facet: index}) if facet else view, names, entries)
+            parameter_ticks(panel, view.axis(SPEED), "x", 5.0 / columns)
+            if across:
+                panel.set_title(across.tag(index))
+        panels[0].set_ylim(bottom=0.0)
+        bare_panels(panels, len(shown), columns)
+        for panel in lowest_panels(panels, len(shown), columns):
+            x_label(panel, view.axis(SPEED).label, 5.0 / columns)
+        label = "Load of the bearing" + unit_in_brackets(view.array(names[0]))
+        left_labels(panels, columns, label, 1.5 if across else 2.8)
+        yield (
+            stem_of("bearing_loads", view, SPEED),
+            finish(
+                figure, "Loads of the bearings over the speed",
+                [*view.notes(names), picked_text(across, MOST_PANELS)], entries,
+                caption=view.caption, below=across is not None, spare=panels[len(shown) :],
+            ),
+        )  # fmt: skip
+
+
+def _lines(panel: Axes, view: View, names: Sequence[str], entries: Entries) -> None:
+    """Draw one line for each load: a colour for each bearing, dashes for mean loads."""
+    speed = view.axis(SPEED).values
+    for rank, (load, bearing) in enumerate(BEARINGS.items()):
+        journal, text = _most_loaded(view, names, load), bearing
+        if journal is not None:
+            text += f" {view.axis(JOURNALS).text(journal)}, the most loaded"
+        for size, said in SIZES.items():
+            if load + size not in names:
+                continue
+            array = view.array(load + size)
+            if journal is not None and JOURNALS in array.dims:
+                array = array.isel({JOURNALS: journal})
+            values = np.asarray(array.values, dtype=float)
+            if not np.isfinite(values).any():
+                continue
+            (line,) = panel.plot(
+                speed, np.broadcast_to(values, speed.shape), color=shade(rank / 2),
+                linestyle="-" if size == "_max" else DASHES[1], marker=MARKERS[rank],
+                markerfacecolor=None if size == "_max" else "white",
+                markevery=max(speed.size // 20, 1),
+            )  # fmt: skip
+            entries.setdefault(f"{text}: {said} load", line)
+
+
+def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:
+    """The journal with the greatest load of all; None for what is no journal."""
+    name = next((load + size for size in SIZES if load + size in names), None)
+    if name is None or JOURNALS not in view.array(name).dims:
+        return None
+    values = np.asarray(view.array(name).transpose(JOURNALS, ...).values, dtype=float)
+    largest = np.nanmax(values.reshape(len(values), -1), axis=1, initial=-np.inf)
+    return int(np.argmax(largest))

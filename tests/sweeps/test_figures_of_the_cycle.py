@@ -1,0 +1,191 @@
+"""Turning-moment diagram, curves by load, bearing loads over speed: what is drawn, from datasets
+made here."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
+from sweeps.figures.load_curves import load_curve_names, load_curves
+from sweeps.figures.sheet import STYLE
+from sweeps.figures.study import Study, study_of
+from sweeps.figures.turning_moment import turning, turning_moment, turning_names
+
+ANGLES = np.arange(-360.0, 360.0, 1.0)
+PHI = np.radians(ANGLES)
+
+
+def variable(dims: object, values: object, name: str, units: str) -> tuple[object, object, dict]:
+    return (dims, values, {"long_name": name, "units": units})
+
+
+def cycle(loads: tuple[float, ...] = (50.0, 100.0)) -> xr.Dataset:
+    """Torque of a sine about a mean that follows the load, with a load torque that wavers."""
+    load = np.asarray(loads)[:, None]
+    curve = ("load", "crank_angle")
+    return xr.Dataset(
+        {
+            "torque": variable(curve, load * (1.0 + 3.0 * np.sin(PHI)), "torque", "N m"),
+            "load_torque": variable(
+                curve, load * (1.0 + 0.1 * np.sin(2.0 * PHI)), "load torque", "N m"
+            ),
+            "omega": variable(curve, 100.0 - 0.01 * load * np.cos(PHI), "speed", "rad s-1"),
+            "pressure": variable(curve, 1.0 + load * np.exp(-(PHI**2)), "pressure", "bar"),
+        },
+        coords={
+            "load": variable("load", np.asarray(loads), "engine load", "percent"),
+            "crank_angle": variable("crank_angle", ANGLES, "crank angle", "degree"),
+        },
+    )
+
+
+def bearings() -> xr.Dataset:
+    speed = np.array([1000.0, 2000.0, 3000.0])
+    journals = np.stack([speed, 2.0 * speed, np.full(3, np.nan)], axis=1)
+    of_journals = ("speed", "main_bearing")
+    return xr.Dataset(
+        {
+            "crank_pin_load_max": variable("speed", 5e3 - speed, "largest load", "N"),
+            "crank_pin_load_mean": variable("speed", 0.5 * speed, "mean load", "N"),
+            "main_journal_load_max": variable(of_journals, journals, "largest load", "N"),
+            "main_journal_load_mean": variable(of_journals, 0.4 * journals, "mean load", "N"),
+        },
+        coords={
+            "speed": variable("speed", speed, "engine speed", "rpm"),
+            "main_bearing": variable("main_bearing", [1, 2, 3], "main journal", "1"),
+        },
+    )
+
+
+def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        return dict(kind(study, names(study.view)))  # type: ignore[operator]
+
+
+def words(figure: Figure) -> str:
+    found = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
+    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+# --- turning-moment diagram --------------------------------------------------------------------
+
+
+def test_areas_of_a_sine_are_those_of_its_integral() -> None:
+    closed = np.append(ANGLES, 360.0)
+    found = turning(closed, 7.0 + 300.0 * np.sin(np.radians(closed + 20.0)), np.full(721, 7.0))
+    # from zero to zero of a sin(phi): 2 a
+    assert found.areas == pytest.approx([-600.0, 600.0, -600.0, 600.0], rel=1e-4)
+    assert found.angle[found.crossings] == pytest.approx([-200.0, -20.0, 160.0, 340.0], abs=1e-3)
+    assert found.swing == pytest.approx(600.0, rel=1e-4)
+    assert found.energy.min() == 0.0
+
+
+def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    def excess(phi: float) -> float:
+        return 40.0 * np.sin(phi) + 70.0 * np.sin(2.0 * phi + 0.4) + 25.0 * np.cos(0.5 * phi)
+
+    closed = np.append(ANGLES, 360.0)
+    torque = np.array([excess(phi) for phi in np.radians(closed)])
+    found = turning(closed, torque, np.zeros_like(torque))
+    signs = np.flatnonzero(np.diff(np.sign(torque)))
+    zeros = [brentq(excess, *np.radians(closed[[i, i + 1]])) for i in signs]
+    inside = [quad(excess, *pair)[0] for pair in pairwise(zeros)]
+    assert found.areas[:-1] == pytest.approx(inside, rel=1e-3)
+    # over a closed cycle of mean zero, all areas sum to nothing
+    assert found.areas.sum() == pytest.approx(0.0, abs=1e-9)
+    levels = np.cumsum([0.0, *inside])
+    assert found.swing == pytest.approx(np.ptp(levels), rel=1e-3)
+
+
+def test_the_load_torque_bounds_the_areas_where_it_balances_the_torque() -> None:
+    study = study_of(cycle(), {"load": 100.0})
+    figure = drawn(turning_moment, turning_names, study)["turning_moment"]
+    torque, resistance = figure.axes[0].lines[:2]
+    angle = np.radians(resistance.get_xdata())
+    # both curves are straight between the degrees of the archive
+    assert resistance.get_ydata() == pytest.approx(
+        100.0 * (1.0 + 0.1 * np.sin(2.0 * angle)), abs=2e-3
+    )
+    assert torque.get_ydata() == pytest.approx(100.0 * (1.0 + 3.0 * np.sin(angle)), abs=0.02)
+    # 3 sin less 0.1 sin of twice the angle, from 0 to pi: 2 * 3, the other gives nothing
+    assert "W = 600 J" in words(figure)
+    energy = figure.axes[1].lines[0].get_ydata()
+    assert np.ptp(energy) == pytest.approx(600.0, rel=1e-3)
+    assert "+600" in words(figure) and "\N{MINUS SIGN}600" in words(figure)
+
+
+def test_a_load_torque_that_does_not_balance_gives_way_to_the_mean() -> None:
+    data = cycle()
+    data["load_torque"] = data["load_torque"] * 0.5
+    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
+    assert figure.axes[0].lines[1].get_ydata() == pytest.approx(100.0)
+    assert "Mean torque" in words(figure)
+
+
+def test_large_energies_are_in_kilojoules() -> None:
+    data = cycle()
+    data["torque"] = data["torque"] * 1000.0
+    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
+    assert "W = 600 kJ" in words(figure)
+    assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
+
+
+# --- curves by load ----------------------------------------------------------------------------
+
+
+def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
+    data = cycle((0.0, 50.0, 100.0))
+    figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
+    names = ("pressure", "torque", "load_torque", "omega")
+    assert len(figure.axes) == len(names)
+    for panel, name in zip(figure.axes, names, strict=True):
+        lines = [line for line in panel.lines if len(line.get_xdata()) > 10]
+        assert len(lines) == 3
+        for line, values in zip(lines, data[name].values, strict=True):
+            assert line.get_ydata()[:-1] == pytest.approx(values)
+    assert "Curves of the cycle by load" in words(figure)
+
+
+def test_without_loads_another_axis_of_few_values_is_taken() -> None:
+    data = cycle().rename(load="inertia")
+    assert set(drawn(load_curves, load_curve_names, study_of(data, {}))) == {"inertia_curves"}
+
+
+def test_one_design_has_no_curves_by_load() -> None:
+    assert not drawn(load_curves, load_curve_names, study_of(cycle(), {"load": 50.0}))
+
+
+# --- bearings ----------------------------------------------------------------------------------
+
+
+def test_of_the_journals_the_most_loaded_is_drawn() -> None:
+    data = bearings()
+    study = study_of(data, {})
+    figure = drawn(bearing_loads, bearing_load_names, study)["bearing_loads_speed"]
+    lines = figure.axes[0].lines
+    expected = [
+        data["crank_pin_load_max"].values,
+        data["crank_pin_load_mean"].values,
+        data["main_journal_load_max"].values[:, 1],
+        data["main_journal_load_mean"].values[:, 1],
+    ]
+    assert [list(line.get_ydata()) for line in lines] == [list(values) for values in expected]
+    assert "main journal 2, the most loaded: largest load" in words(figure)
+    assert figure.axes[0].get_ylim()[0] == 0.0
+    assert figure.axes[0].get_ylim()[1] > 6000.0
+
+
+def test_one_load_alone_is_no_comparison_of_bearings() -> None:
+    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
