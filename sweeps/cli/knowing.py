@@ -36,12 +36,16 @@ def plan(scene: str) -> None:
 
 @click.command(name="list")
 @click.argument(
-    "what", required=False, type=click.Choice(["quantities", "engines", "scenes", "keys"])
+    "what",
+    required=False,
+    type=click.Choice(["quantities", "engines", "scenes", "keys", "classes"]),
 )
 @click.argument("words", nargs=-1)
 @guarded
 def list_(what: str | None, words: tuple[str, ...]) -> None:
-    """List quantities, engines, built-in scenes or keys of a scene. Default: all of them.
+    """List quantities, engines, built-in scenes, keys of a scene or classes of irregularity.
+
+    Without WHAT, all of them.
 
     The first word of each line is the name; quantities are grouped by subject. WORDS look for
     quantities by name, description and what else they are called: `engine-dyn list quantities

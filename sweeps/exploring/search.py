@@ -1,92 +1,38 @@
 """Designs are found in archives: the best under conditions, and the Pareto front.
 
+The best at every point of some axes is found in `sweeps.exploring.every_point`.
+
 An archive is read a range at a time: it may be larger than memory.
 """
 
 from __future__ import annotations
 
 import math
-import operator
-import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.status import MEANINGS, has_numbers
 from engine_dyn.types import Floats, Integers
-from sweeps.errors import SceneError, counted, not_known, shown
+from sweeps.errors import SceneError, counted, shown
+from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name, conditions_of
+from sweeps.exploring.every_point import best_at_every_point
 from sweeps.exploring.ranges import ranges
-from sweeps.ratios import number_or_ratio, ratio_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Constraint", "best", "constraint", "front_of", "pareto"]
+__all__ = ["best", "front_of", "pareto"]
 
 FRONT = "front"
 """Dimension along which the designs of a Pareto front lie."""
 
-_COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "<": operator.lt,
-    ">": operator.gt,
-}
-
-
-@dataclass(frozen=True)
-class Constraint:
-    """One condition on designs.
-
-    Attributes
-    ----------
-    name : str
-        A quantity or an axis.
-    sign : str
-        One of <=, >=, <, >.
-    limit : float
-        In the units of the archive.
-    """
-
-    name: str
-    sign: str
-    limit: float
-
-    def __str__(self) -> str:
-        return f"{self.name} {self.sign} {ratio_text(self.limit)}"
-
-    def holds(self, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Where values fulfil it; never for NaN."""
-        return np.asarray(_COMPARISONS[self.sign](values, self.limit))
-
-
-def constraint(text: str) -> Constraint:
-    """Read a condition such as "delta <= 1/150".
-
-    Raises
-    ------
-    SceneError
-        For anything but a name, a sign, and a number or a fraction of two.
-    """
-    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*(.+?)\s*", text)
-    try:
-        if found is None:
-            raise ValueError
-        limit = number_or_ratio(found[3])
-    except ValueError:
-        raise SceneError(
-            f"condition {shown(text)}: must be a name, one of <= >= < >, and a number, such as "
-            "'delta <= 1/150'"
-        ) from None
-    return Constraint(found[1], found[2], limit)
-
 
 def best(
     archive: xr.Dataset, *, least: str | None = None, most: str | None = None,
-    within: str | Sequence[str] = (),
+    within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (),
 ) -> xr.Dataset:  # fmt: skip
     """Find the design with the least, or most, of a quantity, under conditions.
 
@@ -97,24 +43,49 @@ def best(
     least, most : str
         A quantity or an axis; one of the two.
     within : str or sequence of str
-        Conditions such as "delta <= 1/150", all of which must hold.
+        Conditions such as "delta <= 1/150" or "delta <= generator", all of which must hold.
+    at_every : str or sequence of str
+        Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
+        `least` depends on them, its largest value there counts, of `most` the smallest.
+    not_counted : str or sequence of str
+        Only with `at_every`: outcomes such as "no_steady_state" (of an engine at idle, say). Points
+        that have one of them are left out; all others must fulfil the conditions.
 
     Returns
     -------
     Dataset
         The archive at that design; the first of several. Axes on which none of the names depends
-        stay. Designs that failed are not considered.
+        stay, and those of `at_every`. Designs that failed are not considered. With `at_every`, the
+        attribute `search` tells how many designs fulfil the conditions, how many are equally good,
+        and what was not counted.
 
     Raises
     ------
     SceneError
         For names that the archive does not have, or that have more than one value for each design,
         and where no design fulfils the conditions.
+
+    Examples
+    --------
+    >>> archive = sweeps.run(
+    ...     {
+    ...         "engine": "ntua",
+    ...         "axes": {"inertia": [5, 20, 40], "load": [50, 90], "speed": [1200, 1500]},
+    ...         "output": {"quantities": ["delta"]},
+    ...     }
+    ... )
+    >>> found = sweeps.best(
+    ...     archive, least="inertia", within="delta <= 1/200", at_every=["load", "speed"]
+    ... )
     """
     if (least is None) == (most is None):
         raise SceneError("best: needs one of least and most")
     name, sign = (least, 1.0) if least is not None else (str(most), -1.0)
-    conditions = _conditions(within)
+    conditions = conditions_of(within)
+    if at_every:
+        return best_at_every_point(archive, name, sign, conditions, at_every, not_counted)
+    if not_counted:
+        raise SceneError("best: not_counted is for at_every; designs that failed never count")
     found, smallest = -1, math.inf
     search = _Search(archive, [name], conditions)
     for places, (values,) in search.designs():
@@ -164,7 +135,7 @@ def pareto(
         if name not in (first, second):
             raise SceneError(f"pareto: most = {shown(name)}: must be {first} or {second}")
     signs = [-1.0 if name in largest else 1.0 for name in (first, second)]
-    search = _Search(archive, [first, second], _conditions(within))
+    search = _Search(archive, [first, second], conditions_of(within))
     front = np.empty((2, 0))
     found = np.empty(0, dtype=np.int64)
     for places, values in search.designs():
@@ -209,10 +180,6 @@ def _unbeaten(front: Floats, pairs: Floats) -> npt.NDArray[np.bool_]:
     return np.asarray((before < 0) | (pairs[1] <= front[1][before]))
 
 
-def _conditions(within: str | Sequence[str]) -> list[Constraint]:
-    return [constraint(text) for text in ([within] if isinstance(within, str) else within)]
-
-
 class _Search:
     """All designs of an archive with the values of some names, a range at a time."""
 
@@ -223,7 +190,7 @@ class _Search:
         self.conditions = list(conditions)
         known = [*self.names, *(c.name for c in self.conditions)]
         for name in known:
-            _check_name(archive, name)
+            check_name(archive, name)
         self.variables = {name: archive[name].variable for name in known}
         used = {d for v in self.variables.values() for d in v.dims}
         if "status" in archive and used.issuperset(archive["status"].dims):
@@ -240,7 +207,7 @@ class _Search:
             good = np.ones(extent, dtype=bool)
             for name in self.variables:
                 if name == "status":
-                    good &= np.isin(arrays[name], _WITH_NUMBERS)
+                    good &= np.isin(arrays[name], WITH_NUMBERS)
                 else:
                     good &= np.isfinite(arrays[name])
             self.solved += int(good.sum())
@@ -271,21 +238,3 @@ class _Search:
             return f"no design has a value of {' and '.join(self.names)}"
         each = ", ".join(f"{c} by {n}" for c, n in zip(self.conditions, self.alone, strict=True))
         return f"no design fulfils all conditions; of {solved}, {each}"
-
-
-_WITH_NUMBERS = [code for code in range(len(MEANINGS)) if has_numbers(code)]
-
-
-def _check_name(archive: xr.Dataset, name: str) -> None:
-    """Check that a name has one number for each design."""
-    from engine_dyn.quantities.graph import DIMENSIONS
-
-    known = [str(n) for n, v in archive.variables.items() if v.dtype.kind in "iuf"]
-    if name not in known:
-        raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
-    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS]
-    if curve:
-        raise SceneError(
-            f"{name}: not one number a design, it is over {', '.join(curve)}; take one first, such "
-            f"as its largest with .max('{curve[0]}'), or cut it with sweeps.nearest"
-        )

@@ -10,6 +10,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from sweeps.checks import allowed
 from sweeps.presenting.quantity_search import found_quantities
+from sweeps.ratios import ratio_text
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
@@ -62,6 +63,14 @@ def _keys() -> Lines:
     return [*keys, *CYLINDER_KEYS.items(), *TORQUE_TABLE_KEYS.items()]
 
 
+def _classes() -> Lines:
+    source = "Kakaitsas section 3.2.1; road vehicle: Power units, lecture 18"
+    return [
+        (name, f"delta {ratio_text(limit)} ({source})")
+        for name, limit in PARAMETERS["wanted_delta"].named
+    ]
+
+
 def _engines() -> Lines:
     return [(name, load_engine(name).title) for name in catalogue()]
 
@@ -77,5 +86,6 @@ LISTS: dict[str, Callable[[], Lines]] = {
     "engines": _engines,
     "scenes": _scenes,
     "keys": _keys,
+    "classes": _classes,
 }
 """What `engine-dyn list` takes beside quantities, and what makes its lines: name and text."""

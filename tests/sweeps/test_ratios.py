@@ -13,7 +13,7 @@ import xarray as xr
 
 from sweeps.cli.arguments import axis_slice, new_points
 from sweeps.errors import SceneError
-from sweeps.exploring.search import constraint
+from sweeps.exploring.conditions import constraint
 from sweeps.exploring.slices import nearest
 from sweeps.ratios import number_or_ratio, ratio_text
 from sweeps.reading.design_files import read_designs
@@ -34,7 +34,7 @@ def test_read(text, value):
 
 @pytest.mark.parametrize("text", ["1/0", "1/", "/200", "1/2/3", "x", "", "1_0/2", "1e308/1e-308"])
 def test_refused(text):
-    with pytest.raises(ValueError):  # noqa: PT011
+    with pytest.raises(ValueError):
         number_or_ratio(text)
 
 

@@ -16,7 +16,8 @@ import sweeps
 from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
 from sweeps.exploring import opening, ranges
-from sweeps.exploring.search import constraint, front_of
+from sweeps.exploring.conditions import constraint
+from sweeps.exploring.search import front_of
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive
@@ -250,7 +251,7 @@ def test_conditions(text: str, name: str, sign: str, limit: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "delta", "delta = 1", "delta <= ", "delta <= x", "delta <= 1/0", "delta <= nan",
+    "text", ["", "delta", "delta = 1", "delta <= ", "imep <= x", "delta <= 1/0", "delta <= nan",
              "1 <= delta <= 2", "delta <= 1/2/3", "__import__('os') < 1", "delta < 1e999"],
 )  # fmt: skip
 def test_what_is_no_condition(text: str, whole: xr.Dataset) -> None:

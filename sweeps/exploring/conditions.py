@@ -1,0 +1,122 @@
+"""Conditions on designs, such as "delta <= 1/150", and the names that they are about."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.ratios import number_or_ratio, ratio_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["WITH_NUMBERS", "Constraint", "check_name", "conditions_of", "constraint"]
+
+WITH_NUMBERS = [code for code in range(len(MEANINGS)) if has_numbers(code)]
+"""Outcomes of designs that have numbers."""
+
+_COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """One condition on designs.
+
+    Attributes
+    ----------
+    name : str
+        A quantity or an axis.
+    sign : str
+        One of <=, >=, <, >.
+    limit : float
+        In the units of the archive.
+    """
+
+    name: str
+    sign: str
+    limit: float
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.sign} {ratio_text(self.limit)}"
+
+    def holds(self, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        """Where values fulfil it; never for NaN."""
+        return np.asarray(_COMPARISONS[self.sign](values, self.limit))
+
+
+def constraint(text: str) -> Constraint:
+    """Read a condition such as "delta <= 1/150" or "delta <= generator".
+
+    Raises
+    ------
+    SceneError
+        For anything but a name, a sign, and a number, a fraction of two, or the name of a value,
+        such as a class of cyclic irregularity.
+    """
+    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>)\s*(.*?)\s*", text)
+    if found is None or not found[3]:
+        raise _no_condition(text)
+    limit = found[3].strip("'\"")
+    named = _named(found[1])
+    if limit in named:
+        return Constraint(found[1], found[2], named[limit])
+    try:
+        return Constraint(found[1], found[2], number_or_ratio(limit))
+    except ValueError:
+        if named and limit[:1].isalpha() and limit != "nan":
+            raise SceneError(
+                f"condition {shown(text)}: {shown(limit)}: unknown{not_known(limit, named)}, "
+                "or a number such as 1/150"
+            ) from None
+        raise _no_condition(text) from None
+
+
+def _no_condition(text: str) -> SceneError:
+    return SceneError(
+        f"condition {shown(text)}: must be a name, one of <= >= < >, and a number, such as "
+        "'delta <= 1/150'"
+    )
+
+
+def _named(name: str) -> dict[str, float]:
+    """Values of a quantity that have names: of delta those that may be wanted of it."""
+    node = PARAMETERS.get("wanted_delta" if name == "delta" else name)
+    return {} if node is None else dict(node.named)
+
+
+def conditions_of(within: str | Sequence[str]) -> list[Constraint]:
+    """Read one condition or several."""
+    return [constraint(text) for text in ([within] if isinstance(within, str) else within)]
+
+
+def check_name(archive: xr.Dataset, name: str) -> None:
+    """Check that a name has one number for each design.
+
+    Raises
+    ------
+    SceneError
+        For a name that the archive does not have, and for curves.
+    """
+    known = [str(n) for n, v in archive.variables.items() if v.dtype.kind in "iuf"]
+    if name not in known:
+        raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
+    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS]
+    if curve:
+        raise SceneError(
+            f"{name}: not one number a design, it is over {', '.join(curve)}; take one first, such "
+            f"as its largest with .max('{curve[0]}'), or cut it with sweeps.nearest"
+        )

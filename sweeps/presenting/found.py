@@ -1,0 +1,56 @@
+"""The design that a search found, as a text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from sweeps.errors import one_line
+from sweeps.exploring.every_point import TEXT
+from sweeps.exploring.rows import rows
+from sweeps.presenting.tables import rows_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["found_text"]
+
+MOST = 50
+"""Points of a design that are shown."""
+
+
+def found_text(
+    archive: xr.Dataset, found: xr.Dataset, quantities: Sequence[str] | None = None,
+    units: str | None = None, width: int | None = None,
+) -> str:  # fmt: skip
+    """Describe what `sweeps.best` returned.
+
+    Parameters
+    ----------
+    archive : Dataset
+        What was searched.
+    found : Dataset
+        The design.
+    quantities : sequence of str, optional
+        Those to show.
+    units : str, optional
+        As `rows_text` takes them.
+    width : int, optional
+        Of the terminal.
+
+    Raises
+    ------
+    SceneError
+        As `rows` and `rows_text`.
+    """
+    place = {
+        str(name): coordinate.item()
+        for name, coordinate in found.coords.items()
+        if coordinate.ndim == 0 and archive[name].ndim
+    }
+    lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
+    shown = rows(found, quantities=quantities, limit=MOST)
+    shown = replace(shown, fixed={**place, **shown.fixed})
+    lines.append(rows_text(shown, units, width))
+    return "\n".join(lines)

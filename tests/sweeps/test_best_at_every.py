@@ -1,0 +1,131 @@
+"""The best design at every value of some axes."""
+
+from __future__ import annotations
+
+import click.testing
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.cli.main import main
+from sweeps.errors import SceneError
+from sweeps.exploring import every_point, ranges
+from sweeps.exploring.conditions import constraint
+
+INERTIA = [9.0, 1.0, 3.0, 5.0]
+LOADS = [0.0, 50.0, 100.0]
+
+
+@pytest.fixture
+def archive() -> xr.Dataset:
+    """Delta over speed, inertia and load; no steady state at idle and high speed."""
+    speed, inertia, load = np.meshgrid([1000.0, 1500.0], INERTIA, LOADS, indexing="ij")
+    delta = (1.0 + load / 50.0) / inertia / speed
+    status = np.where((load == 0.0) & (speed > 1200.0), 2, 0).astype(np.int8)
+    dims = ("speed", "inertia", "load")
+    data = {
+        "delta": (dims, np.where(status == 0, delta, np.nan)),
+        "status": (dims, status),
+        "imep": (("load",), [0.0, 5.0, 9.0]),
+    }
+    return xr.Dataset(data, {"speed": [1000.0, 1500.0], "inertia": INERTIA, "load": LOADS})
+
+
+def test_holds_at_every_point(archive, monkeypatch):
+    monkeypatch.setattr(ranges.ranges, "__defaults__", (24.0,))  # three values at a time
+    monkeypatch.setattr(every_point, "AT_ONCE", 2)
+    loaded = archive.isel(load=[1, 2])
+    asked = {"within": "delta <= 1/1000", "at_every": ["load", "speed"]}
+    found = sweeps.best(loaded, least="inertia", **asked)
+    assert float(found["inertia"]) == 3.0  # delta is 3/(3 1000) at full load and 1000 rpm
+    assert found["delta"].dims == ("speed", "load")
+    assert float(found["delta"].max()) == pytest.approx(1 / 1000)
+    assert found.attrs["search"] == (
+        "3 of 4 designs fulfil delta <= 1/1000 at every load and speed"
+    )
+    heavy = sweeps.best(loaded, most="inertia", **asked)
+    assert float(heavy["inertia"]) == 9.0
+
+
+def test_axes_not_named_are_part_of_the_design(archive):
+    found = sweeps.best(
+        archive.isel(load=[1, 2]), least="inertia", within="delta <= 1/450", at_every="load"
+    )
+    assert float(found["inertia"]) == 1.0
+    assert float(found["speed"]) == 1500.0
+
+
+def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
+    condition = {"least": "inertia", "within": "delta <= 1/1000"}
+    with pytest.raises(SceneError) as told:
+        sweeps.best(archive, **condition, at_every=["load", "speed"])
+    assert "delta <= 1/1000 holds at every load and speed for 0" in str(told.value)
+    assert "4 lack numbers at some point" in str(told.value)
+    found = sweeps.best(
+        archive, **condition, at_every=["load", "speed"], not_counted="no_steady_state"
+    )
+    assert float(found["inertia"]) == 3.0
+    assert found.attrs["search"].endswith("not counted: no_steady_state, 4 of 24 points")
+
+
+def test_a_quantity_that_varies_counts_at_its_worst(archive):
+    found = sweeps.best(archive.isel(load=[1, 2]), least="delta", at_every=["load"])
+    assert float(found["inertia"]) == 9.0
+    assert float(found["speed"]) == 1500.0
+    few = sweeps.best(archive.isel(load=[1, 2]), most="delta", at_every=["load", "speed"])
+    assert float(few["inertia"]) == 1.0
+
+
+def test_equally_good_designs_are_counted():
+    data = {"delta": (("inertia", "stroke"), np.full((2, 3), 0.01))}
+    archive = xr.Dataset(data, {"inertia": [1.0, 2.0], "stroke": [0.1, 0.2, 0.3]})
+    found = sweeps.best(archive, least="delta", at_every="stroke")
+    assert float(found["inertia"]) == 1.0
+    assert "2 are equally good, this is the first" in found.attrs["search"]
+
+
+def test_conditions_by_name(archive):
+    assert constraint("delta <= generator").limit == 1 / 300
+    assert constraint('delta <= "pump, coarse"').limit == 1 / 20
+    with pytest.raises(SceneError, match="'pumps': unknown; did you mean 'pump'"):
+        constraint("delta <= pumps")
+    with pytest.raises(SceneError, match="must be a name, one of"):
+        constraint("imep <= generator")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"at_every": "lod"}, "at every 'lod': not an axis; did you mean 'load'"),
+        ({"at_every": "inertia"}, "is what is wanted least or most itself"),
+        ({"at_every": "load", "not_counted": "idle"}, "not counted: 'idle': unknown"),
+        ({"at_every": "load", "not_counted": "converged"}, "not counted: 'converged': unknown"),
+        ({"not_counted": "stalled"}, "not_counted is for at_every"),
+    ],
+)
+def test_refused(archive, options, words):
+    with pytest.raises(SceneError) as told:
+        sweeps.best(archive, least="inertia", within="delta <= 1", **options)
+    assert words in str(told.value)
+
+
+def test_command(archive, tmp_path):
+    path = tmp_path / "a.nc"
+    archive.attrs["scene"] = "{}"
+    archive.to_netcdf(path, engine="netcdf4")
+    arguments = ["best", str(path), "--least", "inertia", "--within", "delta <= 1/1000",
+                 "--at-every", "load,speed"]  # fmt: skip
+    runner = click.testing.CliRunner()
+    done = runner.invoke(main, [*arguments, "--not-counted", "no_steady_state"])
+    assert done.exit_code == 0, done.output
+    assert "3 of 4 designs fulfil delta <= 1/1000 at every load and speed" in done.output
+    assert "at inertia = 3" in done.output
+    failed = runner.invoke(main, arguments)
+    assert failed.exit_code == 2
+    assert failed.stderr.count("\n") == 1
+    assert "no design fulfils all conditions at every load and speed" in failed.stderr
+    sliced = runner.invoke(main, [*arguments[:-1], "speed", "--select", "load=100"])
+    assert "at load = 100, inertia = 3" in sliced.output
+    listed = runner.invoke(main, ["list", "classes"])
+    assert "generator, coarse     delta 1/150" in listed.output
