@@ -126,6 +126,6 @@ def test_command(archive, tmp_path):
     assert failed.stderr.count("\n") == 1
     assert "no design fulfils all conditions at every load and speed" in failed.stderr
     sliced = runner.invoke(main, [*arguments[:-1], "speed", "--select", "load=100"])
-    assert "at load = 100, inertia = 3" in sliced.output
+    assert "at inertia = 3, load = 100" in sliced.output
     listed = runner.invoke(main, ["list", "classes"])
     assert "generator, coarse     delta 1/150" in listed.output
