@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -227,20 +228,75 @@ def export(
     metavar="AXIS=VALUE",
     help="Value of an axis that is not drawn along. May be given several times.",
 )
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="KIND",
+    help="Draw this kind of figure alone. Several with commas, or given several times.",
+)
+@click.option(
+    "--list", "listed", is_flag=True, help="List the kinds that ARCHIVE gives; draw nothing."
+)
+@click.option(
+    "--target",
+    "targets",
+    multiple=True,
+    metavar="QUANTITY=VALUE",
+    help="Draw a line at this value in each figure of the quantity, such as delta=1/200.",
+)
+@click.option(
+    "--units",
+    metavar="NAME=UNIT",
+    help="Units of quantities, such as brake_power=hp,omega=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ and mm where they read better.",
+)
+@click.option(
+    "--style",
+    metavar="FILE",
+    help="A matplotlib style file, or the name of one of matplotlib's styles.",
+)
+@click.option(
+    "--size", metavar="WIDTHxHEIGHT", help="Size of each figure in millimetres, such as 160x100."
+)
+@click.option(
+    "--angle",
+    metavar="FIRST..LAST",
+    help="Crank angles of one cycle, such as 0..720. Default: those of the archive.",
+)
+@click.option(
+    "--zero",
+    default="firing-tdc",
+    show_default=True,
+    metavar="PLACE",
+    help="Where the crank angle is 0: firing-tdc, gas-exchange-tdc, bdc or expansion-bdc.",
+)
 @untrusted_option
 @guarded
-def plot(archive: Path, output: Path | None, file_format: str, slices: tuple[str, ...]) -> None:
+def plot(
+    archive: Path, output: Path | None, file_format: str, slices: tuple[str, ...], listed: bool,
+    units: str | None, **given: Any,
+) -> None:  # fmt: skip
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
     select = dict(axis_slice(text) for text in slices)
     from sweeps.reading.netcdf_files import check_file
 
     check_file(archive)
     folder = archive.with_suffix("") if output is None else output
-    check_folder(folder)
-    from sweeps.figures import draw
+    if not listed:
+        check_folder(folder)
+    from sweeps.figures import draw, options_of
 
-    with opened(archive) as dataset, writing(folder):
-        paths = draw(dataset, folder, file_format, select=select)
+    options = options_of(select=select, target=given.pop("targets"), **given)
+    with opened(archive) as dataset:
+        from sweeps.presenting.figure_kinds import kinds_text
+        from sweeps.presenting.readable_dataset import readable_dataset
+
+        readable = readable_dataset(dataset, units)
+        if listed:
+            say(kinds_text(readable, options))
+            return
+        with writing(folder):
+            paths = draw(readable, folder, file_format, options=options)
     for path in paths:
         say(path)
     if not paths:

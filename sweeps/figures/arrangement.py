@@ -30,16 +30,20 @@ PIN, BLOCK, TOP = 1.0, 1.9, 2.7
 
 def described(view: View) -> list[str]:
     """Return the attribute that describes the arrangement, if the archive has one."""
-    return ["arrangement"] if view.data.attrs.get("arrangement") else []
+    return ["arrangement"] if _listed(view) else []
+
+
+def _listed(view: View) -> list[Mapping[str, Any]]:
+    """Arrangements of two cylinders or more."""
+    described = json.loads(view.data.attrs.get("arrangement") or "[]")
+    listed = [described] if isinstance(described, dict) else described
+    return [one for one in listed if "period" in one and len(one["throws"]) > 1]
 
 
 def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a figure for each arrangement that the archive describes."""
-    described = json.loads(study.view.data.attrs["arrangement"])
-    listed = [described] if isinstance(described, dict) else described
+    listed = _listed(study.view)
     for number, one in enumerate(listed, start=1):
-        if "period" not in one or len(one["throws"]) < 2:
-            continue
         suffix = f"_{number}" if len(listed) > 1 else ""
         yield f"arrangement{suffix}", _figure(one)
 

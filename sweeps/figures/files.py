@@ -5,13 +5,16 @@ from __future__ import annotations
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 
 import xarray as xr
 
 from sweeps.errors import SceneError, shown
+from sweeps.figures.drawing import check_kinds, setting_of
 from sweeps.figures.kinds import figures_of
-from sweeps.figures.sheet import STYLE
+from sweeps.figures.options import Options
+from sweeps.figures.sheet import drawn_with
 from sweeps.figures.study import study_of
 from sweeps.figures.wording import slug
 
@@ -26,6 +29,7 @@ def draw(
     format: str = "png",
     *,
     select: Mapping[str, float | str] | None = None,
+    options: Options | None = None,
 ) -> list[Path]:
     """Draw every figure that an archive gives rise to.
 
@@ -44,6 +48,8 @@ def draw(
         axis of words the word itself). Axes that a figure has no room for and that are not named
         here are cut at the nominal design, the middle value or the first word. Either way the
         slice is stated in the title.
+    options : Options, optional
+        Kinds, style, size, crank angle and targets; `select` replaces its slices.
 
     Returns
     -------
@@ -53,20 +59,20 @@ def draw(
     Raises
     ------
     SceneError
-        For an unknown format, and for an axis or a word in `select` that the archive lacks, or a
-        number outside its axis.
+        For an unknown format or kind, for options that do not fit, and for an axis or a word in
+        `select` that the archive lacks, or a number outside its axis.
     """
-    import matplotlib
-
     if format not in FORMATS:
         raise SceneError(f"format is {shown(format)}, allowed: {', '.join(FORMATS)}")
-    study = study_of(dataset, select or {})
+    options = options or Options()
+    if select is not None:
+        options = replace(options, select=select)
+    check_kinds(dataset, options.only, options)
+    study = study_of(dataset, options.select, options)
     folder = Path(folder)
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with _together(folder) as unfinished, matplotlib.rc_context():
-        matplotlib.rcdefaults()  # a person's own settings would break the layout
-        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
-        for stem, figure in figures_of(study):
+    with _together(folder) as unfinished, drawn_with(setting_of(dataset, options), options.style):
+        for stem, figure in figures_of(study, options.only):
             path = folder / f"{slug(stem)}.{format}"
             if path not in unfinished:
                 unfinished[path] = folder / f".{path.name}.{secrets.token_hex(4)}.part"

@@ -48,13 +48,12 @@ def work_names(view: View) -> list[str]:
     """Pressure and what it is drawn over: the volume, or the travel of the piston."""
     if not over_angle(view, PRESSURE) or recorded_names(view):
         return []
-    return [PRESSURE, *[n for n in (VOLUME, TRAVEL) if over_angle(view, n)][:1]]
+    over = [name for name in (VOLUME, TRAVEL) if over_angle(view, name)][:1]
+    return [PRESSURE, *over] if over else []
 
 
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw p over V, and both logarithmic where the clearance volume is known."""
-    if len(names) < 2:
-        return
     # Axes that change the travel of the piston alone leave the loops nearly the same.
     found = study.along(names[:1])
     for whole, along in found:

@@ -29,7 +29,10 @@ Designs without an answer (``status``) are hatched in maps and marked on the fra
 the legend names the outcome; they are never drawn as numbers.
 
 To add a kind: write a function that takes a `Study` and the names of variables and yields figures
-with the names of their files, in a file of its own, and add a row to `KINDS`.
+with the names of their files, in a file of its own, and add a row to `KINDS`. It begins a figure by
+`sweeps.figures.sheet.new_sheet` and ends it by `finish`: size, style, a foreign ``ax`` and the line
+about engine and speed are theirs. What else a caller wants (target lines) stands in
+``study.view.options``.
 
 matplotlib is imported inside functions, and always as `Figure` on the Agg canvas: pyplot keeps
 figures alive and picks a backend for the whole process, which a library must not do.
@@ -57,7 +60,7 @@ from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
 from sweeps.figures.orders import orders
-from sweeps.figures.outcomes import outcomes_map
+from sweeps.figures.outcomes import outcome_names, outcomes_map
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
@@ -68,6 +71,7 @@ from sweeps.figures.together import grouped_names, groups
 from sweeps.figures.torques import (
     component_names,
     cylinders,
+    cylinders_names,
     torque_and_speed,
     torque_and_speed_names,
     torque_components,
@@ -86,25 +90,32 @@ class Kind:
     Parameters
     ----------
     name : str
-        One word for it.
+        Its name for people and for ``--only``: an identifier in small letters.
     shows : str
         What is drawn, as one line for people.
+    needs : str
+        What an archive must have for it, as the end of a sentence: "it needs ...".
     takes : callable
         Names of the variables of a view that it can draw; nothing is drawn where there are none.
     draw : callable
-        Figures of a study, each with the name of its file, from the names that `takes` gave.
+        Figures of a study, each with the name of its file, from the names that `takes` gave. The
+        first one is what `sweeps.figures.drawing.figure` returns.
     shared : bool
         Whether its variables get figures of general kinds too.
     general : bool
         Whether it draws only variables that no other kind takes for itself.
+    own_angle : bool
+        Whether it has an abscissa of its own: the options about the crank angle do not hold.
     """
 
     name: str
     shows: str
+    needs: str
     takes: Callable[[View], Sequence[str]]
     draw: Callable[[Study, Sequence[str]], NamedFigures]
     shared: bool = False
     general: bool = False
+    own_angle: bool = False
 
 
 def _over_angle(*names: str) -> Callable[[View], list[str]]:
@@ -123,63 +134,96 @@ def _running(dimension: str | None) -> Callable[[View], list[str]]:
     return takes
 
 
-def _status(view: View) -> list[str]:
-    return ["status"] if view.has("status") else []
-
-
 KINDS = (
-    Kind("arrangement", "crankshaft, banks and firing star", described, arrangements),
+    Kind("arrangement", "crankshaft, banks and firing star",
+         "an engine of two cylinders or more", described, arrangements),
     Kind("kinematics", "travel, velocity and acceleration of the piston",
-         _over_angle(*KINEMATICS), kinematics),
-    Kind("indicator", "pressure over the crank angle, linear and logarithmic",
-         _over_angle(*PRESSURE), indicator_diagrams),
-    Kind("work", "pressure over the volume, linear and logarithmic", work_names, work_diagrams,
-         shared=True),
-    Kind("recording", "sheet of a recorded pressure: cycles, work diagrams, heat release, spread",
-         recorded_names, recording_sheet),
+         "position, velocity or acceleration", _over_angle(*KINEMATICS), kinematics),
+    Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
+         "pressure", _over_angle(*PRESSURE), indicator_diagrams),
+    Kind("work_diagrams", "pressure over the volume, linear and logarithmic",
+         "pressure, and cylinder_volume or position", work_names, work_diagrams, shared=True),
+    Kind("recorded_pressure",
+         "sheet of a recorded pressure: cycles, work diagrams, heat release, spread",
+         "an evaluated recording (engine-dyn import)", recorded_names, recording_sheet,
+         own_angle=True),
     Kind("torque_components", "gas, inertia and friction torque with their sum",
+         "gas_torque, inertia_torque or friction_torque over the crank angle",
          component_names, torque_components),
     Kind("torque_and_speed", "torque, load torque and speed of the nominal design",
-         torque_and_speed_names, torque_and_speed, shared=True),
+         "torque and omega", torque_and_speed_names, torque_and_speed, shared=True),
     Kind("turning_moment", "torque, load and their areas of excess, with the levels of energy",
-         turning_names, turning_moment, shared=True),
+         "torque over the crank angle", turning_names, turning_moment, shared=True),
     Kind("load_curves", "pressure, torque and speed over the crank angle, a line for each load",
-         load_curve_names, load_curves, shared=True),
-    Kind("cylinders", "torque and speed of engines with different numbers of cylinders",
-         torque_and_speed_names, cylinders, shared=True),
-    Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
-         vector_names, shaking),
-    Kind("measured", "measured speed beside the computed one", measured_names, measured_speeds),
-    Kind("fitted", "fit to measured speeds: curves, residuals, predictions, correlations",
-         fitted_names, fitted_speeds),
-    Kind("train", "recorded cycles in a row: followed, closed, repeated", train_names,
-         recorded_train),
-    Kind("deviations", "imep of single cylinders by the measured speed: missed cycles, weak ones",
-         deviation_names, deviations),
-    Kind("together", "forces of the mechanism in one panel", grouped_names, groups),
-    Kind("polar", "loads of pins and journals as polar diagrams", polar_names, polar_diagrams),
-    Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
-         bearing_load_names, bearing_loads, shared=True),
-    Kind("curves", "any other variable over the crank angle", _running("crank_angle"), curves,
-         general=True),
-    Kind("orders", "any other variable over the order", _running("order"), orders, general=True),
-    Kind("numbers", "any other variable with a number for each design", _running(None), numbers,
-         general=True),
-    Kind("outcomes", "status of the designs over two axes", _status, outcomes_map),
-    Kind("published", "computed against published values", published_names, published,
+         "two of pressure, torque and omega over the crank angle", load_curve_names, load_curves,
          shared=True),
+    Kind("cylinders", "torque and speed of engines with different numbers of cylinders",
+         "torque and omega over the axis cylinders", cylinders_names, cylinders, shared=True),
+    Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
+         "shaking_force or shaking_moment", vector_names, shaking),
+    Kind("measured_speed", "measured speed beside the computed one",
+         "a comparison with a recording (engine-dyn measure)", measured_names, measured_speeds,
+         own_angle=True),
+    Kind("fitted_speed", "fit to measured speeds: curves, residuals, predictions, correlations",
+         "a fit (engine-dyn identify)", fitted_names, fitted_speeds, own_angle=True),
+    Kind("recorded_train", "recorded cycles in a row: followed, closed, repeated",
+         "recorded cycles in a row", train_names, recorded_train, own_angle=True),
+    Kind("cylinder_deviations",
+         "imep of single cylinders by the measured speed: missed cycles, weak ones",
+         "deviations of single cylinders", deviation_names, deviations, own_angle=True),
+    Kind("mechanism_forces", "forces of the mechanism in one panel",
+         "two forces of the piston or the mechanism", grouped_names, groups),
+    Kind("bearing_polar", "loads of pins and journals as polar diagrams",
+         "both components of a load over the crank angle", polar_names, polar_diagrams),
+    Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
+         "two loads of pins or journals along an axis speed", bearing_load_names, bearing_loads,
+         shared=True),
+    Kind("curves", "any other variable over the crank angle",
+         "a variable over the crank angle that no other kind draws", _running("crank_angle"),
+         curves, general=True),
+    Kind("orders", "any other variable over the order",
+         "a variable over the order, such as torque_order", _running("order"), orders,
+         general=True),
+    Kind("numbers", "any other variable with a number for each design",
+         "a number for each design, such as delta", _running(None), numbers, general=True),
+    Kind("outcomes", "status of the designs over two axes",
+         "two axes, and designs that failed", outcome_names, outcomes_map),
+    Kind("published", "computed against published values", "a scene's [reference]",
+         published_names, published, shared=True),
 )  # fmt: skip
 """Every kind of figure. This is the only list of them."""
 
 
-def figures_of(study: Study) -> NamedFigures:
-    """All figures of an archive with the names of their files; nothing for what is not there."""
-    found = {kind.name: kind.takes(study.view) for kind in KINDS}
+def figures_of(study: Study, only: Sequence[str] = ()) -> NamedFigures:
+    """All figures of an archive with the names of their files; nothing for what is not there.
+
+    Parameters
+    ----------
+    study : Study
+        From `sweeps.figures.study.study_of`.
+    only : sequence of str
+        Names of the kinds to draw; all of them if empty.
+    """
+    for kind, names in taken_by_kinds(study):
+        if names and (not only or kind.name in only):
+            yield from kind.draw(study.unturned() if kind.own_angle else study, names)
+
+
+def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
+    """Every kind with the variables that it draws of an archive; none where it has nothing."""
+    found = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
     special = [kind.name for kind in KINDS if not (kind.general or kind.shared)]
     taken = {name for kind in special for name in found[kind]}
+    chosen = study.view.options.quantities
     for kind in KINDS:
-        names = found[kind.name]
         if kind.general:
-            names = [n for n in names if n not in taken and not n.endswith(PUBLISHED)]
-        if names:
-            yield from kind.draw(study, names)
+            found[kind.name] = [
+                name
+                for name in found[kind.name]
+                if not name.endswith(PUBLISHED)
+                and name != "status"
+                and (name in chosen if chosen else name not in taken)
+            ]
+        elif chosen:
+            found[kind.name] = [name for name in found[kind.name] if name in chosen]
+    return [(kind, found[kind.name]) for kind in KINDS]

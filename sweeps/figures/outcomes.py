@@ -25,6 +25,7 @@ from sweeps.figures.study import Study
 from sweeps.figures.views import (
     MOST_PANELS,
     SOUND,
+    View,
     facet_of,
     key_text,
     meanings_of,
@@ -34,15 +35,24 @@ from sweeps.figures.views import (
 from sweeps.figures.wording import sentence
 
 
+def outcome_names(view: View) -> list[str]:
+    """The status, where there are two axes and some designs failed."""
+    if not view.has("status") or len(_axes(view)) < 2:
+        return []
+    return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
+
+
+def _axes(view: View) -> list[str]:
+    return [dim for dim in view.axes(["status"]) if dim != "design"]
+
+
 def outcomes_map(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw the status of the designs over two axes, if there are two and some designs failed."""
+    """Draw the status of the designs over two axes."""
     from matplotlib.patches import Patch
 
     view = study.view
-    axes = [dim for dim in view.axes(["status"]) if dim != "design"]
+    axes = _axes(view)
     codes = view.array("status").values
-    if len(axes) < 2 or np.isin(codes, SOUND).all():
-        return
     numeric = [dim for dim in axes if not view.axis(dim).words]
     pool = numeric if len(numeric) >= 2 else axes
     chosen = sorted(pool, key=lambda dim: -view.data.sizes[dim])[:2]

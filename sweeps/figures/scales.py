@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
+from sweeps.figures.sheet import room_scale
 from sweeps.figures.views import LEAST_SPAN, StudyAxis
 from sweeps.figures.wording import axis_label, digits_of, number_text, wrap
 
@@ -30,7 +31,7 @@ def left_labels(panels: Sequence[Axes], columns: int, text: str, height: float) 
 
 def x_label(axes: Axes, text: str, width: float) -> None:
     """Label of a panel `width` inches wide, broken to fit."""
-    axes.set_xlabel(wrap(text, max(14, int(width * 15.5))))
+    axes.set_xlabel(wrap(text, max(14, int(width * room_scale() * 15.5))))
 
 
 def no_ordinate(panel: Axes) -> None:
@@ -148,17 +149,18 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     low, high = axes.get_xlim()
-    four_stroke = high - low > 360 or low >= 0
-    per_degree = room / max(high - low, 1.0)
+    zero = float(angle.attrs.get("zero_at", 0.0))  # where it is counted from, after firing
+    four_stroke = high - low > 360 or low + zero >= 0
+    per_degree = room * room_scale() / max(high - low, 1.0)
     gap = " " if 180 * per_degree > 0.62 else "\n"
 
     def text(value: float, _: object) -> str:
         number = number_text(value)
         if value % 180:
             return number
-        if value % 360:
+        if (value + zero) % 360:
             return f"{number}\nBDC"
-        if value % 720 or not four_stroke:
+        if (value + zero) % 720 or not four_stroke:
             return f"{number}\nTDC"
         return f"{number}\nfiring{gap}TDC"
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from sweeps.errors import SceneError
 from sweeps.figures.views import LEAST_SPAN
 from sweeps.figures.wording import wrap
 
@@ -53,6 +57,9 @@ STYLE: dict[str, Any] = {
 """One style for all figures, for the 7 inch width of two journal columns; sizes in points."""
 
 WIDTH = 7.0
+LEGEND_BESIDE = 5.0
+"""Inches of a figure below which a legend beside the panels would leave them no room."""
+
 GREY = "#555555"
 OWN_ORDINATES = "each panel has its own ordinate"
 Entries = dict[str, "Artist"]
@@ -60,6 +67,51 @@ Entries = dict[str, "Artist"]
 
 NamedFigures = Iterator[tuple[str, "Figure"]]
 """Each figure with the name of its file, without the extension."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What holds for all figures that are drawn at one time.
+
+    Parameters
+    ----------
+    subject : str
+        Engine and speed: the first thing that the second line of each figure says.
+    inches : tuple of float, optional
+        Width and height of each figure; without it they follow from the panels.
+    ax : Axes, optional
+        A panel of somebody else's figure, which is drawn into in place of a new sheet.
+    """
+
+    subject: str = ""
+    inches: tuple[float, float] | None = None
+    ax: Axes | None = None
+
+
+_SETTING: ContextVar[Setting] = ContextVar("setting")
+_PLAIN = Setting()
+
+
+@contextmanager
+def drawn_with(setting: Setting, style: Mapping[str, Any]) -> Iterator[None]:
+    """Draw with this setting and style; a person's own settings of matplotlib do not matter."""
+    import matplotlib
+
+    token = _SETTING.set(setting)
+    try:
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()  # a person's own settings would break the layout
+            settings: Any = matplotlib.rcParams
+            settings.update({**STYLE, **style})
+            yield
+    finally:
+        _SETTING.reset(token)
+
+
+def room_scale() -> float:
+    """Width of the figures over the customary one, for texts that are broken to fit."""
+    inches = _SETTING.get(_PLAIN).inches
+    return inches[0] / WIDTH if inches else 1.0
 
 
 def new_sheet(
@@ -70,8 +122,16 @@ def new_sheet(
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+    setting = _SETTING.get(_PLAIN)
+    if setting.ax is not None:
+        if rows * columns > 1:
+            raise SceneError(
+                f"ax: this figure has {rows * columns} panels and needs a sheet of its own; "
+                "call it without ax"
+            )
+        return _figure_around(setting.ax), [setting.ax]
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    figure = Figure(figsize=(width, height), layout=layout)
+    figure = Figure(figsize=setting.inches or (width, height), layout=layout)
     FigureCanvasAgg(figure)
     return figure, list(figure.subplots(rows, columns, squeeze=False, **share).ravel())
 
@@ -131,38 +191,92 @@ def finish(
     spare : sequence of Axes
         Panels that are not used; the legend goes there if it fits.
     """
+    setting = _SETTING.get(_PLAIN)
+    said = "; ".join(note for note in (setting.subject, *notes) if note)
+    if setting.ax is not None:
+        return _finish_panel(setting.ax, title, entries or {}, legend_title)
     for panel in figure.axes:
         _widen(panel)
     width, height = figure.get_size_inches()
-    head = [(line, 9.5, "black") for line in wrap(title, int(width * 13.5)).split("\n")]
-    said = "; ".join(note for note in notes if note)
-    head += [(line, 8.0, GREY) for line in wrap(said, int(width * 16)).split("\n") if line]
-    foot = [(line, 7.0, GREY) for line in wrap(caption, int(width * 18)).split("\n") if line]
+    heads, notes_size, small = _points("figure.titlesize"), _points("axes.labelsize"), 7.0
+    ink = rc("text.color")
+    head = [(line, heads, ink) for line in wrap(title, int(width * 128 / heads)).split("\n")]
+    lines = wrap(said, int(width * 128 / notes_size)).split("\n")
+    head += [(line, notes_size, GREY) for line in lines if line]
+    foot = [(line, small, GREY) for line in wrap(caption, int(width * 18)).split("\n") if line]
     leading = 1.4 / 72
     top = 0.06 + sum(size * leading for _, size, _ in head)
     bottom = 0.04 + sum(size * leading for _, size, _ in foot)
 
+    if setting.inches and not spare:
+        below = below or width < LEGEND_BESIDE
     legend, wide, tall = _placed_legend(figure, entries or {}, legend_title, below, spare)
     aside, under = (0.0, tall) if below else (wide, 0.0)
-    height = height + tall if below else max(height, tall)
-    height += top + bottom
-    figure.set_figheight(height)
+    if setting.inches is None:
+        height = (height + tall if below else max(height, tall)) + top + bottom
+        figure.set_figheight(height)
     bounds = (
         0.0,
         (bottom + under) / height,
         1 - aside / width,
-        1 - (top + bottom + under) / height,
+        max(1 - (top + bottom + under) / height, 0.2),
     )
     figure.get_layout_engine().set(rect=bounds)  # type: ignore[call-arg, union-attr]
+    if setting.inches is not None:
+        _wrap_ordinates(figure, height - top - bottom - under)
     if legend is not None and (aside or under):
         legend.set_loc("upper right" if aside else "lower left")
         legend.set_bbox_to_anchor((0, bottom / height, 1, 1 - (top + bottom) / height))
-    for lines, start in ((head, 1 - 0.05 / height), (foot, bottom / height)):
+    for texts, start in ((head, 1 - 0.05 / height), (foot, bottom / height)):
         place = start
-        for text, size, colour in lines:
+        for text, size, colour in texts:
             figure.text(0.07 / width, place, text, size=size, color=colour, va="top")
             place -= size * leading / height
     return figure
+
+
+def _wrap_ordinates(figure: Figure, height: float) -> None:
+    """Break the labels of the ordinates for the height that the panels have in the end."""
+    for panel in figure.axes:
+        place = panel.get_subplotspec()
+        rows = place.get_gridspec().nrows if place else 1
+        text = panel.get_ylabel().replace("\n", " ")
+        panel.set_ylabel(wrap(text, max(14, int((0.8 * height / rows - 0.3) * 16))))
+
+
+def _finish_panel(
+    panel: Axes, title: str, entries: Mapping[str, Artist], legend_title: str
+) -> Figure:
+    """Title and legend of a panel in somebody else's figure, whose layout is theirs."""
+    figure = _figure_around(panel)
+    width = panel.get_window_extent().width / figure.dpi
+    panel.set_title(wrap(title, max(20, int(width * 15))), loc="left")
+    if entries:
+        texts = [wrap(text, 27) for text in entries]
+        panel.legend(list(entries.values()), texts, title=wrap(legend_title, 27) or None)
+    return figure
+
+
+def _figure_around(panel: Axes) -> Figure:
+    figure = panel.get_figure(root=True)
+    if figure is None:
+        raise SceneError("ax: must be a panel of a figure")
+    return figure
+
+
+def rc(name: str) -> Any:
+    """A setting of matplotlib as it holds now."""
+    import matplotlib
+
+    settings: Any = matplotlib.rcParams
+    return settings[name]
+
+
+def _points(name: str) -> float:
+    """A size of letters, which may be a word, in points."""
+    from matplotlib.font_manager import FontProperties
+
+    return float(FontProperties(size=rc(name)).get_size_in_points())
 
 
 def _widen(panel: Axes) -> None:

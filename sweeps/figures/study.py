@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
+from sweeps.figures.options import Options, check_targets, turned
 from sweeps.figures.views import MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
 from sweeps.ratios import number_or_ratio
@@ -54,6 +55,13 @@ class Study:
     """Families without it: the same, and the parameters in which they differ from it."""
     apart: bool = False
     """Whether some designs are in no family."""
+    given: xr.Dataset | None = None
+    """The archive itself, where the view counts the crank angle otherwise."""
+
+    def unturned(self) -> Study:
+        """The same study with the crank angle of the archive."""
+        options = replace(self.view.options, angle=None, zero="firing-tdc")
+        return self if self.given is None else study_of(self.given, options.select, options)
 
     def along(self, names: Sequence[str]) -> list[tuple[View, str | None]]:
         """Each axis that changes the variables, with the view in which it is an axis."""
@@ -198,8 +206,13 @@ def design_text(data: xr.Dataset, key: str, design: int) -> str:
     return value_text(variable, key, float(variable.values[design]))
 
 
-def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
+def study_of(
+    data: xr.Dataset, select: Mapping[str, float | str], options: Options | None = None
+) -> Study:
     """Cut what was selected and what has one value, sort the axes, find the families."""
+    options = options or Options()
+    check_targets(options, data)
+    given, data = data, turned(data, options)
     order: dict[Hashable, Any] = {}
     for dim in data.sizes:
         own = data.variables.get(dim)
@@ -208,13 +221,14 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
         rising = np.argsort(own.values, kind="stable")
         if np.any(np.diff(rising) != 1):
             order[dim] = rising
-    view = View(data.isel(order) if order else data, tolerance=_tolerance(data))
+    options = replace(options, select=select)
+    view = View(data.isel(order) if order else data, tolerance=_tolerance(data), options=options)
     view = view.cut({dim: _selected(view, dim, value) for dim, value in select.items()})
     view = view.cut({str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING})
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
     if "design" not in view.data.sizes:
-        return Study(view)
+        return Study(view, given=None if data is given else given)
     base: list[tuple[str, View]] = []
     aside: list[tuple[str, View, tuple[str, ...]]] = []
     lonely = np.ones(view.data.sizes["design"], dtype=bool)
@@ -228,7 +242,7 @@ def study_of(data: xr.Dataset, select: Mapping[str, float | str]) -> Study:
         lonely[list(family.members)] = False
     if base:
         view = replace(view, nominal={"design": 0}, others=listed)
-    return Study(view, tuple(base), tuple(aside), bool(lonely.any()))
+    return Study(view, tuple(base), tuple(aside), bool(lonely.any()), given)
 
 
 def _tolerance(data: xr.Dataset) -> float:

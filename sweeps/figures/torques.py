@@ -191,6 +191,15 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
     )
 
 
+def cylinders_names(view: View) -> list[str]:
+    """Torque and speed, where engines with different numbers of cylinders have them."""
+    names = torque_and_speed_names(view)
+    several = view.data.sizes.get("cylinders", 1) > 1 or (
+        "cylinders" in view.data.coords and view.array("cylinders").dims == ("design",)
+    )
+    return names if several else []
+
+
 def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw engines of different numbers of cylinders: torque beside speed, a row for each."""
     names = [name for name in names if name != "load_torque"]

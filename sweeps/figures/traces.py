@@ -43,12 +43,13 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
         return x, y, str(said[0]) if y.size else NO_VALUE
     if x.size < 3:
         return x, y, ""
+    zero = float(view.array("crank_angle").attrs.get("zero_at", 0.0)) if x.size else 0.0
     period = round((x[-1] - x[0]) + (x[1] - x[0]), 6)
     if period % 360 == 0:
         x, y = np.append(x, x[0] + period), np.append(y, y[0])
         start = _start_angle(view, index) if name.startswith(FROM_SPEED) else None
         if start is not None:
-            place = int(np.searchsorted(x, (start - x[0]) % period + x[0]))
+            place = int(np.searchsorted(x, (start - zero - x[0]) % period + x[0]))
             if 0 < place < x.size - 1:
                 x, y = np.insert(x, place, x[place]), np.insert(y, place, np.nan)
     return x, y, ""

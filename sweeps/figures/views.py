@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
 from sweeps.dimensions import PUBLISHED
+from sweeps.figures.options import Options
 from sweeps.figures.wording import (
     axis_label,
     digits_of,
@@ -152,6 +153,7 @@ class View:
     suffix: str = ""
     others: tuple[str, ...] = ()  # parameters that are the same in all of it
     tolerance: float = 0.0  # of the solver
+    options: Options = field(default_factory=Options)
 
     @property
     def caption(self) -> str:

@@ -11,7 +11,7 @@ from engine_dyn.units import RPM
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.reading.unit_registry import unit_registry
 
-__all__ = ["READABLE", "converted", "factor", "unit_choices"]
+__all__ = ["READABLE", "asked_units", "converted", "factor", "unit_choices"]
 
 READABLE: Mapping[str, str] = {"rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm"}
 """What takes the place of a unit in tables for people."""
@@ -83,7 +83,19 @@ def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
     if text == "archive":
         return {}
     found = {name: READABLE[unit] for name, unit in known.items() if unit in READABLE}
-    for item in [] if text is None else text.split(","):
+    return found | asked_units(text, known)
+
+
+def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
+    """Return the units that a text names, without those that are taken by themselves.
+
+    Raises
+    ------
+    SceneError
+        As `unit_choices`.
+    """
+    found: dict[str, str] = {}
+    for item in [] if text in (None, "archive") else str(text).split(","):
         name, sign, wanted = (part.strip() for part in item.partition("="))
         if not sign or not wanted:
             raise SceneError(

@@ -321,7 +321,7 @@ def test_a_new_kind_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> 
         panels[0].plot(study.view.array(names[0]).values.T)
         yield "mine", finish(figure, "Mine")
 
-    mine = kinds.Kind("mine", "what I want", lambda view: ["omega"], draw_mine)
+    mine = kinds.Kind("mine", "what I want", "my needs", lambda view: ["omega"], draw_mine)
     monkeypatch.setattr(kinds, "KINDS", (*kinds.KINDS, mine))
     found = plates(product(inertia=[1.0, 2.0, 5.0]))
     assert "mine" in found

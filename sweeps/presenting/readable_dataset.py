@@ -1,0 +1,111 @@
+"""Archives in units that people read, for figures: the same Dataset, converted when it is read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from sweeps.dimensions import PUBLISHED
+from sweeps.presenting.readable_units import READABLE, asked_units, factor
+
+__all__ = ["readable_dataset"]
+
+LEAST = 1.0
+"""Largest value that an archive must have in a greater unit for that unit to be taken."""
+
+MOST_LOOKED_AT = 20_000
+"""Values of a variable that are looked at to choose units."""
+
+SPEED_SYMBOL = (r"\omega", "n")
+"""An angular speed written in revolutions has the letter of a speed."""
+
+
+def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Dataset:
+    """Return an archive in readable units: kW, rpm, kN, kJ and mm where they read better.
+
+    A unit changes in the whole archive or nowhere, so that what is drawn together stays so.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive. It stays as it is.
+    units : str, optional
+        Units of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps those of the
+        archive.
+
+    Raises
+    ------
+    SceneError
+        For names that are no quantities, and units that do not fit.
+    """
+    known = {
+        str(name): str(variable.attrs.get("units", ""))
+        for name, variable in dataset.variables.items() if name != "crank_angle"
+    }  # fmt: skip
+    chosen: dict[str, str] = {}
+    for unit in (set(known.values()) & set(READABLE)) if units != "archive" else ():
+        names = [name for name in known if known[name] == unit]
+        if _reads_better(dataset, names, unit):
+            chosen |= dict.fromkeys(names, READABLE[unit])
+    computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
+    for name, wanted in asked_units(units, computed).items():
+        alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
+        chosen |= dict.fromkeys(alike, wanted)
+    new = {
+        name: _converted(dataset[name], wanted)
+        for name, wanted in chosen.items() if wanted != known[name]
+    }  # fmt: skip
+    coordinates = {name: one for name, one in new.items() if name in dataset.coords}
+    return dataset.assign(
+        {name: one for name, one in new.items() if name not in coordinates}
+    ).assign_coords(coordinates)
+
+
+def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
+    """Whether the largest value of a unit is of a size that fits the readable one."""
+    wanted = READABLE[unit]
+    if wanted == "rpm":
+        return True
+    most = 0.0
+    for name in names:
+        array = dataset[name].variable
+        if array.dtype.kind not in "iuf" or not array.size:
+            continue
+        step = max(1, int((array.size / MOST_LOOKED_AT) ** (1.0 / max(array.ndim, 1))))
+        some = np.abs(np.asarray(array[(slice(None, None, step),) * array.ndim].values, float))
+        most = max(most, float(some.max(where=np.isfinite(some), initial=0.0)))
+    if wanted == "mm":
+        return 0.0 < most < 10.0
+    return most * factor(unit, wanted) >= LEAST
+
+
+def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
+    """The same numbers in another unit; read and multiplied where they are asked for."""
+    attributes = dict(array.attrs)
+    times = factor(str(attributes.get("units", "")) or "1", wanted)
+    attributes["units"] = wanted
+    if wanted == "rpm":
+        symbol = str(attributes.get("symbol", ""))
+        attributes["symbol"] = symbol.replace(*SPEED_SYMBOL)
+    data = indexing.LazilyIndexedArray(_Scaled(array.variable, times))
+    return xr.Variable(array.dims, data, attributes)
+
+
+class _Scaled(BackendArray):
+    """An array of a file that is multiplied as it is read."""
+
+    def __init__(self, variable: xr.Variable, times: float) -> None:
+        self.variable, self.times = variable, times
+        self.shape, self.dtype = variable.shape, np.dtype(float)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._read
+        )
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        return np.asarray(self.variable[key].values, dtype=float) * self.times
