@@ -1,54 +1,34 @@
-"""Sweeps over engine designs: scene in, labelled netCDF archive and figures out."""
+"""Sweeps over engine designs: scene in, labelled netCDF archive and figures out.
+
+`sweeps.run` computes a scene and returns a dataset, `sweeps.plan` says what a scene would compute,
+`sweeps.stream` writes an archive, and `sweeps.open` opens it. `dir(sweeps)` has all names.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-__all__ = [
-    "Scene",
-    "SceneError",
-    "best",
-    "calibrate",
-    "cylinder_deviations",
-    "export",
-    "follow_cycles",
-    "identify",
-    "measured",
-    "nearest",
-    "open",
-    "open_archive",
-    "pareto",
-    "read_pressure",
-    "read_scene",
-    "run",
-    "stream",
-]
+import lazy_loader
 
-_HOMES = {
-    "Scene": "sweeps.scene.model",
-    "SceneError": "sweeps.errors",
-    "best": "sweeps.exploring.search",
-    "calibrate": "sweeps.measuring.calibration",
-    "cylinder_deviations": "sweeps.measuring.cylinder_deviations",
-    "export": "sweeps.exploring.export",
-    "follow_cycles": "sweeps.measuring.recorded_train",
-    "measured": "sweeps.measuring.measured",
-    "identify": "sweeps.measuring.identification",
-    "nearest": "sweeps.exploring.slices",
-    "open": "sweeps.exploring.opening",
-    "open_archive": "sweeps.archive.netcdf",
-    "pareto": "sweeps.exploring.search",
-    "read_pressure": "sweeps.reading.laboratory.pressure",
-    "read_scene": "sweeps.scene.reading",
-    "run": "sweeps.running.in_memory",
-    "stream": "sweeps.running.streaming",
-}
+# The names and where they are defined stand in the stub, __init__.pyi, which type checkers read
+# too. Each is loaded when it is first used: `import sweeps` and the command's help stay quick.
+_loaded, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    # Loaded when first used: `import sweeps` and the command's help stay quick.
-    if name in _HOMES:
-        import importlib
+    if name == "__version__":
+        from importlib.metadata import version
 
-        return getattr(importlib.import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'sweeps' has no attribute {name!r}")
+        return version("engine-dyn")
+    if name not in __all__:
+        hint = ""
+        if not name.startswith("_"):  # which notebooks ask for by the dozen
+            from sweeps.errors import did_you_mean
+
+            hint = did_you_mean(name, __all__)
+        raise AttributeError(f"module 'sweeps' has no attribute {name!r}{hint}")
+    return _loaded(name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

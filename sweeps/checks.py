@@ -25,6 +25,7 @@ from sweeps.ratios import number_or_ratio
 
 __all__ = [
     "Strict",
+    "a_path",
     "allowed",
     "check_range",
     "check_structure",
@@ -54,6 +55,20 @@ class Strict(BaseModel):
 
 
 Model = TypeVar("Model", bound=Strict)
+
+
+def a_path(value: object, key: str) -> Path:
+    """Return the path that a text or a Path names.
+
+    Raises
+    ------
+    SceneError
+        For anything else; the message begins with `key`, the parameter of the call.
+    """
+    if isinstance(value, str | Path) and str(value):
+        return Path(value)
+    said = "is missing" if value is None else f"= {shown(value)}"
+    raise SceneError(f"{key} {said}: must be the path of a file, a text or a Path")
 
 
 def plain(value: Any, name: str, depth: int = 0) -> Any:
@@ -91,6 +106,10 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         return value.item()
     if isinstance(value, Path):
         return str(value)
+    if isinstance(value, range):
+        return list(value)
+    if hasattr(value, "tolist"):  # columns of pandas
+        return plain(value.tolist(), name, depth + 1)
     return value
 
 

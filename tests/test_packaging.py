@@ -92,6 +92,7 @@ def test_wheel_holds_every_file_of_both_packages_and_nothing_else(wheel: zipfile
     [
         "engine_dyn/py.typed",
         "sweeps/py.typed",
+        "sweeps/__init__.pyi",
         "sweeps/catalogue/engines/*.toml",
         "sweeps/catalogue/engines/**/*.csv",
         "sweeps/catalogue/scenes/**/*.toml",

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Unpack
 
 import numpy.typing as npt
 
@@ -18,12 +19,15 @@ from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from sweeps.dimensions import DESIGN
-from sweeps.errors import SceneError
+from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
+from sweeps.scene.keywords import Tables
 from sweeps.scene.model import Scene
+from sweeps.scene.reading import read_scene
+from sweeps.scene.representations import html_tables, named_some
 from sweeps.scene.variants import variant_words
 
-__all__ = ["Plan", "Stage", "make_plan"]
+__all__ = ["Plan", "Stage", "make_plan", "plan"]
 
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
@@ -43,7 +47,7 @@ class Stage:
         return tuple(d for d in self.dims if d not in DIMENSIONS)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
     """What a scene computes.
 
@@ -85,6 +89,29 @@ class Plan:
     whole: Plan | None = None
     piece: str = ""
 
+    def __repr__(self) -> str:
+        return (
+            f"<Plan of '{one_line(self.scene.title, 60)}': engine {self.scene.engine.name}; "
+            f"{self.scene.varying}; {named_some(self.outputs)}, "
+            f"{size_text(self.output_bytes)} uncompressed>"
+        )
+
+    def _repr_html_(self) -> str:
+        unused = ", ".join((*self.unused, *self.unused_settings))
+        rows = [
+            ("engine", f"{self.scene.engine.name}: {self.scene.engine.title}"),
+            ("varies", self.scene.varying),
+            ("archive", f"{', '.join(self.outputs)}; {size_text(self.output_bytes)} uncompressed"),
+            *([("nothing depends on", unused)] if unused else []),
+        ]
+        columns = {
+            "stage": [stage.node.name for stage in self.stages],
+            "over": [", ".join(stage.dims) or "one value" for stage in self.stages],
+            "values": [f"{stage.size:,}" for stage in self.stages],
+            "kept": ["yes" if s.node.name in self.outputs else "" for s in self.stages],
+        }
+        return html_tables(f"Plan: {self.scene.title}", rows, columns)
+
     @property
     def name(self) -> str:
         """What messages call the scene."""
@@ -116,6 +143,38 @@ class Plan:
 
 def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
+
+
+def plan(
+    scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
+) -> Plan:
+    """Plan a scene: what would be computed, on which axes; nothing is computed.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene, optional
+        As `sweeps.run` takes it.
+    **tables
+        Tables of a scene; see `sweeps.read_scene`.
+
+    Returns
+    -------
+    Plan
+        Its stages and the axes that each depends on; a notebook shows them as a table. What
+        `engine-dyn plan` tells of time and memory is `sweeps.planning.forecast.text(plan)`.
+
+    Raises
+    ------
+    SceneError
+        As `sweeps.run`.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> sweeps.plan("first").designs
+    75
+    """
+    return make_plan(read_scene(scene, **tables))
 
 
 def make_plan(scene: Scene) -> Plan:

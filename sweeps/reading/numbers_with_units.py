@@ -11,9 +11,9 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from sweeps.errors import SceneError, shown
+from sweeps.errors import SceneError, one_line, shown
 
-__all__ = ["number_with_unit"]
+__all__ = ["magnitude", "number_with_unit"]
 
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
@@ -96,6 +96,28 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
         raise
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of arithmetic
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}") from None
+
+
+def magnitude(quantity: Any, where: str, unit: str) -> Any:
+    """Return what a quantity of pint is in a unit of scenes, such as `kg m2`: a number or an array.
+
+    Raises
+    ------
+    SceneError
+        For a quantity of another kind; messages begin with `where`.
+    """
+    given = str(quantity.units)
+    if unit == "rpm" and not any(word in given for word in _OF_TURNS):
+        wanted = "1/minute"  # as above
+    elif unit == "1":
+        wanted = "dimensionless"
+    else:
+        wanted = re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+    try:
+        return quantity.to(wanted).magnitude
+    except Exception:  # pint raises errors of its own
+        allowed = "without a unit" if unit == "1" else f"in {unit}"
+        raise SceneError(f"{where}: is in {one_line(given, 60)}; must be {allowed}") from None
 
 
 def _finite(number: float, raw: Any, where: str, unit: str) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sweeps.catalogue import PACKAGE
@@ -32,23 +32,30 @@ _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 @dataclass(frozen=True)
 class _Kept:
-    """Bytes of files, whether they are all there is (closed), and the folder of the scene."""
+    """Bytes of files, whether they are all there is (closed), and the folder of the scene.
+
+    `instead` holds files that are no files: tables that a program gives.
+    """
 
     files: dict[str, bytes]
     closed: bool
     home: Path | None = None
+    instead: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @contextmanager
 def kept_files(
-    given: Mapping[str, bytes] | None = None, home: Path | None = None
-) -> Iterator[dict[str, bytes]]:
+    given: Mapping[str, bytes] | None = None, home: Path | None = None,
+    instead: Mapping[Path, bytes] | None = None,
+) -> Iterator[dict[str, bytes]]:  # fmt: skip
     """Collect the bytes of all files that are read inside, by name.
 
     With `given`, files come from there and nothing is read from a disk; scenes of archives are read
-    like this. `home` is the folder of the scene.
+    like this. `home` is the folder of the scene. What `instead` holds is read from there although
+    other files are read from the disk.
     """
-    collected = _Kept(dict(given or {}), given is not None, home)
+    objects = {_name(path): data for path, data in (instead or {}).items()}
+    collected = _Kept(dict(given or {}), given is not None, home, objects)
     token = _FILES.set(collected)
     try:
         yield collected.files
@@ -126,7 +133,8 @@ def _bytes(path: Path) -> bytes:
         if name not in collected.files:
             raise FileNotFoundError(name)
         return collected.files[name]
-    data = collected.files[name] = regular_bytes(path)
+    data = collected.instead.get(name) or regular_bytes(path)
+    collected.files[name] = data
     return data
 
 
@@ -144,6 +152,8 @@ def file_bytes(path: Path, most: int) -> bytes:
     collected = _FILES.get()
     if collected is not None and collected.closed:
         return _bytes(path)
+    if collected is not None and _name(path) in collected.instead:
+        return collected.instead[_name(path)]
     return regular_bytes(path, most)
 
 

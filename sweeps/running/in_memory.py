@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from sweeps.planning.blocks import Block, along, blocks, cut, holds
 from sweeps.planning.leaves import Value
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
+from sweeps.scene.keywords import Tables
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -31,21 +32,25 @@ __all__ = ["compute", "computed", "run"]
 
 
 def run(
-    scene: str | Path | Mapping[str, Any] | Scene,
+    scene: str | Path | Mapping[str, Any] | Scene | None = None,
     *,
     progress: bool = False,
     threads: int | None = None,
+    **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Run a scene and return its results as a labelled dataset.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         Path of a scene file, name of a built-in scene, dict of the same shape, or a Scene.
     progress : bool
         Show a progress bar on the terminal for runs of more than a second.
     threads : int, optional
         As many as the machine has processors, unless given.
+    **tables
+        Tables of a scene as keywords: `engine`, `set`, `axes`, `designs`, `output` and so on, in
+        place of `scene` or replacing tables of it; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -64,10 +69,20 @@ def run(
         One line for each measure that engines do not have, which often is in another unit. The
         lines are the attribute `warnings` of the dataset. The key `silenced_warnings` of the scene
         names those that are meant so (docs/plausibility.md).
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     set={"speed": 1500.0, "load": 90.0},
+    ...     axes={"inertia": [2.0, 4.0]},
+    ...     output={"quantities": ["delta"]},
+    ... )  # doctest: +SKIP
     """
     from sweeps.archive.labels import label
 
-    plan = make_plan(read_scene(scene))
+    plan = make_plan(read_scene(scene, **tables))
     check_memory(plan)
     began = time.perf_counter()
     results = compute(plan, progress=progress, threads=threads)
@@ -256,7 +271,7 @@ class _Bars:
             return None
         name = stage.node.name
         if name not in self.bars:
-            from tqdm import tqdm
+            from tqdm.auto import tqdm
 
             # `delay`: runs of less than a second show nothing.
             self.bars[name] = tqdm(

@@ -6,13 +6,16 @@ import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
+from sweeps.checks import a_path
+from sweeps.errors import SceneError, shown
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive
 from sweeps.running.cluster import connected
 from sweeps.running.options import Finished, Options
+from sweeps.scene.keywords import TablesButOutput
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -20,8 +23,8 @@ __all__ = ["run", "stream"]
 
 
 def stream(
-    scene: str | Path | Mapping[str, Any] | Scene,
-    output: str | Path,
+    scene: str | Path | Mapping[str, Any] | Scene | None = None,
+    output: str | Path | Mapping[str, Any] | None = None,
     *,
     resume: bool = False,
     overwrite: bool = False,
@@ -32,15 +35,18 @@ def stream(
     single: bool = False,
     progress: bool = False,
     full_paths: bool = False,
+    archive: str | Path | None = None,
+    **tables: Unpack[TablesButOutput],
 ) -> Finished:
     """Run a scene into an archive, block by block, as the command does.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         See `sweeps.run`.
     output : str or Path
-        The archive to write; `sweeps.open` opens it.
+        The archive to write; `sweeps.open` opens it. A dict is the table [output] of the scene,
+        and `archive` names the archive.
     resume : bool
         Complete an interrupted run; start where there is none.
     overwrite : bool
@@ -61,6 +67,10 @@ def stream(
         Show a progress bar.
     full_paths : bool
         Whether the archive keeps the folders of the files that it was made from.
+    archive : str or Path, optional
+        The archive to write, where `output` is the scene's table.
+    **tables
+        Tables of a scene as keywords; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -76,13 +86,34 @@ def stream(
     -----
     engine_dyn.ImplausibleWarning
         For values that engines do not have, as `sweeps.run`.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> sweeps.stream("first", "first.nc")  # doctest: +SKIP
+    >>> sweeps.stream(
+    ...     archive="delta.nc",
+    ...     engine="ntua",
+    ...     axes={"inertia": [2.0, 4.0]},
+    ...     output={"quantities": ["delta"]},
+    ... )  # doctest: +SKIP
     """
+    given: dict[str, Any] = dict(tables)
+    if isinstance(output, Mapping):
+        given["output"] = output
+    elif archive is None:
+        archive = output
+    elif output is not None:
+        raise SceneError(
+            f"output = {shown(output)}: must be the scene's table [output] beside archive"
+        )
+    path = a_path(archive, "archive" if isinstance(output, Mapping) else "output")
     options = Options(
         resume=resume, overwrite=overwrite, memory=memory, threads=threads, level=compression,
         single=single, progress=progress, full_paths=full_paths,
         resume_command="the same with resume=True",
     )  # fmt: skip
-    done = run(make_plan(read_scene(scene)), Path(output), options, scheduler)
+    done = run(make_plan(read_scene(scene, **given)), path, options, scheduler)
     for line in done.warnings:
         warnings.warn(line, ImplausibleWarning, stacklevel=2)
     return done

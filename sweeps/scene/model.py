@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +15,11 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
+from sweeps.dimensions import DESIGN
+from sweeps.errors import counted, one_line
 from sweeps.reading.torque_tables import TorqueTables
 from sweeps.scene.measured import Measured
+from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Reference", "Scene"]
@@ -40,7 +44,7 @@ class Reference:
     columns: dict[str, Floats]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Scene(GivenValues):
     """A checked scene. Values are in the units of files; nothing has been computed yet.
 
@@ -134,6 +138,33 @@ class Scene(GivenValues):
     path: Path | None
     folder: str
     files: Mapping[str, bytes]
+
+    def __repr__(self) -> str:
+        title, engine = one_line(self.title, 60), one_line(self.engine.name, 60)
+        asked = named_some(self.quantities)
+        return f"<Scene '{title}': engine {engine}; {self.varying}; {asked}>"
+
+    def _repr_html_(self) -> str:
+        rows = [("engine", f"{self.engine.name}: {self.engine.title}")]
+        rows += [(key, f"{v:.10g}{unit_after(key)}") for key, v in self.settings.items()]
+        rows += [(key, ends(values) + unit_after(key)) for key, values in self.axes.items()]
+        rows += [(key, named_some(texts)) for key, texts in self.labels.items()]
+        rows += [(key, f"{ends(v)}{unit_after(key)}, together") for key, v in self.designs.items()]
+        rows += [
+            ("varies", self.varying),
+            ("computes", ", ".join(self.quantities)),
+            ("method", ", ".join(self.methods)),
+        ]
+        return html_tables(f"Scene: {self.title}", rows)
+
+    @property
+    def varying(self) -> str:
+        """What varies, and how many designs that are: "inertia (5) x speed (15), 75 designs"."""
+        columns: list[Any] = [*self.designs.values(), *self.labels.values()]
+        sizes = {d: len(columns[0]) if d == DESIGN else len(self.axes[d]) for d in self.dimensions}
+        over = " x ".join(f"{d} ({n})" for d, n in sizes.items())
+        designs = counted(math.prod(sizes.values()), "design")
+        return f"{over}, {designs}" if over else designs
 
     @property
     def described(self) -> tuple[Cylinders, ...]:

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
@@ -32,8 +32,10 @@ from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.designs import read_designs_table
 from sweeps.scene.indicator import Indicated, read_indicator_table
+from sweeps.scene.keywords import Tables, changed, no_scene
 from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene
+from sweeps.scene.objects import plain_objects
 from sweeps.scene.reference import read_reference
 from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
@@ -58,39 +60,72 @@ def is_scene(path: Path) -> bool:
     return "engine" in raw or "output" in raw
 
 
-def read_scene(scene: str | Path | Mapping[str, Any] | Scene) -> Scene:
+def read_scene(
+    scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
+) -> Scene:
     """Read and check a scene.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         Path of a TOML file, name of a built-in scene, a dict of the same shape (paths in it are
         relative to the working folder), or a Scene, which comes back as it is.
+    **tables
+        Tables and keys of a scene: `engine`, `set`, `axes`, `designs`, `indicator`, `solver`,
+        `output` and so on. They make a scene of their own, or replace whole tables of the one that
+        is given; None leaves a table out. Axes and columns may be lists, ranges, arrays, columns
+        of pandas and xarray, or quantities of pint; `designs` may be a DataFrame, and `indicator` a
+        table of angle and pressure.
 
     Raises
     ------
     SceneError
         With one line, for everything that can be seen to be wrong without computing.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> scene = sweeps.read_scene(
+    ...     engine="ntua",
+    ...     set={"speed": 1500.0, "load": 90.0},
+    ...     axes={"inertia": range(2, 6)},
+    ...     output={"quantities": ["delta"]},
+    ... )
+    >>> scene.dimensions
+    ('inertia',)
     """
     if isinstance(scene, Scene):
+        if tables:
+            raise SceneError(
+                f"{', '.join(tables)}: a Scene is checked already and is not changed; give its "
+                "file, name or dict"
+            )
         return scene
     path: Path | None = None
-    if isinstance(scene, Mapping):
-        name, base, raw = "scene", Path(), plain(scene, "scene")
+    if isinstance(scene, Mapping) or (scene is None and tables):
+        name, base, given = "scene", Path(), scene or {}
     elif isinstance(scene, str | Path):
         path, name = _find(scene)
-        base, raw = path.parent, plain(parse_toml(path, name, "a scene (TOML)"), name)
+        base, given = path.parent, parse_toml(path, name, "a scene (TOML)")
+    elif scene is None:
+        raise no_scene()
     else:
         raise SceneError(
             f"scene = {shown(scene)}: must be a path, the name of a built-in scene, a dict or a "
             "Scene"
         )
-    return scene_of(raw, name, base, path)
+    if tables:
+        given = changed(given, tables, base)
+        if path is not None:
+            path, name = None, f"{name} with {', '.join(tables)}"
+    given, texts = plain_objects(given, name)
+    instead = {base / file: text.encode() for file, text in texts.items()}
+    return scene_of(plain(given, name), name, base, path, instead=instead)
 
 
 def scene_of(
     raw: dict[str, Any], name: str, base: Path, path: Path | None = None,
-    files: Mapping[str, bytes] | None = None,
+    files: Mapping[str, bytes] | None = None, instead: Mapping[Path, bytes] | None = None,
 ) -> Scene:  # fmt: skip
     """Check a scene that was read as a dict.
 
@@ -106,13 +141,15 @@ def scene_of(
         File of the scene.
     files : dict of bytes, optional
         Files that the scene names; with them, nothing is read from a disk.
+    instead : dict of bytes, optional
+        Files that the scene names and that are on no disk.
 
     Raises
     ------
     SceneError
         As `read_scene`.
     """
-    with kept_files(files, base) as read:
+    with kept_files(files, base, instead) as read:
         given = check_structure(SceneFile, raw, name)
         scene = _assembled(given, raw, name, base, path)
         check_scene(scene, name)

@@ -1,0 +1,21 @@
+from .archive.netcdf import open_archive as open_archive
+from .errors import SceneError as SceneError
+from .exploring.export import export as export
+from .exploring.opening import open as open
+from .exploring.search import best as best
+from .exploring.search import pareto as pareto
+from .exploring.slices import nearest as nearest
+from .measuring.calibration import calibrate as calibrate
+from .measuring.cylinder_deviations import cylinder_deviations as cylinder_deviations
+from .measuring.identification import identify as identify
+from .measuring.measured import measured as measured
+from .measuring.recorded_train import follow_cycles as follow_cycles
+from .planning.plan import Plan as Plan
+from .planning.plan import plan as plan
+from .reading.laboratory.pressure import read_pressure as read_pressure
+from .running.in_memory import run as run
+from .running.streaming import stream as stream
+from .scene.model import Scene as Scene
+from .scene.reading import read_scene as read_scene
+
+__version__: str

@@ -1,0 +1,92 @@
+"""The tables of a scene as keywords of `sweeps.run`, `sweeps.stream`, `sweeps.plan` and others.
+
+An editor and a type checker read `Tables`; what may stand in each table is said by
+`sweeps.scene.toml_tables`, and a test keeps the names the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypedDict
+
+from sweeps.errors import SceneError, did_you_mean, one_line
+
+__all__ = ["Tables", "TablesButOutput", "changed", "no_scene"]
+
+OPTIONS = (
+    "progress", "threads", "resume", "overwrite", "memory", "scheduler", "compression", "single",
+    "full_paths", "archive",
+)  # fmt: skip
+"""Keywords of `sweeps.run` and `sweeps.stream` that are no tables; a misspelt one arrives here."""
+
+
+class TablesButOutput(TypedDict, total=False):
+    """Tables and keys of a scene, but for [output]."""
+
+    title: str | None
+    engine: Any  # a name, a path, or several of them
+    silenced_warnings: Any  # names of checks
+    set: Mapping[str, Any] | None
+    axes: Mapping[str, Any] | None
+    designs: Any  # columns: a mapping, DataFrame, Dataset or DataArray
+    indicator: Any  # a mapping with file, or a DataFrame, Series or DataArray
+    measured: Mapping[str, Any] | None
+    characteristic: Mapping[str, Any] | None
+    solver: Mapping[str, Any] | None
+    reference: Mapping[str, Any] | None
+
+
+class Tables(TablesButOutput, total=False):
+    """Tables and keys of a scene."""
+
+    output: Mapping[str, Any] | None
+
+
+def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> dict[str, Any]:
+    """Return a scene in which keywords replace whole tables; None leaves a table out.
+
+    Parameters
+    ----------
+    raw : mapping
+        The scene, as its file has it.
+    tables : mapping
+        Keywords of a call. Paths in them start from the working folder.
+    base : Path
+        Folder where paths of the scene start from.
+
+    Raises
+    ------
+    SceneError
+        For a keyword that is no table of a scene.
+    """
+    known = [*TablesButOutput.__annotations__, *Tables.__annotations__]
+    known = list(dict.fromkeys(known))
+    for key in tables:
+        if key not in known:
+            hint = did_you_mean(key, [*known, *OPTIONS]) or "."
+            raise SceneError(
+                f"{one_line(key, 60)}: unknown keyword{hint} Allowed: {', '.join(known)}, and the "
+                "options of the function that is called, which help() shows"
+            )
+    if base != Path():
+        tables = {key: _from_here(key, item) for key, item in tables.items()}
+    return {key: item for key, item in {**raw, **tables}.items() if item is not None}
+
+
+def _from_here(key: str, item: Any) -> Any:
+    """Tables whose paths hold from every folder."""
+    if key == "engine" and isinstance(item, str | Path) and Path(item).is_file():
+        return str(Path(item).absolute())
+    if isinstance(item, Mapping) and isinstance(item.get("file"), str | Path):
+        return {**item, "file": str(Path(item["file"]).absolute())}
+    return item
+
+
+def no_scene() -> SceneError:
+    """Return what is said of a call that names no scene at all."""
+    return SceneError(
+        "scene = None: must be the path of a scene file, the name of a built-in scene or a dict; "
+        "or give its tables as keywords: engine='ntua', axes={'inertia': [2.0, 4.0]}, "
+        "output={'quantities': ['delta']}"
+    )

@@ -1,0 +1,152 @@
+"""What a person finds in `sweeps`: names, help, types, and the tables of a scene as keywords."""
+
+from __future__ import annotations
+
+import inspect
+import pydoc
+import re
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+import sweeps
+from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
+from sweeps.scene.toml_tables import SceneFile
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLES = {
+    "engine": "ntua",
+    "set": {"speed": 1500.0, "load": 90.0},
+    "output": {"quantities": ["delta"]},
+}
+
+
+def test_dir_has_every_name_and_each_is_there() -> None:
+    names = dir(sweeps)
+    assert {"run", "open", "plan", "best", "Scene", "SceneError", "__version__"} <= set(names)
+    assert not [name for name in names if not getattr(sweeps, name).__doc__]
+    assert sweeps.__version__ == version("engine-dyn")
+
+
+def test_help_lists_functions_and_their_parameters() -> None:
+    text = pydoc.plain(pydoc.render_doc(sweeps))
+    assert "run(" in text and "stream(" in text and "class Plan" in text
+    assert f"VERSION\n    {sweeps.__version__}" in text
+
+
+def test_wrong_name_tells_the_nearest() -> None:
+    with pytest.raises(
+        AttributeError, match=r"'sweeps' has no attribute 'rum'; did you mean 'run'"
+    ):
+        sweeps.rum  # noqa: B018
+    assert not hasattr(sweeps, "_ipython_display_")
+
+
+def test_import_loads_nothing_heavy() -> None:
+    heavy = {"numpy", "xarray", "pandas", "numba", "pydantic", "matplotlib", "netCDF4"}
+    code = "import sweeps, sys; dir(sweeps); print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert not heavy & set(done.stdout.split())
+
+
+def test_keywords_are_the_tables_of_a_scene() -> None:
+    named = {*Tables.__annotations__, *TablesButOutput.__annotations__}
+    assert named == set(SceneFile.model_fields)
+    parameters = {**inspect.signature(sweeps.run).parameters}
+    parameters |= inspect.signature(sweeps.stream).parameters
+    assert set(OPTIONS) == set(parameters) - {"scene", "output", "tables"}
+
+
+def test_scene_of_keywords_is_that_of_the_dict() -> None:
+    axes = {"inertia": [2.0, 4.0]}
+    one = sweeps.read_scene(**TABLES, axes=axes)
+    assert one.source == sweeps.read_scene({**TABLES, "axes": axes}).source
+    assert sweeps.plan(**TABLES, axes=axes).designs == 2
+
+
+def test_keywords_replace_tables_of_a_named_scene(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("designs.csv").write_text("inertia\n2\n3\n4\n", encoding="utf-8")
+    scene = sweeps.read_scene("first", axes=None, designs={"file": "designs.csv"})
+    assert list(scene.designs["inertia"]) == [2.0, 3.0, 4.0]
+    assert scene.axes == {}
+    assert scene.engine.name == sweeps.read_scene("first").engine.name
+    with pytest.raises(sweeps.SceneError, match=r"first.toml with axes: \[axes\] inertai"):
+        sweeps.read_scene("first", axes={"inertai": [1.0]})
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: sweeps.run(), "scene = None: must be the path of a scene"),
+        (lambda: sweeps.run("first", axis={}), "axis: unknown keyword; did you mean 'axes'"),
+        (lambda: sweeps.run("first", thread=2), "thread: unknown keyword; did you mean 'threads'"),
+        (lambda: sweeps.plan(sweeps.read_scene("first"), axes={}), "axes: a Scene is checked"),
+        (lambda: sweeps.stream("first"), "output is missing: must be the path"),
+        (lambda: sweeps.stream("first", 3), "output = 3: must be the path"),
+        (lambda: sweeps.stream("first", "a.nc", archive="b.nc"), "output = 'a.nc': must be the"),
+        (lambda: sweeps.stream(output={}, engine="ntua"), "archive is missing"),
+    ],
+)
+def test_wrong_calls_name_the_key(call, said: str) -> None:
+    with pytest.raises(sweeps.SceneError) as error:
+        call()
+    assert str(error.value).startswith(said)
+
+
+@pytest.mark.compiled
+def test_stream_takes_tables(tmp_path: Path) -> None:
+    path = tmp_path / "out.nc"
+    sweeps.stream(archive=path, **TABLES, axes={"inertia": [2.0, 4.0]})
+    with sweeps.open(path) as archive:
+        assert archive["delta"].dims == ("inertia",)
+
+
+def test_scenes_and_plans_show_themselves_shortly() -> None:
+    scene = sweeps.read_scene(**TABLES, axes={"inertia": range(1, 9)}, title="<b>bold</b>\n& more")
+    plan = sweeps.plan(scene)
+    assert repr(scene) == (
+        "<Scene '<b>bold</b> & more': engine ntua; inertia (8), 8 designs; delta>"
+    )
+    assert repr(plan).startswith("<Plan of '<b>bold</b> & more': engine ntua; inertia (8), 8 des")
+    for shown in (scene, plan):
+        page = shown._repr_html_()
+        assert "&lt;b&gt;bold&lt;/b&gt; &amp; more" in page and "<b>bold" not in page
+        assert len(page) < 20_000
+    assert "8 values from 1 to 8 kg m2" in scene._repr_html_()
+    assert ">speed_solution<" in plan._repr_html_()
+
+
+@pytest.mark.parametrize("name", ["thesis", "first"])
+def test_every_built_in_scene_shows_itself(name: str) -> None:
+    plan = sweeps.plan(name)
+    assert len(repr(plan.scene)) < 300 and len(repr(plan)) < 400
+    assert plan._repr_html_().count("<tr>") == plan._repr_html_().count("</tr>") > 5
+
+
+@pytest.mark.slow
+def test_type_checkers_know_what_functions_return(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import sweeps\n"
+        "reveal_type(sweeps.run('first', axes={'inertia': range(2, 4)}))\n"
+        "reveal_type(sweeps.plan('first').designs)\n"
+        "reveal_type(sweeps.__version__)\n"
+        "sweeps.run(engin='ntua')\n"
+    )
+    pytest.importorskip("mypy")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--follow-imports=silent", "--no-incremental",
+         "--config-file", str(ROOT / "pyproject.toml"), str(program)],
+        cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    kinds = re.findall(r'Revealed type is "([\w.]+)"', done.stdout)
+    assert [kind.removeprefix("builtins.") for kind in kinds] == [
+        "xarray.core.dataset.Dataset", "int", "str",
+    ]  # fmt: skip
+    assert 'Unexpected keyword argument "engin" for "run"' in done.stdout
