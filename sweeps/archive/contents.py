@@ -31,6 +31,7 @@ from sweeps.reading.laboratory.recording import MOST_BYTES
 from sweeps.reading.netcdf_files import DAMAGE, check_format, opened_archive
 from sweeps.reading.regular_files import reading, regular_bytes
 from sweeps.scene.reading import scene_of
+from sweeps.scene.sample import parameters_of
 
 __all__ = [
     "Contents",
@@ -207,19 +208,24 @@ def plan_of(
         As `read_scene`; where the archive is a shard that does not contain all values.
     """
     with damage_refused(archive.path):
-        raw = _scene_tables(archive, coordinates)
+        raw, drawn = _scene_tables(archive, coordinates)
         source = archive.source
         if axis:
             raw["axes"][axis] = values
             listed = shortened([float(value) for value in values])
             source = {**source, "axes": {**source["axes"], axis: listed}}
         name = str(archive.attributes["scene_name"])
-        scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files)
+        scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files, drawn)
         return make_plan(replace(scene, source=source))
 
 
-def _scene_tables(archive: Contents, coordinates: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Tables of the scene, with the values of long lists, which an archive keeps as coordinates."""
+def _scene_tables(
+    archive: Contents, coordinates: Mapping[str, Any] | None
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Tables of the scene, and the values of its sample.
+
+    Long lists and values that were drawn are those that the archive keeps as coordinates.
+    """
     known = archive.values if coordinates is None else coordinates
     raw: dict[str, Any] = json.loads(json.dumps(archive.source))
     cut = "" if coordinates is not None else archive.piece.get("axis", "")
@@ -243,7 +249,9 @@ def _scene_tables(archive: Contents, coordinates: Mapping[str, Any] | None) -> d
         if isinstance(item, str):
             found = filled("designs", key)
             designs[key] = [str(t) for t in found] if key in LABELS else found
-    return raw
+    if "sample" not in raw:
+        return raw, None
+    return raw, {key: filled("designs", key) for key in parameters_of(raw["sample"])}
 
 
 def _check_piece(piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any]) -> None:

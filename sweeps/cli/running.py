@@ -163,9 +163,8 @@ def run(
 
 @click.command()
 @archive_argument
-@click.option(
-    "--axis", required=True, metavar="AXIS=VALUES", help="New points, such as speed=1600,1700."
-)
+@click.option("--axis", metavar="AXIS=VALUES", help="New points, such as speed=1600,1700.")
+@click.option("--number", type=int, help="Points of the scene's [sample] then, such as 4096.")
 @overwrite_option("Discard an extension that was interrupted.")
 @compression_option
 @threads_option
@@ -173,31 +172,40 @@ def run(
 @untrusted_option
 @guarded
 def extend(
-    archive: Path, axis: str, overwrite: bool, level: int | None, threads: int | None, quiet: bool
-) -> None:
-    """Add points to an axis of ARCHIVE and compute only these.
+    archive: Path, axis: str | None, number: int | None, overwrite: bool, level: int | None,
+    threads: int | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Add points to an axis or to the sample of ARCHIVE and compute only these.
 
     The archive is replaced when the new one is complete; its earlier results stay as they are.
     After an interruption the same command continues with the blocks that are finished.
     """
-    name, values = new_points(axis)
+    if (axis is None) == (number is None):
+        raise SceneError("either --axis AXIS=VALUES or --number POINTS is needed")
+    name, values = new_points(axis) if axis is not None else ("", [])
     _check_archive(archive)
+    from sweeps.dimensions import DESIGN
     from sweeps.joining.extend import extend as add_points
+    from sweeps.joining.extend import extend_sample
     from sweeps.running.options import Options
 
     announce_compiling(quiet)
-    again = ["engine-dyn", "extend", str(archive), "--axis", axis]
+    more = ["--axis", axis] if axis is not None else ["--number", str(number)]
+    again = ["engine-dyn", "extend", str(archive), *more]
     again += [] if level is None else ["--compression", str(level)]
     options = Options(
         threads=threads, level=level, command=_command_line(), overwrite=overwrite,
         progress=_shows_progress(quiet), resume_command=shlex.join(again),
     )  # fmt: skip
     with writing(archive):
-        plan = add_points(archive, name, values, options)
+        if number is None:
+            plan = add_points(archive, name, values, options)
+        else:
+            plan = extend_sample(archive, number, options)
     if not quiet:
         _warn_of(archive)
         say(
-            f"{archive}: {counted(plan.sizes[name], 'point')} of {name}, "
+            f"{archive}: {counted(plan.sizes[name or DESIGN], 'point')} of {name or DESIGN}, "
             f"{counted(plan.designs, 'design')}, {size_text(archive.stat().st_size)}"
         )
 

@@ -1,19 +1,22 @@
-"""Points are added to an axis of an archive; only these are computed."""
+"""Points are added to an axis or to the sample of an archive; only these are computed."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from engine_dyn.types import Integers
 from sweeps.archive.contents import Contents, plan_of, read_contents
 from sweeps.archive.partial import Partial
 from sweeps.archive.provenance import differences, identity
+from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.joining.copying import write_joined
 from sweeps.joining.places import Joined, places_in, union_of
@@ -21,8 +24,9 @@ from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
 from sweeps.running.into_archive import remove_folder, run
 from sweeps.running.options import Options, Stopped
+from sweeps.scene.sample import drawn, read_sample
 
-__all__ = ["extend"]
+__all__ = ["extend", "extend_sample"]
 
 
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
@@ -55,6 +59,67 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
     Stopped
         Where it was interrupted, or cannot be written.
     """
+    return _replaced(path, options, lambda old, partial: _more_values(old, axis, values, partial))
+
+
+def extend_sample(path: Path, number: int, options: Options) -> Plan:
+    """Draw more points of the sample of an archive; only these are computed.
+
+    They are the following points of the same sequence: the archive is then the one that a sample of
+    so many points gives at once.
+
+    Parameters
+    ----------
+    path : Path
+        The archive, of a scene with [sample].
+    number : int
+        Points of the sample then, as [sample] `number`.
+    options : Options
+        How the new designs are computed and written.
+
+    Returns
+    -------
+    Plan
+        Of what the archive contains then.
+
+    Raises
+    ------
+    SceneError
+        Where the archive has no sample, or one that cannot be extended; where it has as many points;
+        otherwise as `extend`.
+    Stopped
+        Where it was interrupted, or cannot be written.
+    """
+    return _replaced(path, options, lambda old, partial: _more_points(old, number, partial))
+
+
+@dataclass(frozen=True)
+class _Longer:
+    """What an archive is extended to.
+
+    Attributes
+    ----------
+    plan : Plan
+        Of the archive as it will be.
+    axis : str
+        The dimension that grows.
+    new, before : ndarray of int
+        Positions along it that are computed, and those of the archive as it is.
+    piece : dict
+        What is computed, for the archive of the new points.
+    """
+
+    plan: Plan
+    axis: str
+    new: Integers
+    before: Integers
+    piece: dict[str, Any]
+
+
+def _replaced(
+    path: Path, options: Options, longer: Callable[[Contents, Partial], _Longer | Plan]
+) -> Plan:
+    """Compute what `longer` says of an archive, and replace the archive by the joined one."""
     partial = Partial.of(path)
     with partial.locked(path):  # what is in the archive now is what is extended
         if partial.header() is not None and partial.finished():
@@ -62,7 +127,11 @@ def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> 
         if options.overwrite:
             partial.clear()
         try:
-            plan = _extended(path, axis, values, options, partial)
+            old = read_contents(path)
+            if old.piece:
+                raise SceneError(f"{path}: a shard; merge all shards first")
+            found = longer(old, partial)
+            plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
         except Stopped as error:
             reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
             kept = f", what is finished is kept in {partial.path}; to go on: "
@@ -84,24 +153,68 @@ def _keeps(partial: Partial) -> bool:
     return False
 
 
-def _extended(
-    path: Path, axis: str, values: Sequence[float], options: Options, partial: Partial
-) -> Plan:
-    old = read_contents(path)
+def _more_values(
+    old: Contents, axis: str, values: Sequence[float], partial: Partial
+) -> _Longer | Plan:
+    """Plan more points of an axis; the archive's own plan where it has them already."""
     _check_axis(old, axis)
     before = np.asarray(old.values[axis])
     if _computed(partial, axis, values) and np.isin(values, before).all():
         return plan_of(old)  # killed when all was done but the removal of the folder
-    _check_new(path, axis, values, before)
+    _check_new(old.path, axis, values, before)
     _check_version(old, plan_of(old))
     falls = len(before) > 1 and bool((np.diff(before) < 0).all())
     union = union_of([before, np.sort(values)[:: -1 if falls else 1]])
     plan = plan_of(old, axis=axis, values=union)
     new = np.flatnonzero(~np.isin(union, before))
-    piece = json.dumps({"axis": axis, "values": len(new)})
+    piece = {"axis": axis, "values": len(new)}
+    return _Longer(plan, axis, new, places_in(union, before), piece)
+
+
+def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan:
+    """Plan more points of a sample; the archive's own plan where a killed extension had added them.
+
+    Values that were drawn before are the archive's own: other versions of the libraries that draw
+    may give other ones, which is refused.
+    """
+    had = plan_of(old)
+    sample = had.scene.sample
+    where = f"{old.path}: --number {number}"
+    if sample is None:
+        raise SceneError(f"{where}: the scene has no [sample]; --axis adds points to an axis")
+    if sample.method == "latin_hypercube":
+        raise SceneError(
+            f"{where}: a Latin hypercube cannot be extended, because each of its points stands for "
+            "a share of their number; only 'sobol' and 'saltelli' can"
+        )
+    if number == sample.number and partial.added.exists():
+        return had  # killed when all was done but the removal of the folder
+    if number <= sample.number:
+        raise SceneError(f"{where}: must be above {sample.number}, which the archive has")
+    _check_version(old, had)
+    source = {**old.source, "sample": {**old.source["sample"], "number": number}}
+    whole = read_sample(source["sample"], f"{old.path}: [sample]")
+    columns = drawn(whole)
+    first = had.scene.designs
+    count = had.sizes[DESIGN]
+    for key, values in first.items():
+        if not np.array_equal(columns[key][:count], values):
+            raise SceneError(
+                f"{where}: SciPy or SALib draws other values of {key} now than the archive has; "
+                "the versions that it was made with are needed"
+            )
+    plan = plan_of(replace(old, source=source), coordinates={**old.values, **columns})
+    total = plan.sizes[DESIGN]
+    piece = {"axis": DESIGN, "values": total - count}
+    return _Longer(plan, DESIGN, np.arange(count, total), np.arange(count), piece)
+
+
+def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) -> Plan:
+    """Compute the new points, and join them to those that the archive has."""
     adding = replace(options, overwrite=False, resume=True, single=old.single)
+    added = part(longer.plan, longer.axis, longer.new, json.dumps(longer.piece))
     try:
-        run(part(plan, axis, new, piece), partial.added, adding)
+        run(added, partial.added, adding)
     except SceneError as error:
         if not partial.adds():
             raise
@@ -110,20 +223,17 @@ def _extended(
             "that first, or use --overwrite to drop it"
         ) from None
     both = [old, read_contents(partial.added)]
-    places = [places_in(union, archive.values[axis]) for archive in both]
-    joined = Joined(plan, axis, both, places)
+    joined = Joined(longer.plan, longer.axis, both, [longer.before, longer.new])
     try:
-        write_joined(joined, path, partial, options, tolerance=plan.scene.tolerance)
+        write_joined(joined, old.path, partial, options, tolerance=longer.plan.scene.tolerance)
     except SceneError as error:
         partial.remove()  # another attempt would end in the same way
-        raise SceneError(f"{path}: the new points do not belong to it: {error}") from None
-    return plan
+        raise SceneError(f"{old.path}: the new points do not belong to it: {error}") from None
+    return longer.plan
 
 
 def _check_axis(archive: Contents, axis: str) -> None:
-    """Check that an archive is whole, and has an axis of numbers of this name."""
-    if archive.piece:
-        raise SceneError(f"{archive.path}: a shard; merge all shards first")
+    """Check that an archive has an axis of numbers of this name."""
     axes = [a for a in archive.source.get("axes", {}) if _is_numbers(archive, a)]
     if axis not in axes:
         raise SceneError(

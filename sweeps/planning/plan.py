@@ -32,6 +32,10 @@ __all__ = ["Plan", "Stage", "make_plan", "plan"]
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
 
+ENDLESS = 1 << 30
+"""Designs of a sample when it is decided how they are solved: it may be extended, and the numbers of
+its first designs must not depend on how many follow."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stage:
@@ -202,8 +206,9 @@ def make_plan(scene: Scene) -> Plan:
         found.visit("status")
     named: dict[str, Value | Stage] = {**leaves, **found.stages}
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
-    tables = math.prod(sizes[d] for d in of_tables)
-    designs = math.prod(sizes[d] for d in scene.dimensions)
+    counts = sizes | ({DESIGN: ENDLESS} if scene.sample is not None else {})
+    tables = math.prod(counts[d] for d in of_tables)
+    designs = math.prod(counts[d] for d in scene.dimensions)
     of_angles = frozenset(d for n in ANGLE_NAMES if n in named for d in named[n].dims)
     angles = math.prod(sizes[d] for d in of_angles)
     leaves["sharing"] = Value((tables, designs // tables, angles))

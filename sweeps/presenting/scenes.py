@@ -13,6 +13,7 @@ from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
     from sweeps.scene.model import Scene
+from sweeps.scene.sample import METHODS
 
 __all__ = ["scene_text"]
 
@@ -95,11 +96,13 @@ def _varying(scene: Scene) -> list[str]:
         lines.append(f"  {key} = {_listed(values)} {about}".rstrip())
     if scene.designs:
         first = next(iter(scene.designs.values()))
-        lines.append(f"  together, {counted(len(first), 'design')}:")
+        how = "" if scene.sample is None else f"drawn as {METHODS[scene.sample.method]}, "
+        lines.append(f"  together, {how}{counted(len(first), 'design')}:")
         for label, texts in scene.labels.items():
             lines.append(f"    {label}: {_listed(texts)}")
         for key, values in scene.designs.items():
-            lines.append(f"    {key} = {_listed(values)} {_about(key)}")
+            said = _listed(values) if scene.sample is None else scene.sample.parameters[key].words
+            lines.append(f"    {key} = {said} {_about(key)}")
     return lines or ["  nothing"]
 
 

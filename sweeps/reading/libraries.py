@@ -1,4 +1,4 @@
-"""Optional libraries that read the files of laboratories, imported where they are used."""
+"""Optional libraries, imported where they are used."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _OBJECT = re.compile(r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""")
 """What libraries print of the stream that a file is read from."""
 
 
-def library(module: str, package: str, label: str) -> Any:
-    """Import a module of the extra `lab`.
+def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
+    """Import a module of an optional package; `extra` is the extra of ours that installs it.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def library(module: str, package: str, label: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise SceneError(
-            f"{label}: needs {package}, which is not installed: pip install 'engine-dyn[lab]'"
+            f"{label}: needs {package}, which is not installed: pip install 'engine-dyn[{extra}]'"
         ) from None
 
 

@@ -16,6 +16,7 @@ from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.sample import LARGEST, METHODS
 from sweeps.scene.schema_parts import (
     FRACTION,
     ONE_ARRANGEMENT,
@@ -89,6 +90,20 @@ def scene_schema() -> Schema:
         ],
     }
 
+    properties["sample"] = {
+        "description": properties["sample"]["description"],
+        **closed(
+            {
+                **{name: _distribution(name) for name in PARAMETERS},
+                "method": {"enum": list(METHODS), "default": "sobol"},
+                "number": {"type": "integer", "minimum": 2, "maximum": LARGEST},
+                "seed": {"type": "integer", "minimum": 0, "default": 1},
+            }
+        ),
+        "type": "object",
+        "required": ["number"],
+    }
+
     solver = tables["Solver"]["properties"]
     solver["method"] |= _one_or_several(METHOD_NAMES)
     solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
@@ -124,6 +139,26 @@ def _axis(name: str) -> Schema:
         "anyOf": [
             {**list_of(reference(name)), "uniqueItems": True},
             reference("RatioRange" if is_ratio(PARAMETERS[name]) else "Range"),
+        ],
+    }
+
+
+def _distribution(name: str) -> Schema:
+    return {
+        "description": PARAMETERS[name].long_name,
+        "anyOf": [
+            {**list_of(reference(name)), "minItems": 2, "uniqueItems": True},
+            {
+                **closed(
+                    {
+                        **{key: reference(name) for key in ("low", "mode", "high")},
+                        **{key: {"type": "number"} for key in ("mean", "deviation")},
+                        "spacing": {"enum": ["linear", "log"]},
+                    }
+                ),
+                "type": "object",
+                "required": ["low", "high"],
+            },
         ],
     }
 

@@ -20,6 +20,7 @@ from sweeps.errors import counted, one_line
 from sweeps.reading.torque_tables import TorqueTables
 from sweeps.scene.measured import Measured
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
+from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Reference", "Scene"]
@@ -57,6 +58,8 @@ class Scene(GivenValues):
     dimensions : tuple of str
         Axes in the order of the file, `design` where [designs] stands among its tables, then
         `method` and `inertia_model` where the solver gives lists.
+    sample : Sample, optional
+        What [sample] asks for; its values are columns of `designs`.
     labels : dict of tuple of str
         Names of the designs (`case`).
     own_cylinders : Cylinders, optional
@@ -111,6 +114,7 @@ class Scene(GivenValues):
 
     title: str
     dimensions: tuple[str, ...]
+    sample: Sample | None
     labels: dict[str, tuple[str, ...]]
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]

@@ -8,7 +8,8 @@ key, the value and what is allowed.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -37,6 +38,7 @@ from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reference import read_reference
+from sweeps.scene.sample import with_sample
 from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import GivenValues
@@ -126,6 +128,7 @@ def read_scene(
 def scene_of(
     raw: dict[str, Any], name: str, base: Path, path: Path | None = None,
     files: Mapping[str, bytes] | None = None, instead: Mapping[Path, bytes] | None = None,
+    columns: Mapping[str, Any] | None = None,
 ) -> Scene:  # fmt: skip
     """Check a scene that was read as a dict.
 
@@ -143,20 +146,34 @@ def scene_of(
         Files that the scene names; with them, nothing is read from a disk.
     instead : dict of bytes, optional
         Files that the scene names and that are on no disk.
+    columns : dict, optional
+        Values that [sample] drew before; with them, nothing is drawn.
 
     Raises
     ------
     SceneError
         As `read_scene`.
     """
-    with kept_files(files, base, instead) as read:
-        given = check_structure(SceneFile, raw, name)
-        scene = _assembled(given, raw, name, base, path)
+    with kept_files(files, base, instead) as read, _sample_named(raw):
+        tables, sample = with_sample(raw, name, columns)
+        given = check_structure(SceneFile, tables, name)
+        scene = _assembled(given, tables, name, base, path)
         check_scene(scene, name)
         if given.reference is not None:
             published = read_reference(given.reference.file, scene, base, name)
             scene = replace(scene, reference=published)
-    return replace(scene, files=read)
+    return replace(scene, files=read, sample=sample, source=shortened(raw))
+
+
+@contextmanager
+def _sample_named(raw: Mapping[str, Any]) -> Iterator[None]:
+    """Let messages about values that [sample] drew name [sample], where the user finds them."""
+    try:
+        yield
+    except SceneError as error:
+        if raw.get("sample") is None or raw.get("designs") is not None:
+            raise
+        raise SceneError(str(error).replace("[designs]", "[sample]")) from None
 
 
 def _find(scene: str | Path) -> tuple[Path, str]:
@@ -226,7 +243,8 @@ def _assembled(
         angle_step=given.output.angle_step,
         highest_order=given.output.highest_order,
         reference=None,
-        source=shortened(raw),
+        sample=None,
+        source={},
         path=path,
         folder=str(base),
         files={},

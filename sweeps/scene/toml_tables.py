@@ -126,6 +126,9 @@ class SceneFile(Strict):
     designs: dict[str, Any] | None = Field(
         default=None, description="a table of equally long lists, or file = 'table.csv'"
     )
+    sample: dict[str, Any] | None = Field(
+        default=None, description="a table of number, method, seed and distributions of parameters"
+    )
     indicator: Indicator | None = Field(
         default=None, description="a table with file = 'pressure.csv'"
     )

@@ -46,6 +46,8 @@ RIGHT: list[dict[str, Any]] = [
     {"solver": {"method": ["auto", "thesis"], "passes": 20, "tolerance": 1e-9}},
     {"solver": {"closure": "cycle_time", "inertia_model": "variable", "method": "newton"}},
     {"output": {"quantities": ["delta", "omega"], "fail_on": ["stalled"], "angle_step": 2}},
+    {"sample": {"number": 8, "seed": 3, "inertia": {"low": 1.0, "high": 2.0, "spacing": "log"}}},
+    {"sample": {"method": "latin_hypercube", "number": 9, "cylinders": [1, 2, 4]}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_speed": 1600, "rated_power": 20}},
 ]
 
@@ -73,6 +75,12 @@ WRONG: list[dict[str, Any]] = [
     {"axes": {"speed": {"start": 1000, "stop": 2000, "num": 5, "step": 3}}},
     {"axes": {"method": ["auto"]}},
     {"designs": {"inertia": 1.0}},
+    {"sample": {"inertia": {"low": 1.0, "high": 2.0}}},
+    {"sample": {"number": 1, "inertia": {"low": 1.0, "high": 2.0}}},
+    {"sample": {"number": 8, "inertia": {"low": -1.0, "high": 2.0}}},
+    {"sample": {"number": 8, "inertia": {"from": 1.0, "high": 2.0}}},
+    {"sample": {"number": 8, "inertia": [1.0]}},
+    {"sample": {"number": 8, "method": "halton", "inertia": {"low": 1.0, "high": 2.0}}},
     {"designs": {"file": "x.csv", "inertia": [1.0]}},
     {"designs": {"case": [1, 2], "inertia": [1.0, 2.0]}},
     {"solver": {"method": "newtn"}},

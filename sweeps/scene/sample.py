@@ -1,0 +1,215 @@
+"""[sample] of a scene: designs that are drawn from ranges and distributions.
+
+The values are drawn once, when the scene is read, and are columns of [designs] from there on:
+everything that holds for a table of designs holds for them, and archives keep them as coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.checks import known_key
+from sweeps.errors import SceneError, counted, shown
+from sweeps.reading.libraries import library
+from sweeps.scene.distributions import Distribution, read_distribution
+
+__all__ = ["METHODS", "Sample", "drawn", "parameters_of", "read_sample", "with_sample"]
+
+METHODS = {
+    "sobol": "a scrambled Sobol' sequence",
+    "latin_hypercube": "a Latin hypercube",
+    "saltelli": "Saltelli's design for Sobol' indices",
+}
+"""Ways to draw, in words."""
+
+LARGEST = 1 << 24
+"""Designs that one sample may have."""
+
+MOST_OF_SOBOL = 50
+"""Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes that
+people draw fill space no better than random numbers do."""
+
+_OWN = ("method", "number", "seed")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What [sample] asks for.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    number : int
+        Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
+        there are parameters and two more.
+    seed : int
+        Of the random numbers.
+    parameters : dict of Distribution
+        What each parameter follows.
+    """
+
+    method: str
+    number: int
+    seed: int
+    parameters: Mapping[str, Distribution]
+
+    @property
+    def group(self) -> int:
+        """Designs of each point that is drawn."""
+        return len(self.parameters) + 2 if self.method == "saltelli" else 1
+
+    @property
+    def words(self) -> str:
+        """What is drawn, in words."""
+        count = counted(self.number * self.group, "design")
+        return f"{count}, {METHODS[self.method]}, seed {self.seed}"
+
+
+def with_sample(
+    raw: Mapping[str, Any], name: str, columns: Mapping[str, Any] | None = None
+) -> tuple[dict[str, Any], Sample | None]:
+    """Tables of a scene with the designs that [sample] asks for as [designs], and the sample.
+
+    Parameters
+    ----------
+    raw : dict
+        Tables of the scene; without [sample] they come back as they are.
+    name : str
+        The scene as messages call it.
+    columns : dict, optional
+        Values that were drawn before, which an archive has kept; nothing is drawn then.
+
+    Raises
+    ------
+    SceneError
+        For what `read_sample` refuses; for [designs] beside [sample], and parameters of [sample]
+        that have values elsewhere.
+    """
+    if raw.get("sample") is None:
+        return dict(raw), None
+    if raw.get("designs") is not None:
+        raise SceneError(
+            f"{name}: [sample] and [designs]: only one of them is allowed, because the values drawn "
+            "by [sample] are the designs; what else varies belongs in [axes]"
+        )
+    sample = read_sample(raw["sample"], f"{name}: [sample]")
+    for key in sample.parameters:
+        for table in ("set", "axes", "solver"):
+            inside = raw.get(table)
+            if isinstance(inside, Mapping) and key in inside:
+                raise SceneError(
+                    f"{name}: {key} is in both [{table}] and [sample]; give it in one place"
+                )
+    tables: dict[str, Any] = {}
+    for key, table in raw.items():
+        tables[key] = table
+        if key == "sample":  # where it stands decides which dimension varies slowest
+            tables["designs"] = drawn(sample) if columns is None else dict(columns)
+    return tables, sample
+
+
+def parameters_of(raw: Mapping[str, Any]) -> list[str]:
+    """Names of the parameters that a table [sample] draws."""
+    return [key for key in raw if key not in _OWN]
+
+
+def read_sample(raw: Any, where: str) -> Sample:
+    """Check what a table [sample] asks for; nothing is drawn.
+
+    Raises
+    ------
+    SceneError
+        For a method or number that there is not, no parameter, unknown ones, and whatever is no
+        distribution.
+    """
+    if not isinstance(raw, Mapping):
+        raise SceneError(f"{where} = {shown(raw)}: must be a table")
+    method = raw.get("method", "sobol")
+    if not isinstance(method, str) or method not in METHODS:
+        raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
+    parameters = {
+        key: read_distribution(item, f"{where} {key}", known_key(key, where, also=_OWN))
+        for key, item in ((key, raw[key]) for key in parameters_of(raw))
+    }
+    if not parameters:
+        raise SceneError(
+            f"{where}: no parameter; at least one is needed, such as inertia = {{ low = 1.0, "
+            "high = 12.0 }}"
+        )
+    if method != "latin_hypercube" and len(parameters) > MOST_OF_SOBOL:
+        raise SceneError(
+            f"{where}: {counted(len(parameters), 'parameter')}; with method = '{method}' there must "
+            f"be at most {MOST_OF_SOBOL} (use 'latin_hypercube')"
+        )
+    if "number" not in raw:
+        raise SceneError(f"{where}: no number; must have the number of designs, number = 1024")
+    seed = raw.get("seed", 1)
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 32:
+        raise SceneError(f"{where} seed = {shown(seed)}: must be a whole number from 0 to 4294967295")
+    sample = Sample(method, 0, seed, parameters)
+    return Sample(method, _number(raw["number"], sample, f"{where} number"), seed, parameters)
+
+
+def _number(raw: Any, sample: Sample, where: str) -> int:
+    """Check the number of points."""
+    most = LARGEST // sample.group
+    if isinstance(raw, bool) or not isinstance(raw, int) or not 2 <= raw <= most:
+        each = f", of {sample.group} designs each" if sample.group > 1 else ""
+        raise SceneError(f"{where} = {shown(raw)}: must be a whole number from 2 to {most}{each}")
+    if sample.method != "latin_hypercube" and raw & (raw - 1):
+        below = 1 << int(math.log2(raw))
+        raise SceneError(
+            f"{where} = {raw}: must be a power of two with method = '{sample.method}', such as "
+            f"{below} or {2 * below}; otherwise the sequence is not balanced"
+        )
+    return raw
+
+
+def drawn(sample: Sample) -> dict[str, Any]:
+    """Draw a sample: the values of each parameter, one for each design.
+
+    The same sample of more points begins with the same values, but for a Latin hypercube.
+
+    Raises
+    ------
+    SceneError
+        Where SciPy or SALib is not installed.
+    """
+    positions = _positions(sample)
+    return {
+        key: distribution.of(np.ascontiguousarray(positions[:, column]))
+        for column, (key, distribution) in enumerate(sample.parameters.items())
+    }
+
+
+def _positions(sample: Sample) -> Floats:
+    """Points in the unit cube, one row for each design.
+
+    Sources: I. M. Sobol' (1967) and A. B. Owen (1998), scrambled sequences; M. D. McKay, R. J.
+    Beckman and W. J. Conover (1979), Latin hypercubes; A. Saltelli et al. (2010), the design with
+    two independent samples A and B and the mixtures of both.
+    """
+    many = len(sample.parameters)
+    if sample.method == "saltelli":
+        sobol = library("SALib.sample.sobol", "SALib", "[sample]", extra="study")
+        problem = {
+            "num_vars": many,
+            "names": list(sample.parameters),
+            "bounds": [[0.0, 1.0]] * many,
+        }
+        points = sobol.sample(
+            problem, sample.number, calc_second_order=False, scramble=True, seed=sample.seed
+        )
+        return np.asarray(points, dtype=np.float64)
+    qmc = library("scipy.stats.qmc", "SciPy", "[sample]", extra="study")
+    if sample.method == "latin_hypercube":
+        return np.asarray(qmc.LatinHypercube(many, rng=sample.seed).random(sample.number))
+    sequence = qmc.Sobol(many, scramble=True, rng=sample.seed)
+    return np.asarray(sequence.random_base2(sample.number.bit_length() - 1))

@@ -1,0 +1,259 @@
+"""[sample]: what is drawn follows the distributions that were asked for, and can be drawn again."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.scene.reading import read_scene
+from tests.support.commands import refused
+
+NUMBER = 1 << 12
+
+LAWS: dict[str, tuple[str, Any, Any]] = {
+    "uniform": ("inertia", {"low": 1.0, "high": 12.0}, stats.uniform(1.0, 11.0)),
+    "log": (
+        "inertia",
+        {"low": 1.0, "high": 12.0, "spacing": "log"},
+        stats.loguniform(1.0, 12.0),
+    ),
+    "triangular": (
+        "rod_length",
+        {"low": 0.3, "mode": 0.35, "high": 0.45},
+        stats.triang(1.0 / 3.0, 0.3, 0.15),
+    ),
+    "mode at the end": (
+        "rod_length",
+        {"low": 0.3, "mode": 0.45, "high": 0.45},
+        stats.triang(1.0, 0.3, 0.15),
+    ),
+    "normal": (
+        "reciprocating_mass",
+        {"mean": 6.67, "deviation": 0.8, "low": 5.0, "high": 7.0},
+        stats.truncnorm((5.0 - 6.67) / 0.8, (7.0 - 6.67) / 0.8, 6.67, 0.8),
+    ),
+}
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
+def test_values_follow_the_law(law: str, method: str) -> None:
+    """Stratified samples are closer to their law than 3 / number everywhere, as a grid would be."""
+    key, table, expected = LAWS[law]
+    values = sweeps.sample({key: table}, NUMBER, method=method, seed=5)[key].to_numpy()
+    distance = stats.kstest(values, expected.cdf).statistic
+    assert distance < 3.0 / NUMBER
+    assert values.min() >= table["low"] and values.max() <= table["high"]
+
+
+def test_whole_numbers_and_choices_are_equally_likely() -> None:
+    drawn = sweeps.sample(
+        {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]}, NUMBER
+    )
+    for key, values in (("cylinders", [3, 4, 5, 6]), ("load", [10, 50, 90])):
+        found, counts = np.unique(drawn[key], return_counts=True)
+        assert found.tolist() == values
+        assert np.abs(counts - NUMBER / len(values)).max() <= 2
+
+
+def test_parameters_are_drawn_independently() -> None:
+    drawn = sweeps.sample({key: LAWS[law][1] for law, key in _KEYS.items()}, NUMBER)
+    correlation = np.corrcoef(drawn.to_numpy().T)
+    assert np.abs(correlation - np.eye(len(correlation))).max() < 0.01
+
+
+_KEYS = {"log": "inertia", "triangular": "rod_length", "normal": "reciprocating_mass"}
+
+
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+def test_more_points_begin_with_the_same_ones(method: str) -> None:
+    parameters = {key: LAWS[law][1] for law, key in _KEYS.items()}
+    few, many = (sweeps.sample(parameters, n, method=method, seed=2) for n in (16, 128))
+    assert np.array_equal(few.to_numpy(), many.to_numpy()[: len(few)])
+
+
+def test_seeds_differ_and_repeat() -> None:
+    one, two, again = (
+        sweeps.sample({"inertia": LAWS["log"][1]}, 16, seed=seed)["inertia"].to_numpy()
+        for seed in (1, 2, 1)
+    )
+    assert np.array_equal(one, again) and not np.array_equal(one, two)
+
+
+def test_saltelli_groups_change_one_parameter_at_a_time() -> None:
+    parameters = {key: LAWS[law][1] for law, key in _KEYS.items()}
+    rows = sweeps.sample(parameters, 8, method="saltelli").to_numpy()
+    groups = rows.reshape(8, len(parameters) + 2, len(parameters))
+    for number in range(len(parameters)):
+        changed = groups[:, 1 + number] != groups[:, 0]
+        assert changed[:, number].all() and changed.sum() == 8
+        assert np.array_equal(groups[:, 1 + number, number], groups[:, -1, number])
+
+
+def scene(sample: Any, **more: Any) -> dict[str, Any]:
+    return {"engine": "ntua", "output": {"quantities": ["delta"]}, "sample": sample, **more}
+
+
+RANGE = {"low": 1.0, "high": 2.0}
+
+
+def test_the_order_of_the_tables_is_that_of_the_dimensions() -> None:
+    sample, axes = {"number": 4, "inertia": RANGE}, {"speed": [1000.0, 1500.0]}
+    tables = {"engine": "ntua", "output": {"quantities": ["delta"]}}
+    first = read_scene({**tables, "sample": sample, "axes": axes})
+    last = read_scene({**tables, "axes": axes, "sample": sample})
+    assert first.dimensions == ("design", "speed") and last.dimensions == ("speed", "design")
+    assert first.sample is not None and first.sample.number == 4
+
+
+WRONG: dict[str, tuple[Any, str]] = {
+    "both": (
+        scene({"number": 4, "inertia": RANGE}, designs={"inertia": [1.0]}),
+        "scene: [sample] and [designs]: only one of them is allowed",
+    ),
+    "twice": (
+        scene({"number": 4, "inertia": RANGE}, set={"inertia": 1.0}),
+        "scene: inertia is in both [set] and [sample]; give it in one place",
+    ),
+    "excluding": (
+        scene({"number": 4, "inertia": RANGE, "wanted_delta": {"low": 0.01, "high": 0.02}}),
+        "scene: wanted_delta (in [sample]) and inertia (in [sample]): the inertia follows",
+    ),
+    "a sample of one": (
+        scene({"number": 1, "inertia": RANGE}),
+        "scene: [sample] number = 1: must be a whole number from 2 to 16777216",
+    ),
+    "too many": (
+        scene({"number": 1 << 25, "inertia": RANGE}),
+        "scene: [sample] number = 33554432: must be a whole number from 2 to 16777216",
+    ),
+    "no power of two": (
+        scene({"number": 1000, "inertia": RANGE}),
+        "scene: [sample] number = 1000: must be a power of two with method = 'sobol', such as 512 "
+        "or 1024",
+    ),
+    "no number": (scene({"inertia": RANGE}), "scene: [sample]: no number"),
+    "nothing drawn": (scene({"number": 4}), "scene: [sample]: no parameter"),
+    "empty": (scene({}), "scene: [sample]: no parameter"),
+    "method": (
+        scene({"number": 4, "method": "halton", "inertia": RANGE}),
+        "scene: [sample] method = 'halton': must be one of sobol, latin_hypercube, saltelli",
+    ),
+    "seed": (
+        scene({"number": 4, "seed": -1, "inertia": RANGE}),
+        "scene: [sample] seed = -1: must be a whole number from 0",
+    ),
+    "unknown key": (
+        scene({"number": 4, "inertai": RANGE}),
+        "scene: [sample] inertai: unknown key; did you mean 'inertia'?",
+    ),
+    "reversed": (
+        scene({"number": 4, "inertia": {"low": 2.0, "high": 1.0}}),
+        "scene: [sample] inertia: low = 2 and high = 1: low must be below high",
+    ),
+    "empty range": (
+        scene({"number": 4, "inertia": {"low": 2.0, "high": 2.0}}),
+        "low must be below high",
+    ),
+    "outside": (
+        scene({"number": 4, "inertia": {"low": -1.0, "high": 1.0}}),
+        "scene: [sample] inertia low = -1: must be a finite number above 0 [kg m2]",
+    ),
+    "single value": (
+        scene({"number": 4, "inertia": 2.0}),
+        "scene: [sample] inertia = 2: must be a table of low and high",
+    ),
+    "one choice": (
+        scene({"number": 4, "cylinders": [4]}),
+        "scene: [sample] cylinders = [4]: must have at least two values",
+    ),
+    "choice twice": (scene({"number": 4, "cylinders": [4, 6, 4]}), "duplicate value 4"),
+    "choice outside": (
+        scene({"number": 4, "cylinders": [4, 99]}),
+        "scene: [sample] cylinders = 99: must be a whole number",
+    ),
+    "whole numbers": (
+        scene({"number": 4, "cylinders": {"low": 1.5, "high": 4}}),
+        "scene: [sample] cylinders low = 1.5: must be a whole number",
+    ),
+    "log below zero": (
+        scene({"number": 4, "load_offset": {"low": -1.0, "high": 1.0, "spacing": "log"}}),
+        "scene: [sample] load_offset: low = -1 must be above 0 with spacing = 'log'",
+    ),
+    "log of a normal": (
+        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 1.0, "spacing": "log"}}),
+        "only low and high are allowed with spacing = 'log'",
+    ),
+    "half a normal": (
+        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5}}),
+        "scene: [sample] inertia: has low, high, mean; must have low and high",
+    ),
+    "no end": (
+        scene({"number": 4, "inertia": {"mean": 1.5, "deviation": 0.1, "low": 1.0}}),
+        "scene: [sample] inertia: no high; must have",
+    ),
+    "no spread": (
+        scene({"number": 4, "inertia": {**RANGE, "mean": 1.5, "deviation": 0.0}}),
+        "scene: [sample] inertia deviation = 0: must be above 0",
+    ),
+    "far tail": (
+        scene({"number": 4, "inertia": {**RANGE, "mean": 9.0, "deviation": 0.5}}),
+        "lies more than 6 standard deviations from mean = 9",
+    ),
+    "mode outside": (
+        scene({"number": 4, "inertia": {**RANGE, "mode": 3.0}}),
+        "scene: [sample] inertia mode = 3: must be from 1 (low) to 2 (high)",
+    ),
+    "no table": (scene([1.0]), "sample"),
+}
+
+
+@pytest.mark.parametrize("case", list(WRONG))
+def test_bad_input_is_told_in_one_line(case: str) -> None:
+    raw, expected = WRONG[case]
+    with pytest.raises(SceneError) as error:
+        read_scene(raw)
+    assert expected in str(error.value) and "\n" not in str(error.value)
+
+
+def test_sobol_with_too_many_parameters_is_refused() -> None:
+    from engine_dyn.quantities.graph import PARAMETERS
+
+    positive = [
+        name for name, node in PARAMETERS.items()
+        if not node.whole and not node.even and node.low <= 0.1 and node.high > 0.2
+    ]  # fmt: skip
+    assert len(positive) >= 60
+    raw = {key: {"low": 0.1, "high": 0.2} for key in positive[:60]}
+    with pytest.raises(SceneError, match="60 parameters; with method = 'sobol' there must be at mo"):
+        read_scene(scene({"number": 64, **raw}))
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, "scipy.stats.qmc", None)
+    with pytest.raises(SceneError, match=r"SciPy, which is not installed: pip install 'engine-dyn\["):
+        sweeps.sample({"inertia": RANGE}, 4)
+
+
+def test_normal_far_from_its_mean_stays_finite() -> None:
+    table = {"mean": 1.0, "deviation": 0.2, "low": 2.0, "high": 2.2}
+    values = sweeps.sample({"inertia": table}, 64)["inertia"]
+    assert all(math.isfinite(v) and 2.0 <= v <= 2.2 for v in values)
+    assert values.nunique() == 64
+
+
+def test_the_command_refuses_it_in_one_line(tmp_path: Any) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        'engine = "ntua"\n[sample]\nnumber = 3\ninertia = { low = 1.0, high = 2.0 }\n'
+        '[output]\nquantities = ["delta"]\n'
+    )
+    assert "number = 3: must be a power of two" in refused("plan", str(path))

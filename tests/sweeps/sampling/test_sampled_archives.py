@@ -1,0 +1,158 @@
+"""Archives of samples: sharded, resumed and extended ones are those of one whole run to the bit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.archive.netcdf import open_archive
+from sweeps.joining.extend import extend_sample
+from sweeps.joining.merge import merge
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options, Stopped
+from sweeps.scene.reading import read_scene
+from tests.support.archives import assert_same, interrupted, run, stop_after
+from tests.support.commands import invoke, ok, refused
+
+pytestmark = pytest.mark.compiled
+
+SAMPLE: dict[str, Any] = {
+    "method": "sobol",
+    "number": 256,
+    "seed": 7,
+    "inertia": {"low": 1.0, "high": 12.0, "spacing": "log"},
+    "reciprocating_mass": {"mean": 6.67, "deviation": 0.3, "low": 5.0, "high": 8.0},
+    "rod_length": {"low": 0.3, "mode": 0.35, "high": 0.45},
+    "cylinders": [1, 2, 4, 6],
+}
+
+
+def scene(**sample: Any) -> dict[str, Any]:
+    return {
+        "engine": "ntua",
+        "sample": {**SAMPLE, **sample},
+        "axes": {"speed": [1200.0, 1500.0]},
+        "output": {"quantities": ["delta", "omega_max", "torque_mean"]},
+    }
+
+
+@pytest.fixture(autouse=True)
+def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e4)
+
+
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+@pytest.mark.parametrize("few", [2, 32])
+def test_an_extended_sample_is_the_whole_one(method: str, few: int, tmp_path: Path) -> None:
+    whole, grown = tmp_path / "whole.nc", tmp_path / "grown.nc"
+    run(scene(method=method), whole)
+    run(scene(method=method, number=few), grown)
+    extend_sample(grown, 64, Options())
+    extend_sample(grown, 256, Options())
+    assert_same(grown, open_archive(whole).load())
+
+
+def test_shards_and_resumed_runs_are_the_whole_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = tmp_path / "whole.nc"
+    run(scene(), whole)
+    expected = open_archive(whole).load()
+    plan = make_plan(read_scene(scene()))
+    shards = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
+    for number, path in enumerate(shards, start=1):
+        into_archive.run(shard(plan, number, 3), path, Options())
+    merge(shards, tmp_path / "merged.nc", Options())
+    assert_same(tmp_path / "merged.nc", expected)
+
+    resumed = tmp_path / "resumed.nc"
+    interrupted(plan, resumed, monkeypatch)
+    into_archive.run(plan, resumed, Options(resume=True))
+    assert_same(resumed, expected)
+
+
+def test_an_interrupted_extension_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, grown = tmp_path / "whole.nc", tmp_path / "grown.nc"
+    run(scene(), whole)
+    run(scene(number=16), grown)
+    before = grown.read_bytes()
+    with monkeypatch.context() as patch:
+        stop_after(patch, 2, KeyboardInterrupt())
+        with pytest.raises(Stopped, match="is as it was"):
+            extend_sample(grown, 256, Options(resume_command="engine-dyn extend"))
+    assert grown.read_bytes() == before
+    extend_sample(grown, 256, Options())
+    assert_same(grown, open_archive(whole).load())
+
+
+def test_the_archive_keeps_the_table_and_the_values(tmp_path: Path) -> None:
+    path = tmp_path / "sample.nc"
+    run(scene(number=16), path)
+    with open_archive(path) as archive:
+        assert json.loads(archive.attrs["scene"])["sample"]["inertia"] == SAMPLE["inertia"]
+        assert "designs" not in json.loads(archive.attrs["scene"])
+        assert archive.inertia.dims == ("design",) and archive.inertia.size == 16
+        drawn = sweeps.sample(
+            {k: v for k, v in SAMPLE.items() if k not in ("method", "number", "seed")}, 16, seed=7
+        )
+        assert np.array_equal(archive.inertia, drawn["inertia"])
+
+
+def test_rerun_draws_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, again = tmp_path / "sample.nc", tmp_path / "again.nc"
+    run(scene(number=16), path)
+    with monkeypatch.context() as patch:
+        patch.setattr("sweeps.scene.sample._positions", None)
+        ok("rerun", path, "-o", again)
+    assert_same(again, open_archive(path).load())
+
+
+def test_an_extension_that_would_draw_other_values_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps.scene import sample
+
+    path = tmp_path / "sample.nc"
+    run(scene(number=16), path)
+    positions = sample._positions
+    monkeypatch.setattr(sample, "_positions", lambda of: 1.0 - positions(of))
+    assert "draws other values of inertia now" in refused("extend", path, "--number", "32")
+    monkeypatch.undo()
+    assert invoke("extend", path, "--number", "32", "-q").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("number", "method", "expected"),
+    [
+        ("16", "sobol", "--number 16: must be above 16, which the archive has"),
+        ("24", "sobol", "number = 24: must be a power of two"),
+        ("32", "latin_hypercube", "--number 32: a Latin hypercube cannot be extended"),
+    ],
+)
+def test_extensions_that_are_refused(
+    number: str, method: str, expected: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "sample.nc"
+    run(scene(number=16, method=method), path)
+    before = path.read_bytes()
+    assert expected in refused("extend", path, "--number", number)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["sample.nc"]
+
+
+def test_extend_wants_either_an_axis_or_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "map.nc"
+    table = {key: value for key, value in scene().items() if key != "sample"}
+    run(table, path)
+    assert "the scene has no [sample]" in refused("extend", path, "--number", "32")
+    assert "either --axis AXIS=VALUES or --number" in refused("extend", path)
+    both = ("extend", path, "--number", "32", "--axis", "speed=1600")
+    assert "either --axis AXIS=VALUES or --number" in refused(*both)
+    assert ok("extend", path, "--axis", "speed=1600")
