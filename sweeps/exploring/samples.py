@@ -29,7 +29,7 @@ def sample(
     number : int
         Designs; for "saltelli" base points.
     method : str, optional
-        "sobol" (a power of two), "latin_hypercube" or "saltelli" (for `sweeps.sensitivities`).
+        "sobol" (a power of two), "latin_hypercube" or "saltelli" (for Sobol' indices).
     seed : int, optional
         Of the random numbers: equal seeds give equal samples.
 

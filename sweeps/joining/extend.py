@@ -85,8 +85,8 @@ def extend_sample(path: Path, number: int, options: Options) -> Plan:
     Raises
     ------
     SceneError
-        Where the archive has no sample, or one that cannot be extended; where it has as many points;
-        otherwise as `extend`.
+        Where the archive has no sample, or one that cannot be extended; where it has as many
+        points; otherwise as `extend`.
     Stopped
         Where it was interrupted, or cannot be written.
     """

@@ -33,8 +33,8 @@ ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
 
 ENDLESS = 1 << 30
-"""Designs of a sample when it is decided how they are solved: it may be extended, and the numbers of
-its first designs must not depend on how many follow."""
+"""Designs of a sample when it is decided how they are solved: it may be extended, and the numbers
+of its first designs must not depend on how many follow."""
 
 
 @dataclass(frozen=True, eq=False)

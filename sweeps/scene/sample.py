@@ -32,8 +32,8 @@ LARGEST = 1 << 24
 """Designs that one sample may have."""
 
 MOST_OF_SOBOL = 50
-"""Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes that
-people draw fill space no better than random numbers do."""
+"""Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
+that people draw fill space no better than random numbers do."""
 
 _OWN = ("method", "number", "seed")
 
@@ -96,8 +96,8 @@ def with_sample(
         return dict(raw), None
     if raw.get("designs") is not None:
         raise SceneError(
-            f"{name}: [sample] and [designs]: only one of them is allowed, because the values drawn "
-            "by [sample] are the designs; what else varies belongs in [axes]"
+            f"{name}: [sample] and [designs]: only one of them is allowed, because the values "
+            "that [sample] draws are the designs; what else varies belongs in [axes]"
         )
     sample = read_sample(raw["sample"], f"{name}: [sample]")
     for key in sample.parameters:
@@ -145,14 +145,16 @@ def read_sample(raw: Any, where: str) -> Sample:
         )
     if method != "latin_hypercube" and len(parameters) > MOST_OF_SOBOL:
         raise SceneError(
-            f"{where}: {counted(len(parameters), 'parameter')}; with method = '{method}' there must "
-            f"be at most {MOST_OF_SOBOL} (use 'latin_hypercube')"
+            f"{where}: {counted(len(parameters), 'parameter')}; with method = '{method}' there "
+            f"must be at most {MOST_OF_SOBOL} (use 'latin_hypercube')"
         )
     if "number" not in raw:
         raise SceneError(f"{where}: no number; must have the number of designs, number = 1024")
     seed = raw.get("seed", 1)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 32:
-        raise SceneError(f"{where} seed = {shown(seed)}: must be a whole number from 0 to 4294967295")
+        raise SceneError(
+            f"{where} seed = {shown(seed)}: must be a whole number from 0 to 4294967295"
+        )
     sample = Sample(method, 0, seed, parameters)
     return Sample(method, _number(raw["number"], sample, f"{where} number"), seed, parameters)
 

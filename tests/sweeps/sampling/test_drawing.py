@@ -54,7 +54,8 @@ def test_values_follow_the_law(law: str, method: str) -> None:
 
 def test_whole_numbers_and_choices_are_equally_likely() -> None:
     drawn = sweeps.sample(
-        {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]}, NUMBER
+        {"cylinders": {"low": 3, "high": 6}, "load": [10, 50, 90], "crank_ratio": [0.2, 0.3]},
+        NUMBER,
     )
     for key, values in (("cylinders", [3, 4, 5, 6]), ("load", [10, 50, 90])):
         found, counts = np.unique(drawn[key], return_counts=True)
@@ -231,7 +232,7 @@ def test_sobol_with_too_many_parameters_is_refused() -> None:
     ]  # fmt: skip
     assert len(positive) >= 60
     raw = {key: {"low": 0.1, "high": 0.2} for key in positive[:60]}
-    with pytest.raises(SceneError, match="60 parameters; with method = 'sobol' there must be at mo"):
+    with pytest.raises(SceneError, match="60 parameters; with method = 'sobol' there"):
         read_scene(scene({"number": 64, **raw}))
 
 
@@ -239,7 +240,7 @@ def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
     monkeypatch.setitem(sys.modules, "scipy.stats.qmc", None)
-    with pytest.raises(SceneError, match=r"SciPy, which is not installed: pip install 'engine-dyn\["):
+    with pytest.raises(SceneError, match=r"SciPy, which is not installed: pip install"):
         sweeps.sample({"inertia": RANGE}, 4)
 
 
