@@ -30,6 +30,7 @@ class TablesButOutput(TypedDict, total=False):
     set: Mapping[str, Any] | None
     axes: Mapping[str, Any] | None
     designs: Any  # columns: a mapping, DataFrame, Dataset or DataArray
+    sample: Any
     indicator: Any  # a mapping with file, or a DataFrame, Series or DataArray
     measured: Mapping[str, Any] | None
     characteristic: Mapping[str, Any] | None
