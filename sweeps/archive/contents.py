@@ -215,7 +215,8 @@ def plan_of(
             listed = shortened([float(value) for value in values])
             source = {**source, "axes": {**source["axes"], axis: listed}}
         name = str(archive.attributes["scene_name"])
-        scene = scene_of(raw, name, Path(archive.folder), Path(name), archive.files, drawn)
+        folder = Path(archive.folder)
+        scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
         return make_plan(replace(scene, source=source))
 
 
