@@ -72,45 +72,45 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
     banks = np.asarray(one["banks"]) - _middle(np.asarray(one["banks"]))
     radii = np.asarray(one.get("radius_factor", np.ones(len(throws))))
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
-    _blank(panel, TOP + 0.6)
-    _circle(panel, PIN, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
-    for angle, members in _gathered(banks):
+    blank(panel, TOP + 0.6)
+    circle(panel, PIN, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    for angle, members in gathered(banks):
         _cylinder(panel, angle, all(i in silent for i in members))
-        _label(panel, angle, TOP + 0.12, members)
-    _circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
+        label(panel, angle, TOP + 0.12, members)
+    circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
     # Pins at cylinder 1's firing: a throw stands its own angle away from that of cylinder 1.
     standing = banks[0] + throws - throws[0]
     for radius in np.unique(radii):
         of_radius = np.flatnonzero(radii == radius)
-        for angle, places in _gathered(standing[of_radius]):
-            x, y = _point(angle, radius)
+        for angle, places in gathered(standing[of_radius]):
+            x, y = point(angle, radius)
             panel.plot([0.0, x], [0.0, y], color="black", linewidth=2.2, zorder=2)
             panel.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=7.0)
             members = [int(of_radius[i]) for i in places]
-            _label(panel, angle, radius + 0.22, members, weight="bold")
-    _sense(panel, 0.62)
+            label(panel, angle, radius + 0.22, members, weight="bold")
+    sense(panel, 0.62)
 
 
 def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
     """Directions of the firings over the cycle."""
     angles = np.asarray(one["firing_angles"]) * 360.0 / one["period"]
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
-    _blank(panel, 1.32)
-    _circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
-    found = sorted(_gathered(angles))
+    blank(panel, 1.32)
+    circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    found = sorted(gathered(angles))
     for angle, members in found:
-        x, y = _point(angle, 1.0)
+        x, y = point(angle, 1.0)
         missing = all(i in silent for i in members)
         arrow = {
             "arrowstyle": "-|>", "color": GREY if missing else "black", "shrinkA": 0.0,
             "shrinkB": 0.0, "linewidth": 1.2, "linestyle": (0, (3, 2)) if missing else "-",
         }  # fmt: skip
         panel.annotate("", (x, y), (0.0, 0.0), arrowprops=arrow)
-        _label(panel, angle, 1.06, members, weight="bold")
+        label(panel, angle, 1.06, members, weight="bold")
     if len(found) > 1:
         following = [*found[1:], (found[0][0] + 360.0, [])]
         for (here, _), (after, _) in zip(found, following, strict=True):
-            x, y = _point(0.5 * (here + after), 0.72)
+            x, y = point(0.5 * (here + after), 0.72)
             gap = _degrees((after - here) * one["period"] / 360.0)
             panel.text(x, y, gap, ha="center", va="center", color=GREY, size=6.5)
 
@@ -123,7 +123,7 @@ def _middle(banks: Any) -> float:
     return float(banks[0]) + (90.0 if len(turned) == 2 else 0.0)
 
 
-def _gathered(angles: Iterable[float]) -> Iterator[tuple[float, list[int]]]:
+def gathered(angles: Iterable[float]) -> Iterator[tuple[float, list[int]]]:
     """Directions [degree] and the places that have them."""
     left = dict(enumerate(float(angle) for angle in angles))
     while left:
@@ -134,7 +134,7 @@ def _gathered(angles: Iterable[float]) -> Iterator[tuple[float, list[int]]]:
             left.pop(i)
 
 
-def _point(angle: float, radius: float) -> tuple[float, float]:
+def point(angle: float, radius: float) -> tuple[float, float]:
     """Point at an angle [degree] clockwise from above."""
     turned = np.radians(angle)
     return float(radius * np.sin(turned)), float(radius * np.cos(turned))
@@ -142,7 +142,7 @@ def _point(angle: float, radius: float) -> tuple[float, float]:
 
 def _cylinder(panel: Axes, angle: float, silent: bool) -> None:
     """Liner of one bank, open towards the crank, and the line that its pistons move on."""
-    out, across = np.array(_point(angle, 1.0)), np.array(_point(angle + 90.0, 1.0))
+    out, across = np.array(point(angle, 1.0)), np.array(point(angle + 90.0, 1.0))
     line = np.stack([0.0 * out, TOP * out])
     panel.plot(*line.T, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
     half = 0.45 * across
@@ -150,19 +150,21 @@ def _cylinder(panel: Axes, angle: float, silent: bool) -> None:
     panel.plot(*liner.T, color="black", linewidth=1.2, linestyle=(0, (3, 2)) if silent else "-")
 
 
-def _circle(panel: Axes, radius: float, **style: Any) -> None:
+def circle(panel: Axes, radius: float, **style: Any) -> None:
+    """Draw a circle about the shaft."""
     from matplotlib.patches import Circle
 
     panel.add_patch(Circle((0.0, 0.0), radius, **{"facecolor": "none", **style}))
 
 
-def _label(panel: Axes, angle: float, radius: float, members: list[int], **style: Any) -> None:
-    x, y = _point(angle, radius)
+def label(panel: Axes, angle: float, radius: float, members: list[int], **style: Any) -> None:
+    """Write the numbers of cylinders at an angle [degree] and a distance from the shaft."""
+    x, y = point(angle, radius)
     names = [str(i + 1) for i in members]
     # A long list in two rows.
     half = len(names) if len(names) <= 4 else -(-len(names) // 2)
     text = ",\n".join(", ".join(row) for row in (names[:half], names[half:]) if row)
-    aside, above = _point(angle, 1.0)
+    aside, above = point(angle, 1.0)
     panel.text(
         x, y, text, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
         size=7.5, linespacing=1.0, zorder=4,
@@ -171,9 +173,9 @@ def _label(panel: Axes, angle: float, radius: float, members: list[int], **style
     )  # fmt: skip
 
 
-def _sense(panel: Axes, radius: float) -> None:
+def sense(panel: Axes, radius: float) -> None:
     """Arrow in the sense of rotation, between two throws."""
-    begin, end = _point(-60.0, radius), _point(-5.0, radius)
+    begin, end = point(-60.0, radius), point(-5.0, radius)
     panel.annotate(
         "", end, begin,
         arrowprops={"arrowstyle": "->", "connectionstyle": "arc3,rad=-0.27", "color": GREY,
@@ -181,7 +183,8 @@ def _sense(panel: Axes, radius: float) -> None:
     )  # fmt: skip
 
 
-def _blank(panel: Axes, room: float) -> None:
+def blank(panel: Axes, room: float) -> None:
+    """Make a square panel without axes, so many crank radii to each side."""
     panel.set_aspect("equal")
     panel.set_xlim(-room, room)
     panel.set_ylim(-room, room)

@@ -1,0 +1,124 @@
+"""Waterfall of orders: amplitudes over order and speed, a row of stems for each speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.figures.marks import shade
+from sweeps.figures.scales import x_label, y_label
+from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
+from sweeps.figures.study import Study
+from sweeps.figures.views import View, pick, picked_text, stem_of
+from sweeps.figures.wording import axis_label, number_text, title_of, unit_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SPEED, ORDER = "speed", "order"
+
+LEAST_ROWS, MOST_ROWS = 3, 24
+"""Speeds: fewer are told apart as stems side by side, more hide each other."""
+
+OVERLAP = 1.8
+"""Rows that the largest stem reaches over."""
+
+DRAWN = 2e-3
+"""Share of the largest amplitude below which a stem is no more than its base line."""
+
+
+def waterfall_names(view: View) -> list[str]:
+    """Amplitudes over order and speed."""
+    names = [str(name) for name in view.data.data_vars if view.has(str(name))]
+    return [
+        name
+        for name in names
+        if {SPEED, ORDER} <= set(view.array(name).dims)
+        and view.data.sizes[SPEED] >= LEAST_ROWS
+        and not view.axis(SPEED).words
+        and view.array(name).attrs.get("units") != "degree"  # phases have no height
+    ]
+
+
+def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw each amplitude over order and speed; other axes are cut at one slice."""
+    for name in names:
+        for whole, along in study.along([name]):
+            if along != SPEED:
+                continue
+            view = whole.only([name], [SPEED])
+            axis = view.axis(SPEED)
+            picked = pick(axis.size, MOST_ROWS, axis.nominal)
+            values = view.array(name).transpose(SPEED, ORDER).values[picked]
+            amplitudes = np.abs(np.asarray(values, dtype=float))
+            if not np.nanmax(amplitudes, initial=0.0):
+                continue
+            figure, panels = new_sheet(1, 1, min(2.2 + 0.22 * len(picked), 6.0))
+            order = np.asarray(view.data.variables[ORDER].values, dtype=float)
+            _rows(panels[0], order, axis.values[picked], amplitudes)
+            _scale(panels[0], view, name, float(np.nanmax(amplitudes)))
+            x_label(panels[0], axis_label(view.data.variables[ORDER], ORDER), 5.0)
+            y_label(panels[0], axis.label, 3.0)
+            text = title_of(view.array(name), name)
+            yield (
+                stem_of(f"{name}_waterfall", view, None),
+                finish(
+                    figure, f"{text} over order and speed",
+                    [*view.notes([name]), picked_text(axis, MOST_ROWS)], caption=view.caption,
+                ),
+            )  # fmt: skip
+
+
+def _height(speeds: Floats, amplitudes: Floats) -> float:
+    """Speed that one unit of amplitude is drawn as."""
+    gap = float(np.median(np.diff(np.sort(speeds))))
+    return OVERLAP * gap / float(np.nanmax(amplitudes))
+
+
+def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats) -> None:
+    """Draw one row of stems at each speed, the highest speed first and so behind the others."""
+    factor = _height(speeds, amplitudes)
+    least = DRAWN * float(np.nanmax(amplitudes))
+    step = float(np.min(np.diff(order), initial=1.0))
+    ranks = np.argsort(-speeds, kind="stable")
+    for place, row in enumerate(ranks):
+        colour = shade(row / max(len(speeds) - 1, 1))
+        base, sizes = speeds[row], amplitudes[row]
+        drawn = np.isfinite(sizes) & (sizes > least)
+        panel.axhline(base, color="#bbbbbb", linewidth=0.5, zorder=2 + place)
+        panel.bar(
+            order[drawn], factor * sizes[drawn], 0.45 * step, bottom=base, color=colour,
+            edgecolor="white", linewidth=0.3, zorder=2.5 + place,
+        )  # fmt: skip
+    panel.set_xlim(order[0] - step, order[-1] + step)
+    gap = float(np.median(np.diff(np.sort(speeds))))
+    tops = speeds + factor * np.nanmax(amplitudes, axis=1, initial=0.0)
+    panel.set_ylim(speeds.min() - 0.25 * gap, tops.max() + 0.35 * gap)
+    panel.grid(False, axis="y")
+    if speeds.size <= 12:
+        panel.set_yticks(np.sort(speeds), [number_text(value) for value in np.sort(speeds)])
+
+
+def _scale(panel: Axes, view: View, name: str, largest: float) -> None:
+    """Draw a bar of a round amplitude beside the panel: the ordinate shows the speed."""
+    axis = view.axis(SPEED)
+    picked = pick(axis.size, MOST_ROWS, axis.nominal)
+    factor = _height(axis.values[picked], np.array([largest]))
+    power = 10.0 ** np.floor(np.log10(largest))
+    length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= largest)
+    low, high = panel.get_ylim()
+    top = high - 0.04 * (high - low)
+    bottom = top - factor * length
+    where = panel.get_yaxis_transform()
+    style = {"color": "black", "linewidth": 1.0, "clip_on": False, "transform": where}
+    panel.plot([1.02, 1.02], [bottom, top], **style)
+    for end in (bottom, top):
+        panel.plot([1.012, 1.028], [end, end], **style)
+    unit = unit_text(str(view.array(name).attrs.get("units", "")))
+    panel.text(
+        1.04, 0.5 * (bottom + top), f"{number_text(length)} {unit}".rstrip(), transform=where,
+        va="center", color=GREY, fontsize=7.5,
+    )  # fmt: skip
