@@ -270,6 +270,12 @@ def export(
     metavar="PLACE",
     help="Where the crank angle is 0: firing-tdc, gas-exchange-tdc, bdc or expansion-bdc.",
 )
+@click.option(
+    "--at",
+    metavar="DEGREES",
+    help="Crank angle at which the crank train is drawn. Default: that of the largest tangential "
+    "force.",
+)
 @untrusted_option
 @guarded
 def plot(

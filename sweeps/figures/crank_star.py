@@ -1,10 +1,10 @@
 """Crank star with the side view of the crankshaft, as cylinder 1 is at its dead centre.
 
 Both are drawn from the attribute ``arrangement`` of an archive: angles and places of the throws,
-and the radii over that of cylinder 1. Seen from the side, a throw at the angle theta from the upright
-stands r cos(theta) above the shaft. The star is drawn as seen from cylinder 1, turning clockwise;
-the side view is from the right of the star. Journals stand between the throws. Counterweights are drawn opposite to each throw where the archive
-gives their fraction.
+and the radii over that of cylinder 1. Seen from the side, a throw at the angle theta from the
+upright stands r cos(theta) above the shaft. The star is drawn as seen from cylinder 1, turning
+clockwise; the side view is from the right of the star. Journals stand between the throws.
+Counterweights are drawn opposite to each throw where the archive gives their fraction.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
 def _figure(one: Mapping[str, Any], fraction: float) -> Any:
     throws = _throws(one)
     long = PITCH * len({place for place, *_ in throws}) + 1.0
-    figure, (side, star) = new_sheet(1, 2, 2.7, width_ratios=(max(long, 4.4), max(3.4, 0.33 * long)))
+    figure, (side, star) = new_sheet(
+        1, 2, 2.7, width_ratios=(max(long, 4.4), max(3.4, 0.33 * long))
+    )
     _side_view(side, throws, fraction)
     _star(star, throws)
     side.set_title("side view, not to scale along the shaft")
@@ -134,7 +136,7 @@ def _web(panel: Axes, x: float, height: float, shade: str, fraction: float) -> N
 def _box(panel: Axes, left: float, right: float, middle: float, half: float, **style: Any) -> None:
     from matplotlib.patches import Rectangle
 
-    look = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.8} | style
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.8} | style
     panel.add_patch(Rectangle((left, middle - half), right - left, 2.0 * half, **look))
 
 

@@ -1,8 +1,9 @@
 """Crank train with its forces at one crank angle, to scale, and their course over the cycle.
 
-Position of the parts (Kakaitsas eqs. 1.1 to 1.3), pin at the crank radius r, rod of length r/lambda:
-with the rod angle beta of the archive, or sin(beta) = lambda sin(phi) without offsets. The crank
-turns clockwise. Forces are those of the archive, drawn where they act (Kakaitsas eqs. 2.1 to 2.19):
+The parts stand where Kakaitsas's eqs. 1.1 to 1.3 put them: the pin at the crank radius r, the rod of
+length r/lambda at the archive's rod angle beta, or at sin(beta) = lambda sin(phi) without offsets.
+The crank turns clockwise. The forces are those of the archive, drawn where they act (Kakaitsas eqs.
+2.1 to 2.19):
 
 =====================  ===========================================================================
 gas force P_g          on the piston, towards the crank where positive
@@ -26,12 +27,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.errors import SceneError
 from sweeps.figures.scales import y_label
-from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
+from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, set_cycle, trace
 from sweeps.figures.views import View
-from sweeps.figures.wording import number_text, title_of, unit_in_brackets, with_unit
+from sweeps.figures.wording import number_text, symbol_of, title_of, unit_in_brackets, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +50,7 @@ FORCES: dict[str, tuple[str, Any]] = {
 }
 """Colour and dashes of each force."""
 
-LONGEST = 1.5
+LONGEST = 1.9
 """Crank radii of the longest arrow."""
 
 SHORTEST = 0.02
@@ -94,37 +96,54 @@ def _rod_known(view: View) -> bool:
 
 
 def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw the crank train at the angle of the largest tangential force, of the nominal design."""
+    """Draw the crank train of the nominal design at one crank angle.
+
+    That is the angle that the options ask for, otherwise that of the largest tangential force.
+    """
     rod = ["rod_angle"] if over_angle(study.view, "rod_angle") else []
     view = study.view.only([*names, *rod], ())
+    unit = view.array(TANGENTIAL).attrs.get("units")
+    names = [name for name in names if view.array(name).attrs.get("units") == unit]
     angle, tangential, lost = trace(view, TANGENTIAL, {})
     if lost:
         return
-    at = int(np.argmax(np.abs(tangential)))
-    figure, (left, right) = new_sheet(1, 2, 4.4, width_ratios=(3, 4))
+    at = chosen_angle(view, angle, tangential)
+    said = f"{number_text(round(float(angle[at]), 2))}°"
+    figure, (left, right) = new_sheet(1, 2, 4.6, width_ratios=(5, 8))
     values = {name: float(trace(view, name, {})[1][at]) for name in names}
-    _drawing(left, mechanism(view, at), values)
+    _drawing(left, mechanism(view, at), values, {n: symbol_of(view.array(n)) for n in names})
+    _scale(left, view, values)
     entries: Entries = {}
     for name in names:
         colour, dashes = FORCES[name]
         x, y, _ = trace(view, name, {})
         (line,) = right.plot(x, y, color=colour, linestyle=dashes, linewidth=1.2)
-        said = with_unit(view.array(name), float(f"{values[name]:.3g}"))
-        entries[f"{title_of(view.array(name), name)}: {said}"] = line
+        value = with_unit(view.array(name), float(f"{values[name]:.3g}"))
+        entries[f"{title_of(view.array(name), name)}: {value}"] = line
     right.axhline(0.0, color=GREY, linewidth=0.6)
-    right.axvline(angle[at], color="black", linewidth=1.0)
-    set_cycle([right], view, 3.3, [right])
-    y_label(right, "Force in cylinder 1" + unit_in_brackets(view.array(TANGENTIAL)), 3.5)
-    right.set_title(f"at {number_text(round(float(angle[at]), 2))}°, the line")
-    left.set_title("forces to scale")
-    notes = [*view.notes(names), "at the largest tangential force"]
+    right.axvline(angle[at], color=rc("text.color"), linewidth=1.0)
+    right.set_title(f"over the cycle, {said} marked")
+    set_cycle([right], view, 3.6, [right])
+    y_label(right, "Force in cylinder 1" + unit_in_brackets(view.array(TANGENTIAL)), 3.7)
+    why = "" if view.options.at is not None else "at the largest tangential force"
     yield (
         "crank_train" + view.suffix,
         finish(
-            figure, f"Crank train at {number_text(round(float(angle[at]), 2))}° crank angle",
-            notes, entries, caption=view.caption, below=True,
+            figure, f"Crank train with its forces at {said} crank angle",
+            [*view.notes(names), why], entries, caption=view.caption, below=True,
         ),
     )  # fmt: skip
+
+
+def chosen_angle(view: View, angle: Floats, tangential: Floats) -> int:
+    """Place of the crank angle that is drawn: the one asked for, else of the largest force."""
+    asked = view.options.at
+    if asked is None:
+        return int(np.argmax(np.abs(tangential[:-1])))
+    low, high = float(angle[0]), float(angle[-1])
+    if not low <= asked <= high:
+        raise SceneError(f"at {asked:g}: the crank angle is from {low:g} to {high:g} degrees here")
+    return int(np.argmin(np.abs(angle - asked)))
 
 
 def mechanism(view: View, at: int) -> Mechanism:
@@ -150,8 +169,8 @@ def directions(place: Mechanism) -> dict[str, tuple[Floats, Floats]]:
     turned = np.radians(place.angle)
     head = place.wrist + np.array([0.0, PISTON])
     return {
-        "gas_force": (head + np.array([-0.35 * place.half_bore, 0.0]), down),
-        "inertia_force": (head + np.array([0.35 * place.half_bore, 0.0]), down),
+        "gas_force": (head - np.array([0.5 * place.half_bore, 0.0]), down),
+        "inertia_force": (head + np.array([0.5 * place.half_bore, 0.0]), down),
         "rod_force": (place.pin, rod / np.hypot(*rod)),
         "wall_thrust": (place.wrist, aside),
         TANGENTIAL: (place.pin, np.array([np.cos(turned), -np.sin(turned)])),
@@ -159,41 +178,77 @@ def directions(place: Mechanism) -> dict[str, tuple[Floats, Floats]]:
     }
 
 
-def _drawing(panel: Axes, place: Mechanism, values: dict[str, float]) -> None:
+def _drawing(
+    panel: Axes, place: Mechanism, values: dict[str, float], symbols: dict[str, str]
+) -> None:
     """Draw liner, piston, rod and crank, and an arrow for each force."""
     from matplotlib.patches import Circle, Rectangle
 
     (px, py), (wx, wy), half = place.pin, place.wrist, place.half_bore
-    top, low = place.wrist[1] - place.pin[1] + 1.0 + PISTON + 0.3, wy - PISTON
+    top = wy - py + 1.0 + PISTON + 0.15  # just above the piston at its dead centre
     for side in (-half, half):
-        panel.plot([wx + side] * 2, [max(low - 1.2, 1.2), max(top, wy + PISTON + 0.2)],
-                   color=GREY, linewidth=2.0, zorder=1)  # fmt: skip
+        panel.plot([wx + side] * 2, [top - 2.0 - 1.7 * PISTON, top], color=GREY, linewidth=2.0,
+                   zorder=1)  # fmt: skip
     panel.add_patch(
-        Rectangle((wx - 0.97 * half, low), 1.94 * half, 2.0 * PISTON, facecolor="#eeeeee",
+        Rectangle((wx - 0.97 * half, wy - PISTON), 1.94 * half, 2.0 * PISTON, facecolor="#eeeeee",
                   edgecolor="black", linewidth=0.8, zorder=2)
     )  # fmt: skip
     panel.add_patch(Circle((0.0, 0.0), 1.0, facecolor="none", edgecolor=GREY, linewidth=0.6,
                            linestyle=(0, (2, 2))))  # fmt: skip
-    panel.plot([0.0, px], [0.0, py], color="#777777", linewidth=5.0, zorder=2)
-    panel.plot([px, wx], [py, wy], color="#aaaaaa", linewidth=4.0, zorder=3)
+    panel.plot([0.0, px], [0.0, py], color="#b5b5b5", linewidth=6.0, zorder=2)
+    panel.plot([px, wx], [py, wy], color="#cfcfcf", linewidth=5.0, zorder=3)
     for x, y, radius in ((0.0, 0.0, 0.16), (px, py, 0.11), (wx, wy, 0.1)):
         panel.add_patch(Circle((x, y), radius, facecolor="white", edgecolor="black", zorder=4))
-    panel.axvline(wx, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
-    largest = max(abs(value) for value in values.values()) or 1.0
+    panel.plot([wx, wx], [-1.1, top], color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)),
+               zorder=0)  # fmt: skip
+    largest = _largest(values)
     for name, (start, direction) in directions(place).items():
         if name in values and abs(values[name]) > SHORTEST * largest:
-            _arrow(panel, name, start, LONGEST * values[name] / largest * direction)
+            vector = LONGEST * values[name] / largest * direction
+            if name == "wall_thrust":  # outside the liner, where it can be seen
+                start = start + np.sign(vector[0]) * np.array([half, 0.0])
+            elif name in ("gas_force", "inertia_force") and vector[1] < 0.0:
+                start = start - vector  # what presses on the piston ends there
+            _arrow(panel, name, start, vector, symbols[name])
     panel.set_aspect("equal")
-    panel.margins(0.12)
+    panel.margins(x=0.1, y=0.02)
     panel.axis("off")
 
 
-def _arrow(panel: Axes, name: str, start: Floats, vector: Floats) -> None:
-    """Draw a force as an arrow; one that presses on the piston ends on it."""
+def _largest(values: dict[str, float]) -> float:
+    return max(abs(value) for value in values.values()) or 1.0
+
+
+def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -> None:
+    """Draw a force as an arrow with its symbol."""
+    from matplotlib.patheffects import withStroke
+
     end = start + vector
-    if name in ("gas_force", "inertia_force") and vector[1] < 0.0:
-        start, end = start - vector, start
-    look = {"arrowstyle": "-|>", "color": FORCES[name][0], "linewidth": 1.6, "shrinkA": 0.0,
+    look = {"arrowstyle": "-|>", "color": FORCES[name][0], "linewidth": 1.8, "shrinkA": 0.0,
             "shrinkB": 0.0, "mutation_scale": 9.0}  # fmt: skip
-    panel.annotate("", end, start, arrowprops=look, zorder=6)
+    panel.annotate("", tuple(end), tuple(start), arrowprops=look, zorder=6)
     panel.update_datalim([start, end])
+    along = vector / np.hypot(*vector)
+    pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
+    # beside what presses on the piston, beyond the tip of others; R ends at the shaft, among bars
+    beside = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
+    if name == "radial_force":
+        beside = end + 0.3 * np.array([-along[1], along[0]])
+    panel.annotate(
+        symbol, tuple(beside), color=FORCES[name][0], fontsize=8.0, va="center", zorder=7,
+        ha="left" if pressing else "center",
+        path_effects=[withStroke(linewidth=2.0, foreground="white")],
+    )  # fmt: skip
+
+
+def _scale(panel: Axes, view: View, values: dict[str, float]) -> None:
+    """Draw a bar for a round force below the crank: all arrows are to this scale."""
+    largest = _largest(values)
+    power = 10.0 ** np.floor(np.log10(largest))
+    length = max(step * power for step in (0.5, 1.0, 2.0, 5.0) if step * power <= 0.8 * largest)
+    half = 0.5 * LONGEST * length / largest
+    panel.plot([-half, half], [-1.4, -1.4], color=GREY, linewidth=1.0, marker="|", markersize=5.0)
+    said = with_unit(view.array(TANGENTIAL), length)
+    panel.text(0.0, -1.6, said, ha="center", va="top", color=GREY, fontsize=7.0)
+    panel.update_datalim([(0.0, -1.8)])
+    panel.autoscale_view()

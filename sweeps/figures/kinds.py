@@ -47,6 +47,8 @@ from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
+from sweeps.figures.crank_star import crank_stars, star_names
+from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
 from sweeps.figures.cylinder_deviations import deviation_names, deviations
 from sweeps.figures.fitted import fitted_names, fitted_speeds
@@ -66,6 +68,7 @@ from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
+from sweeps.figures.strokes import stroke_names, strokes
 from sweeps.figures.study import Study
 from sweeps.figures.together import grouped_names, groups
 from sweeps.figures.torques import (
@@ -79,6 +82,7 @@ from sweeps.figures.torques import (
 from sweeps.figures.traces import over_angle
 from sweeps.figures.turning_moment import turning_moment, turning_names
 from sweeps.figures.views import RUNNING, View
+from sweeps.figures.waterfall import waterfall_names, waterfalls
 
 __all__ = ["KINDS", "Kind", "figures_of"]
 
@@ -137,6 +141,10 @@ def _running(dimension: str | None) -> Callable[[View], list[str]]:
 KINDS = (
     Kind("arrangement", "crankshaft, banks and firing star",
          "an engine of two cylinders or more", described, arrangements),
+    Kind("crank_star", "side view of the crankshaft and star of its throws",
+         "an engine of two cylinders or more", star_names, crank_stars),
+    Kind("strokes", "strokes of all cylinders over the crank angle, in firing order",
+         "an engine of two cylinders or more", stroke_names, strokes),
     Kind("kinematics", "travel, velocity and acceleration of the piston",
          "position, velocity or acceleration", _over_angle(*KINEMATICS), kinematics),
     Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
@@ -173,6 +181,10 @@ KINDS = (
          "deviations of single cylinders", deviation_names, deviations, own_angle=True),
     Kind("mechanism_forces", "forces of the mechanism in one panel",
          "two forces of the piston or the mechanism", grouped_names, groups),
+    Kind("crank_train", "crank train with its forces to scale at one crank angle",
+         "tangential_force and two more of gas_force, inertia_force, rod_force, wall_thrust and "
+         "radial_force over the crank angle; with offsets also rod_angle",
+         train_force_names, crank_train, shared=True),
     Kind("bearing_polar", "loads of pins and journals as polar diagrams",
          "both components of a load over the crank angle", polar_names, polar_diagrams),
     Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
@@ -184,6 +196,9 @@ KINDS = (
     Kind("orders", "any other variable over the order",
          "a variable over the order, such as torque_order", _running("order"), orders,
          general=True),
+    Kind("waterfall", "amplitudes over order and speed, a row of stems for each speed",
+         "amplitudes over order and three speeds or more", waterfall_names, waterfalls,
+         shared=True),
     Kind("numbers", "any other variable with a number for each design",
          "a number for each design, such as delta", _running(None), numbers, general=True),
     Kind("outcomes", "status of the designs over two axes",

@@ -58,6 +58,9 @@ class Options:
         Where the crank angle is counted from, one of `ZEROS`.
     targets : mapping of str to tuple of Target
         Values of quantities that are drawn as lines wherever the quantity is.
+    at : float, optional
+        Crank angle in degrees, as it is counted here, at which the crank train is drawn. Without it
+        the largest tangential force is.
     """
 
     only: tuple[str, ...] = ()
@@ -68,6 +71,7 @@ class Options:
     angle: tuple[float, float] | None = None
     zero: str = "firing-tdc"
     targets: Mapping[str, tuple[Target, ...]] = field(default_factory=dict)
+    at: float | None = None
 
     @property
     def inches(self) -> tuple[float, float] | None:
@@ -87,6 +91,7 @@ def options_of(
     angle: str | tuple[float, float] | None = None,
     zero: str = "firing-tdc",
     target: str | Iterable[str] | Mapping[str, Any] = (),
+    at: str | float | None = None,
 ) -> Options:
     """Options from what people write; every keyword may be a text as on the command line.
 
@@ -108,6 +113,8 @@ def options_of(
         (before compression) or ``expansion-bdc``.
     target : str, iterable of str or mapping
         ``"delta=1/200"``, several with commas, or ``{"delta": 0.005}``.
+    at : str or float, optional
+        Crank angle in degrees at which the crank train is drawn.
 
     Returns
     -------
@@ -134,7 +141,18 @@ def options_of(
         angle=None if angle is None else _angle(angle),
         zero=zero,
         targets=_targets(target),
+        at=None if at is None else _degrees(at),
     )
+
+
+def _degrees(given: str | float) -> float:
+    try:
+        found = float(given)
+    except ValueError:
+        found = np.nan
+    if not np.isfinite(found):
+        raise SceneError(f"at {shown(given)}: must be a crank angle in degrees, such as 20")
+    return found
 
 
 def _names(given: str | Iterable[str]) -> tuple[str, ...]:

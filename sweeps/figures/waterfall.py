@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label, y_label
-from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
+from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet, rc
 from sweeps.figures.study import Study
 from sweeps.figures.views import View, pick, picked_text, stem_of
 from sweeps.figures.wording import axis_label, number_text, title_of, unit_text
@@ -113,7 +113,12 @@ def _scale(panel: Axes, view: View, name: str, largest: float) -> None:
     top = high - 0.04 * (high - low)
     bottom = top - factor * length
     where = panel.get_yaxis_transform()
-    style = {"color": "black", "linewidth": 1.0, "clip_on": False, "transform": where}
+    style: dict[str, Any] = {
+        "color": rc("text.color"),
+        "linewidth": 1.0,
+        "clip_on": False,
+        "transform": where,
+    }
     panel.plot([1.02, 1.02], [bottom, top], **style)
     for end in (bottom, top):
         panel.plot([1.012, 1.028], [end, end], **style)

@@ -1035,7 +1035,7 @@ def described(*texts: str, **factors: tuple[float, ...]) -> xr.Dataset:
 
 def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
     found = plates(described("V8 cross-plane"))
-    assert set(found) == {"arrangement"}
+    assert set(found) == {"arrangement", "crank_star", "strokes"}
     plate = found["arrangement"]
     said = words(plate)
     assert "firing order 1-8-4-3-6-5-7-2; every 90°" in said
@@ -1046,7 +1046,9 @@ def test_the_arrangement_is_drawn_with_its_firing_star() -> None:
 
 def test_each_arrangement_of_an_axis_is_drawn() -> None:
     found = plates(described("V4 90", "boxer 4", "in-line 4"))
-    assert set(found) == {"arrangement_1", "arrangement_2", "arrangement_3"}
+    assert set(found) == {
+        f"{kind}_{n}" for kind in ("arrangement", "crank_star", "strokes") for n in (1, 2, 3)
+    }
     assert "intervals" in words(found["arrangement_1"])
     assert "Boxer 4" in words(found["arrangement_2"])
 

@@ -1,0 +1,269 @@
+"""Strokes, crank star, crank train and waterfall: what is drawn, from datasets made here."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.text import Text
+
+from sweeps.errors import SceneError
+from sweeps.figures.crank_train import directions, mechanism
+from sweeps.figures.drawing import figure
+from sweeps.figures.options import options_of
+from sweeps.figures.study import study_of
+
+FOUR = {
+    "name": "in-line 4",
+    "period": 720.0,
+    "firing_angles": [0.0, 540.0, 180.0, 360.0],
+    "throws": [0.0, 180.0, 180.0, 0.0],
+    "positions": [0.0, 1.0, 2.0, 3.0],
+    "banks": [0.0] * 4,
+    "pressure_factor": [1.0] * 4,
+    "radius_factor": [1.0] * 4,
+}
+TWO = FOUR | {
+    "name": "in-line 2",
+    "period": 360.0,
+    "firing_angles": [0.0, 180.0],
+    "throws": [0.0, 180.0],
+    "positions": [0.0, 1.0],
+    "banks": [0.0] * 2,
+    "pressure_factor": [1.0] * 2,
+    "radius_factor": [1.0] * 2,
+}
+RATIO, AREA, MASS = 0.3, 0.005, 2.0
+
+
+def variable(dims: Any, values: Any, name: str, units: str, symbol: str = "x") -> Any:
+    return (dims, values, {"long_name": name, "units": units, "symbol": f"${symbol}$"})
+
+
+def engine(described: Any = FOUR, **parameters: float) -> xr.Dataset:
+    """An archive that describes its cylinders, over crank angle, order and speed."""
+    half = (described["period"] if isinstance(described, dict) else 720.0) / 2.0
+    angles = np.arange(-half, half, 2.0)
+    speed, order = np.array([1000.0, 2000.0, 3000.0, 4000.0]), np.arange(0.5, 6.5, 0.5)
+    return xr.Dataset(
+        {
+            "torque_order": variable(
+                ("speed", "order"), speed[:, None] * (order == 2.0) + 500.0 * (order == 4.0),
+                "amplitude of the torque", "N m",
+            )
+        },
+        coords={
+            "speed": variable("speed", speed, "engine speed", "rpm", "n"),
+            "order": variable("order", order, "order", "1"),
+            "crank_angle": variable("crank_angle", angles, "crank angle", "degree"),
+        },
+        attrs={"arrangement": json.dumps(described), "parameters": json.dumps(parameters)},
+    )  # fmt: skip
+
+
+def cylinder(**more: float) -> xr.Dataset:
+    """Forces of one cylinder without offsets, by Kakaitsas's formulas."""
+    angles = np.arange(-360.0, 360.0, 1.0)
+    phi = np.radians(angles)
+    beta = np.arcsin(RATIO * np.sin(phi))
+    gas = 1e6 * AREA * np.exp(-((phi - 0.2) ** 2) * 8.0)
+    inertia = -MASS * 300.0 * (np.cos(phi) + RATIO * np.cos(2.0 * phi))
+    piston = gas + inertia
+    rod = piston / np.cos(beta)
+    curves = {
+        "gas_force": (gas, "P_g"),
+        "inertia_force": (inertia, "P_l"),
+        "rod_force": (rod, "S"),
+        "wall_thrust": (piston * np.tan(beta), "N"),
+        "tangential_force": (rod * np.sin(phi + beta), "T"),
+        "radial_force": (rod * np.cos(phi + beta), "R"),
+    }
+    return xr.Dataset(
+        {
+            name: variable("crank_angle", values, name.replace("_", " "), "N", symbol)
+            for name, (values, symbol) in curves.items()
+        },
+        coords={"crank_angle": variable("crank_angle", angles, "crank angle", "degree")},
+        attrs={"parameters": json.dumps({"crank_ratio": RATIO, "bore": 0.1, "stroke": 0.11} | more)},
+    )  # fmt: skip
+
+
+def words(drawn: Figure) -> str:
+    found = [t.get_text() for t in drawn.findobj(Text) if t.get_visible() and t.get_text()]
+    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+def bars(drawn: Figure, row: int) -> list[tuple[float, float, str]]:
+    """Bars of one row: begin, end, and the colour of the face."""
+    patches = [p for p in drawn.axes[0].patches if isinstance(p, Rectangle)]
+    here = [p for p in patches if abs(p.get_y() + 0.5 * p.get_height() - row) < 0.1]
+    found = [(p.get_x(), p.get_x() + p.get_width(), str(p.get_facecolor())) for p in here]
+    return sorted(found)
+
+
+# --- strokes -----------------------------------------------------------------------------------
+
+
+def test_each_cylinder_has_its_power_stroke_after_its_firing() -> None:
+    drawn = figure(engine(), "strokes")
+    panel = drawn.axes[0]
+    ticks = [label.get_text() for label in panel.get_yticklabels()]
+    assert ticks == ["cylinder 1", "cylinder 3", "cylinder 4", "cylinder 2"]
+    # firings at 0, 180, 360 (the same as -360) and 540 (-180) of cylinder 1's angle
+    power = bars(drawn, 0)[2][2]
+    for row, fires in enumerate((0.0, 180.0, -360.0, -180.0)):
+        here = [(begin, end) for begin, end, colour in bars(drawn, row) if colour == power]
+        assert here == [(fires, fires + 180.0)]
+    assert "firing order 1-3-4-2" in words(drawn)
+    assert words(drawn).count("compression") == 4
+
+
+def test_strokes_count_the_angle_as_the_options_say() -> None:
+    drawn = figure(engine(), "strokes", options_of(angle="0..720", zero="bdc"))
+    # 0 is the bottom dead centre before compression: cylinder 1 fires at 180
+    begin, end, colour = bars(drawn, 0)[1]
+    assert (begin, end) == (180.0, 360.0)
+    assert drawn.axes[0].get_xlim() == (0.0, 720.0)
+    assert bars(drawn, 1)[2] == (360.0, 540.0, colour)
+
+
+def test_strokes_that_the_ends_of_the_axis_cut_are_in_two_parts() -> None:
+    shifted = FOUR | {"firing_angles": [0.0, 90.0, 300.0, 450.0]}
+    drawn = figure(engine(shifted), "strokes")
+    for row in range(4):
+        covered = bars(drawn, row)
+        assert covered[0][0] == -360.0 and covered[-1][1] == 360.0
+        assert sum(end - begin for begin, end, _ in covered) == pytest.approx(720.0)
+    assert len(bars(drawn, 2)) == 5
+
+
+def test_a_two_stroke_has_two_strokes_and_a_misfiring_cylinder_no_power() -> None:
+    drawn = figure(engine(TWO), "strokes")
+    assert [(b, e) for b, e, _ in bars(drawn, 0)] == [(-180.0, 0.0), (0.0, 180.0)]
+    assert "exhaust" not in words(drawn)
+    silent = figure(engine(FOUR | {"pressure_factor": [1.0, 0.0, 1.0, 1.0]}), "strokes")
+    assert words(silent).count("no firing") == 1
+    assert words(silent).count("power") == 3
+
+
+def test_one_cylinder_has_no_figure_of_strokes() -> None:
+    one = {key: value[:1] if isinstance(value, list) else value for key, value in FOUR.items()}
+    with pytest.raises(SceneError, match="strokes: the archive does not give it"):
+        figure(engine(one), "strokes")
+
+
+# --- crank star --------------------------------------------------------------------------------
+
+
+def test_throws_stand_at_the_cosine_of_their_angle() -> None:
+    throws = [0.0, 120.0, 240.0, 240.0]
+    drawn = figure(engine(FOUR | {"throws": throws}), "crank_star")
+    side = drawn.axes[0]
+    numbers = {t.get_text(): t.get_position()[1] for t in side.texts if t.get_weight() == "bold"}
+    assert set(numbers) == {"1", "2", "3", "4"}
+    # beyond the pin, on the side where it stands
+    assert numbers["1"] == pytest.approx(1.0 + 0.24)
+    for name in "234":
+        assert numbers[name] == pytest.approx(-0.5 - 0.24)
+    journals = [t.get_text() for t in side.texts if t.get_weight() != "bold"]
+    assert journals == ["1", "2", "3", "4", "5"]
+    star = {t.get_text() for t in drawn.axes[1].texts if t.get_text()}
+    assert star == {"1", "2", "3, 4"}
+
+
+def test_rods_on_one_pin_share_a_throw() -> None:
+    vee = FOUR | {"throws": [0.0, 0.0, 180.0, 180.0], "positions": [0.0, 0.0, 1.0, 1.0]}
+    side = figure(engine(vee), "crank_star").axes[0]
+    bold = [t.get_text() for t in side.texts if t.get_weight() == "bold"]
+    assert bold == ["1, 2", "3, 4"]
+
+
+def test_counterweights_are_drawn_where_the_archive_gives_them() -> None:
+    plain = figure(engine(), "crank_star")
+    drawn = figure(engine(counterweight_fraction=0.5), "crank_star")
+    assert len(drawn.axes[0].patches) == len(plain.axes[0].patches) + 8
+    assert "counterweights for the fraction 0.5" in words(drawn)
+    assert "counterweights" not in words(plain)
+
+
+# --- crank train -------------------------------------------------------------------------------
+
+
+def places(data: xr.Dataset, at: int) -> Any:
+    view = study_of(data, {}).view
+    return mechanism(view, at), {str(n): float(data[n].values[at]) for n in data.data_vars}
+
+
+@pytest.mark.parametrize("degrees", [-300.0, -40.0, 25.0, 110.0, 200.0])
+def test_the_forces_of_the_drawing_are_in_balance(degrees: float) -> None:
+    place, force = places(cylinder(), int(degrees + 360.0))
+    vectors = {n: force[n] * direction for n, (_, direction) in directions(place).items()}
+    size = max(abs(value) for value in force.values())
+    # the rod is as long as the crank ratio says, and the piston stands on the cylinder's line
+    assert np.hypot(*(place.pin - place.wrist)) == pytest.approx(1.0 / RATIO)
+    assert place.wrist[0] == pytest.approx(0.0, abs=1e-12)
+    pin = vectors["tangential_force"] + vectors["radial_force"]
+    assert vectors["rod_force"] == pytest.approx(pin, abs=1e-9 * size)
+    on_piston = vectors["gas_force"] + vectors["inertia_force"] - vectors["wall_thrust"]
+    assert vectors["rod_force"] == pytest.approx(on_piston, abs=1e-9 * size)
+
+
+def test_arrows_are_to_one_scale() -> None:
+    data = cylinder()
+    drawn = figure(data, "crank_train", options_of(at=25))
+    arrows = [
+        (np.subtract(a.xy, a.xyann), a) for a in drawn.axes[0].texts
+        if getattr(a, "arrow_patch", None) is not None
+    ]  # fmt: skip
+    lengths = sorted(float(np.hypot(*vector)) for vector, _ in arrows)
+    forces = sorted(abs(float(data[name].sel(crank_angle=25.0))) for name in data.data_vars)
+    assert np.array(lengths) / lengths[-1] == pytest.approx(np.array(forces) / forces[-1])
+    assert "at 25° crank angle" in words(drawn)
+
+
+def test_the_crank_train_stands_at_the_largest_tangential_force() -> None:
+    data = cylinder()
+    largest = float(data["tangential_force"].idxmax())
+    assert f"at {largest:g}° crank angle" in words(figure(data, "crank_train"))
+    turned = figure(data, "crank_train", options_of(angle="0..720", zero="bdc"))
+    assert f"at {largest + 180.0:g}° crank angle" in words(turned)
+
+
+def test_an_angle_outside_the_cycle_is_refused() -> None:
+    with pytest.raises(SceneError, match="at 400: the crank angle is from -360 to 360 degrees"):
+        figure(cylinder(), "crank_train", options_of(at=400))
+    with pytest.raises(SceneError, match="at 'top': must be a crank angle in degrees"):
+        options_of(at="top")
+
+
+def test_offsets_need_the_rod_angle() -> None:
+    with pytest.raises(SceneError, match="crank_train: the archive does not give it"):
+        figure(cylinder(pin_offset=0.001), "crank_train")
+
+
+# --- waterfall ---------------------------------------------------------------------------------
+
+
+def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
+    data = engine()
+    panel = figure(data, "waterfall").axes[0]
+    stems = [(p.get_x() + 0.5 * p.get_width(), p.get_y(), p.get_height()) for p in panel.patches]
+    per_unit = {(order, speed): height for order, speed, height in stems}
+    assert set(per_unit) == {
+        (order, speed) for order in (2.0, 4.0) for speed in (1000.0, 2000.0, 3000.0, 4000.0)
+    }
+    scale = per_unit[2.0, 4000.0] / 4000.0
+    for (order, speed), height in per_unit.items():
+        amplitude = float(data["torque_order"].sel(speed=speed, order=order))
+        assert height == pytest.approx(scale * amplitude)
+    assert "2000 N m" in words(figure(data, "waterfall"))
+
+
+def test_two_speeds_are_no_waterfall() -> None:
+    with pytest.raises(SceneError, match="three speeds or more"):
+        figure(engine().isel(speed=[0, 1]), "waterfall")
