@@ -1,7 +1,7 @@
 """Crank train with its forces at one crank angle, to scale, and their course over the cycle.
 
-The parts stand where Kakaitsas's eqs. 1.1 to 1.3 put them: the pin at the crank radius r, the rod of
-length r/lambda at the archive's rod angle beta, or at sin(beta) = lambda sin(phi) without offsets.
+The parts stand where Kakaitsas's eqs. 1.1 to 1.3 put them: the pin at the crank radius r, the rod
+of length r/lambda at the archive's angle beta, or at sin(beta) = lambda sin(phi) without offsets.
 The crank turns clockwise. The forces are those of the archive, drawn where they act (Kakaitsas eqs.
 2.1 to 2.19):
 

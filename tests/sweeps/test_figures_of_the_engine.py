@@ -89,7 +89,7 @@ def cylinder(**more: float) -> xr.Dataset:
             for name, (values, symbol) in curves.items()
         },
         coords={"crank_angle": variable("crank_angle", angles, "crank angle", "degree")},
-        attrs={"parameters": json.dumps({"crank_ratio": RATIO, "bore": 0.1, "stroke": 0.11} | more)},
+        attrs={"parameters": json.dumps({"crank_ratio": RATIO, "bore": 0.1, **more})},
     )  # fmt: skip
 
 
