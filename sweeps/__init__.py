@@ -27,7 +27,10 @@ def __getattr__(name: str) -> Any:
 
             hint = did_you_mean(name, __all__)
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}{hint}")
-    return _loaded(name)
+    found = _loaded(name)
+    if "Dataset" in str(getattr(found, "__annotations__", {}).get("return", "")):
+        import sweeps.accessor  # noqa: F401  # datasets of sweeps have `dyn`
+    return found
 
 
 def __dir__() -> list[str]:

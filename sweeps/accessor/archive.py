@@ -1,0 +1,186 @@
+"""The accessor of datasets: search, tables, files and figures of one archive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from engine_dyn.status import MEANINGS
+from sweeps.accessor.plots import Plots, said_in_python, units_text
+from sweeps.errors import SceneError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from sweeps.exploring.export import Exported
+
+__all__ = ["ArchiveAccessor"]
+
+
+@xr.register_dataset_accessor("dyn")
+class ArchiveAccessor:
+    """What `sweeps` does with an archive: ``archive.dyn``.
+
+    `plot` draws its figures, `show` and `table` give numbers, `best` and `pareto` find designs,
+    `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write files.
+
+    Examples
+    --------
+    >>> archive = sweeps.run("first")  # doctest: +SKIP
+    >>> archive.dyn.best(least="inertia", within="delta <= 1/50")  # doctest: +SKIP
+    >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")  # doctest: +SKIP
+    """
+
+    def __init__(self, archive: xr.Dataset) -> None:
+        self._archive = archive
+
+    def __repr__(self) -> str:
+        from sweeps.errors import one_line
+
+        methods = ", ".join(name for name in dir(self) if not name.startswith("_"))
+        title = one_line(self._archive.attrs.get("title", ""), 60)
+        return f"<archive.dyn of '{title}': {methods}>"
+
+    @property
+    def plot(self) -> Plots:
+        """Figures: ``archive.dyn.plot.torque_and_speed()``; each kind is a method."""
+        return Plots(self._archive)
+
+    @property
+    def status_words(self) -> xr.DataArray:
+        """Outcome of each design in words, on the dimensions of `status`.
+
+        Raises
+        ------
+        SceneError
+            For an archive of which no design can fail: it has no `status`.
+        """
+        if "status" not in self._archive:
+            raise SceneError(
+                "status_words: the archive has no status: none of its designs can fail"
+            )
+        codes = self._archive["status"]
+        words = codes.copy(data=np.array(MEANINGS)[codes.values.astype(np.int64)])
+        words.attrs = {"long_name": codes.attrs.get("long_name", "outcome")}
+        return words.rename("status_words")
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Number of designs of each outcome; empty where no design can fail."""
+        from sweeps.presenting.archives import outcome_counts
+
+        return outcome_counts(self._archive)
+
+    def best(
+        self, *, least: str | None = None, most: str | None = None,
+        within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
+    ) -> xr.Dataset:  # fmt: skip
+        """Find the design with the least, or most, of a quantity; see `sweeps.best`."""
+        from sweeps.exploring.search import best
+
+        return best(
+            self._archive, least=least, most=most, within=within, at_every=at_every,
+            not_counted=not_counted,
+        )  # fmt: skip
+
+    def pareto(
+        self, first: str, second: str, *, most: str | Sequence[str] = (),
+        within: str | Sequence[str] = (),
+    ) -> xr.Dataset:  # fmt: skip
+        """Find the designs that no other beats in both quantities; see `sweeps.pareto`."""
+        from sweeps.exploring.search import pareto
+
+        return pareto(self._archive, first, second, most=most, within=within)
+
+    def nearest(self, **values: float | str) -> xr.Dataset:
+        """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`."""
+        from sweeps.exploring.slices import nearest
+
+        return nearest(self._archive, **values)
+
+    def table(
+        self, *, select: Mapping[str, float | str] | None = None,
+        quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
+        relative_to: Mapping[str, float | str] | None = None,
+    ) -> pd.DataFrame:  # fmt: skip
+        """Return designs as a DataFrame, one in each row, in the units of the archive.
+
+        Parameters
+        ----------
+        select : mapping, optional
+            Values of axes, of which the nearest are taken: ``{"load": 50}``.
+        quantities : str or sequence of str, optional
+            If not given, all that have one number for each design.
+        sort : str, optional
+            A column, the smallest first; ``"-delta"``: the largest first.
+        limit : int
+            Most rows.
+        relative_to : mapping, optional
+            A design: quantities are changes from it in percent. ``{}`` is the first one.
+
+        Raises
+        ------
+        SceneError
+            For names that the archive does not have.
+        """
+        from sweeps.exploring.rows import rows
+
+        return rows(
+            self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+            relative_to=relative_to,
+        ).table  # fmt: skip
+
+    def show(
+        self, *, select: Mapping[str, float | str] | None = None,
+        quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
+        relative_to: Mapping[str, float | str] | None = None,
+        units: str | Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
+        """Print designs as a table in readable units, as ``engine-dyn show`` does.
+
+        The parameters are those of `table`; `units` are those of columns, such as
+        ``{"brake_power": "hp"}`` or ``"archive"`` for those of the archive.
+        """
+        from sweeps.exploring.rows import rows
+        from sweeps.presenting.tables import rows_text
+
+        found = rows(
+            self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+            relative_to=relative_to,
+        )  # fmt: skip
+        with said_in_python():
+            text = rows_text(found, units_text(units))
+        print(text.replace("--limit shows", "limit=... shows"))
+
+    def to_excel(
+        self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
+        overwrite: bool = False,
+    ) -> Exported:  # fmt: skip
+        """Write an Excel file: results, axes, assumptions and provenance; see `sweeps.export`.
+
+        Raises
+        ------
+        SceneError
+            For a path that does not end with .xlsx, and as `sweeps.export`.
+        """
+        from sweeps.checks import a_path
+
+        if a_path(path, "path").suffix.lower() != ".xlsx":
+            raise SceneError(f"{path}: must end with .xlsx; `export` writes other kinds")
+        return self.export(path, quantities=quantities, overwrite=overwrite)
+
+    def export(
+        self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
+        overwrite: bool = False, head_units: bool = False,
+    ) -> Exported:  # fmt: skip
+        """Write a table in .csv, .parquet or .xlsx; see `sweeps.export`."""
+        from sweeps.exploring.export import export
+
+        return export(
+            self._archive, path, quantities=quantities, overwrite=overwrite, head_units=head_units
+        )

@@ -1,0 +1,162 @@
+"""Figures of an archive as methods, one for each kind: ``archive.dyn.plot.torque_and_speed()``."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from sweeps.errors import SceneError, did_you_mean, shown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["Plots", "said_in_python", "units_text"]
+
+_PARAMETERS = """
+
+Parameters
+----------
+ax : matplotlib.axes.Axes, optional
+    Draw into this panel of a figure of your own; only where the kind has one panel.
+style : str, Path or mapping, optional
+    A matplotlib style file, the name of a style, or settings: ``{"font.size": 10}``.
+units : str or mapping, optional
+    ``{"brake_power": "hp"}``; ``"archive"`` keeps the units of the archive. Without it kW, rpm,
+    kN, kJ and mm where they read better.
+size : str or tuple, optional
+    Width and height in millimetres: ``(160, 100)``.
+angle : str or tuple, optional
+    First and last crank angle in degrees: ``(0, 720)``.
+zero : str
+    Where the crank angle is counted from: ``firing-tdc``, ``gas-exchange-tdc``, ``bdc`` or
+    ``expansion-bdc``.
+target : str or mapping
+    Lines at values that are aimed at: ``{"delta": "1/200"}``.
+select : mapping, optional
+    Values of axes that are not drawn along: ``{"load": 50}``.
+quantities : str or iterable of str
+    What the general kinds draw, such as ``numbers`` and ``curves``.
+
+Returns
+-------
+matplotlib.figure.Figure
+    The first figure of the kind. A notebook shows it, ``savefig`` writes it.
+
+Raises
+------
+SceneError
+    Where the archive does not give this kind, and for options that do not fit.
+"""
+
+
+class Plots:
+    """Figures of an archive: each kind is a method, and ``archive.dyn.plot()`` draws all.
+
+    Its text lists what this archive gives, and what the other kinds need.
+    """
+
+    def __init__(self, archive: xr.Dataset) -> None:
+        self._archive = archive
+
+    def __repr__(self) -> str:
+        from sweeps.presenting.figure_kinds import kinds_text
+
+        return kinds_text(self._archive)
+
+    def __dir__(self) -> list[str]:
+        from sweeps.figures.kinds import KINDS
+
+        return [kind.name for kind in KINDS]
+
+    def __getattr__(self, name: str) -> Callable[..., Figure]:
+        if name.startswith("_"):  # notebooks ask for many of these
+            raise AttributeError(name)
+        from sweeps.figures.kinds import KINDS
+
+        found = next((kind for kind in KINDS if kind.name == name), None)
+        if found is None:
+            hint = did_you_mean(name, dir(self)) or "."
+            raise AttributeError(
+                f"figure '{name}': no such kind{hint} Kinds: {', '.join(dir(self))}"
+            )
+
+        def draw(
+            ax: Axes | None = None, style: str | Path | Mapping[str, Any] | None = None,
+            units: str | Mapping[str, str] | None = None,
+            size: str | tuple[float, float] | None = None,
+            angle: str | tuple[float, float] | None = None, zero: str = "firing-tdc",
+            target: str | Iterable[str] | Mapping[str, Any] = (),
+            select: Mapping[str, float | str] | None = None,
+            quantities: str | Iterable[str] = (),
+        ) -> Figure:  # fmt: skip
+            from sweeps.figures import figure, options_of
+
+            if ax is not None and not hasattr(ax, "get_figure"):
+                raise SceneError(f"ax = {shown(ax)}: must be an Axes of matplotlib")
+            chosen = options_of(
+                style=style, size=size, angle=angle, zero=zero, target=target, select=select,
+                quantities=quantities,
+            )  # fmt: skip
+            drawn = figure(self._readable(units), name, chosen, ax)
+            return _shown(drawn) if ax is None else drawn
+
+        draw.__name__ = draw.__qualname__ = name
+        draw.__doc__ = f"Draw {found.shows}.{_PARAMETERS}"
+        return draw
+
+    def __call__(
+        self, only: str | Iterable[str] = (), *,
+        style: str | Path | Mapping[str, Any] | None = None,
+        units: str | Mapping[str, str] | None = None, **options: Any,
+    ) -> dict[str, Figure]:  # fmt: skip
+        """Draw all figures, or all of some kinds; by the names that their files would have.
+
+        The keywords are those of the single kinds.
+        """
+        from sweeps.figures import figures, options_of
+
+        drawn = figures(self._readable(units), options_of(only=only, style=style, **options))
+        return {name: _shown(one) for name, one in drawn.items()}
+
+    def _readable(self, units: str | Mapping[str, str] | None) -> xr.Dataset:
+        from sweeps.presenting.readable_dataset import readable_dataset
+
+        with said_in_python():
+            return readable_dataset(self._archive, units_text(units))
+
+
+@contextmanager
+def said_in_python() -> Iterator[None]:
+    """Let messages about options of the command name the keyword of Python: units, not --units."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(str(error).removeprefix("--")) from None
+
+
+def units_text(units: str | Mapping[str, str] | None) -> str | None:
+    """Units of quantities as the command takes them: ``brake_power=hp,speed=rpm``."""
+    if isinstance(units, Mapping):
+        return ",".join(f"{name}={unit}" for name, unit in units.items()) or None
+    return units
+
+
+def _shown(figure: Figure) -> Figure:
+    """Return a figure that a notebook shows although it does not belong to pyplot."""
+    if not hasattr(figure, "_repr_png_"):
+        figure._repr_png_ = partial(_png, figure)  # type: ignore[attr-defined]
+    return figure
+
+
+def _png(figure: Figure) -> bytes:
+    """Return a figure as a PNG file."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return file.getvalue()

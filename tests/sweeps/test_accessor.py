@@ -1,0 +1,158 @@
+"""`archive.dyn`: numbers, designs, files and figures of an archive."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import sweeps
+import sweeps.accessor
+from sweeps.figures.kinds import KINDS
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def archive() -> xr.Dataset:
+    """Two axes, one design without a steady state, and curves over the crank angle."""
+    inertia, load = np.array([2.0, 4.0, 8.0]), np.array([50.0, 100.0])
+    delta = load[:, None] / inertia / 1000.0
+    delta[1, 0] = np.nan
+    status = np.where(np.isnan(delta), 2, 0).astype(np.int8)
+    angle = np.arange(-360.0, 360.0, 10.0)
+    wave = np.sin(np.radians(angle))
+    return xr.Dataset(
+        {
+            "delta": (("load", "inertia"), delta, {"units": "1", "long_name": "irregularity"}),
+            "brake_power": ("load", load * 1e3, {"units": "W", "long_name": "brake power"}),
+            "torque": ("crank_angle", 100.0 * wave, {"units": "N m", "long_name": "torque"}),
+            "omega": ("crank_angle", 157.0 + wave, {"units": "rad s-1", "long_name": "speed"}),
+            "status": (("load", "inertia"), status, {"long_name": "outcome"}),
+        },
+        coords={
+            "inertia": ("inertia", inertia, {"units": "kg m2"}),
+            "load": ("load", load, {"units": "percent"}),
+            "crank_angle": ("crank_angle", angle, {"units": "degree"}),
+        },
+        attrs={"title": "a <made up> archive"},
+    )
+
+
+def test_outcomes_are_words(archive: xr.Dataset) -> None:
+    words = archive.dyn.status_words
+    assert words.dims == ("load", "inertia")
+    assert words.values.tolist() == [["converged"] * 3, ["no_steady_state", *["converged"] * 2]]
+    assert archive.dyn.outcomes == {"converged": 5, "no_steady_state": 1}
+    assert archive["status"].dtype == np.int8, "the archive stays as it is"
+    with pytest.raises(sweeps.SceneError, match="has no status"):
+        _ = archive.drop_vars("status").dyn.status_words
+
+
+def test_designs_are_those_of_the_functions(archive: xr.Dataset) -> None:
+    given = archive.drop_dims("crank_angle")
+    found = given.dyn.best(least="inertia", within="delta <= 1/50", at_every="load")
+    assert found.identical(
+        sweeps.best(given, least="inertia", within="delta <= 1/50", at_every="load")
+    )
+    assert float(found["inertia"]) == 8.0
+    assert given.dyn.pareto("inertia", "delta").identical(sweeps.pareto(given, "inertia", "delta"))
+    assert float(archive.dyn.nearest(load=60)["load"]) == 50.0
+
+
+def test_table_and_show(archive: xr.Dataset, capsys: pytest.CaptureFixture[str]) -> None:
+    table = archive.dyn.table(sort="-delta", limit=2)
+    assert isinstance(table, pd.DataFrame)
+    assert table["delta"].tolist() == [0.025, 0.025]
+    archive.dyn.show(limit=4, units={"brake_power": "hp"})
+    told = capsys.readouterr().out
+    assert "brake_power [hp]" in told and "4 of 6 designs; limit=... shows more" in told
+    assert "--" not in told
+
+
+def test_files(archive: xr.Dataset, tmp_path: Path) -> None:
+    pytest.importorskip("openpyxl")
+    done = archive.dyn.to_excel(tmp_path / "out.xlsx", quantities="delta")
+    assert done.rows == 6
+    assert pd.read_excel(tmp_path / "out.xlsx").columns.tolist() == ["load", "inertia", "delta"]
+    assert archive.dyn.export(tmp_path / "out.csv").rows == 6
+    with pytest.raises(sweeps.SceneError, match=r"out\.csv: must end with \.xlsx; `export`"):
+        archive.dyn.to_excel(tmp_path / "out.csv")
+    with pytest.raises(sweeps.SceneError, match="path = 3: must be the path of a file"):
+        archive.dyn.to_excel(3)
+
+
+def test_every_kind_of_figure_is_a_method(archive: xr.Dataset) -> None:
+    plot = archive.dyn.plot
+    assert dir(plot) == sorted(kind.name for kind in KINDS)
+    for kind in KINDS:
+        method = getattr(plot, kind.name)
+        assert method.__name__ == kind.name and kind.shows in method.__doc__
+    assert "torque_and_speed" in repr(plot).partition("not of this archive")[0]
+    assert "bearing_polar" in repr(plot).partition("not of this archive")[2]
+
+
+def test_figures_are_those_of_matplotlib(archive: xr.Dataset) -> None:
+    drawn = archive.dyn.plot.torque_and_speed(
+        style={"font.size": 11.0}, size=(160, 120), angle=(0, 720), units="archive"
+    )
+    assert isinstance(drawn, Figure)
+    assert drawn.get_size_inches() == pytest.approx([160 / 25.4, 120 / 25.4])
+    assert drawn._repr_png_().startswith(b"\x89PNG")
+    assert "rad" in " ".join(ax.get_ylabel() for ax in drawn.axes)
+    assert set(archive.dyn.plot(only="torque_and_speed")) == {"torque_and_speed"}
+    readable = archive.dyn.plot.torque_and_speed()
+    assert "rpm" in " ".join(ax.get_ylabel() for ax in readable.axes)
+
+
+def test_figures_are_drawn_into_a_panel(archive: xr.Dataset) -> None:
+    mine = Figure()
+    left, right = mine.subplots(1, 2)
+    given = archive.drop_dims("crank_angle")
+    assert given.dyn.plot.numbers(ax=left, quantities="delta") is mine
+    assert left.has_data() and not right.has_data()
+    assert matplotlib.rcParams["font.size"] == matplotlib.rcParamsDefault["font.size"]
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "said"),
+    [
+        (lambda p: p.torque_and_sped(), AttributeError, "'torque_and_sped': no such kind; did you"),
+        (lambda p: p.bearing_polar(), ValueError, "figure bearing_polar: the archive does not"),
+        (lambda p: p.numbers(styl=1), TypeError, r"numbers\(\) got an unexpected keyword"),
+        (lambda p: p.numbers(style="nope"), ValueError, "style 'nope': no such file"),
+        (lambda p: p.numbers(units={"foo": "kW"}), ValueError, "^units foo: no column"),
+        (lambda p: p.numbers(ax=3), ValueError, "ax = 3: must be an Axes"),
+    ],
+)
+def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: str) -> None:
+    with pytest.raises(kind, match=said):
+        call(archive.dyn.plot)
+    assert not hasattr(archive.dyn.plot, "_ipython_display_")
+
+
+@pytest.mark.parametrize(
+    "statement",
+    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.accessor"],
+)
+def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
+    code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], cwd=ROOT, capture_output=True, text=True
+    )
+    assert "<archive.dyn of ''" in done.stdout, done.stderr
+
+
+def test_the_command_does_not_load_it() -> None:
+    code = "import sweeps.cli.main, sweeps; sweeps.SceneError; import sys; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert "sweeps.accessor" not in done.stdout.split()
