@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -27,15 +27,18 @@ __all__ = [
     "Strict",
     "a_path",
     "allowed",
+    "check_dataset",
     "check_range",
     "check_structure",
     "is_ratio",
     "known_key",
+    "names_given",
     "number",
     "numbers",
     "outside",
     "plain",
     "shortened",
+    "thread_count",
 ]
 
 DEEPEST = 8
@@ -69,6 +72,50 @@ def a_path(value: object, key: str) -> Path:
         return Path(value)
     said = "is missing" if value is None else f"= {shown(value)}"
     raise SceneError(f"{key} {said}: must be the path of a file, a text or a Path")
+
+
+def check_dataset(value: object, key: str = "archive") -> None:
+    """Check that an argument is a dataset.
+
+    Raises
+    ------
+    SceneError
+        For anything else, such as the path of an archive.
+    """
+    if not hasattr(value, "data_vars"):
+        opened = isinstance(value, str | Path) and f", such as sweeps.open({str(value)!r})"
+        raise SceneError(
+            f"{key} = {shown(value)}: must be a dataset, as sweeps.run and sweeps.open return it"
+            f"{opened or ''}"
+        )
+
+
+def names_given(value: Any, key: str) -> list[str]:
+    """Return the texts of an argument that is one text or several.
+
+    Raises
+    ------
+    SceneError
+        For anything else; the message begins with `key`, the parameter of the call.
+    """
+    texts = [value] if isinstance(value, str) else value
+    if not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
+        raise SceneError(f"{key} = {shown(value)}: must be a text or a list of texts")
+    return list(texts)
+
+
+def thread_count(threads: Any) -> int | None:
+    """Return a number of threads; None for as many as there are processors.
+
+    Raises
+    ------
+    SceneError
+        For anything else.
+    """
+    whole = isinstance(threads, int | np.integer) and not isinstance(threads, bool)
+    if threads is not None and not (whole and threads >= 1):
+        raise SceneError(f"threads = {shown(threads)}: must be a whole number, 1 or more")
+    return None if threads is None else int(threads)
 
 
 def plain(value: Any, name: str, depth: int = 0) -> Any:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from sweeps.archive.durable import made_folder, sync_folder
 from sweeps.archive.warnings import ATTRIBUTE
+from sweeps.checks import a_path
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import STEP
 from sweeps.reading.netcdf_files import check_format, check_structure, close, slabs
@@ -91,7 +92,8 @@ def open_archive(path: str | Path) -> xr.Dataset:
     """
     from sweeps.archive.stored_values import dataset_from
 
-    check_structure(Path(path))
+    path = a_path(path, "path")
+    check_structure(path)
     with netcdf_library:
         found = dataset_from(path)
     try:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.slices import words_of
 
@@ -33,8 +34,8 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
         For names that the archive does not have or that are given twice, and where no quantity has
         one number for each design.
     """
-    if isinstance(quantities, str):
-        quantities = [quantities]
+    if quantities is not None:
+        quantities = names_given(quantities, "quantities")
     known = [str(n) for n in archive.data_vars]
     if quantities is None:
         names = [n for n in known if not set(archive[n].dims) & set(DIMENSIONS)]

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.ratios import number_or_ratio, ratio_text
 
@@ -100,7 +101,7 @@ def _named(name: str) -> dict[str, float]:
 
 def conditions_of(within: str | Sequence[str]) -> list[Constraint]:
     """Read one condition or several."""
-    return [constraint(text) for text in ([within] if isinstance(within, str) else within)]
+    return [constraint(text) for text in names_given(within, "within")]
 
 
 def check_name(archive: xr.Dataset, name: str) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS
+from sweeps.checks import names_given
 from sweeps.errors import SceneError, counted, not_known, shown
 from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name
 from sweeps.exploring.ranges import ranges
@@ -42,7 +43,7 @@ def best_at_every_point(
     SceneError
         As `sweeps.best`.
     """
-    axes = [at_every] if isinstance(at_every, str) else list(at_every)
+    axes = names_given(at_every, "at_every")
     search = _Search(archive, name, sign, conditions, axes, _codes(not_counted, archive))
     search.read()
     if search.found is None:

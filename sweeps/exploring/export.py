@@ -17,6 +17,7 @@ import numpy as np
 
 from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
+from sweeps.checks import a_path, check_dataset
 from sweeps.errors import SceneError
 from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.excel import check_rows, unit_of, workbook
@@ -85,7 +86,8 @@ def export(
     OSError
         Where the table cannot be written.
     """
-    path = Path(path)
+    path = a_path(path, "path")
+    check_dataset(archive)
     opener = check_format(path)
     if path.exists() and not overwrite:
         raise SceneError(f"{path}: exists; it is not overwritten")

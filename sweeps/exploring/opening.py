@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from engine_dyn.types import Integers
 from sweeps.archive.netcdf import open_archive
-from sweeps.errors import SceneError, one_line
+from sweeps.checks import a_path
+from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.netcdf_files import check_file, opened_archive
 from sweeps.reading.netcdf_files import untrusted as apart_first
 
@@ -57,7 +58,9 @@ def open(  # the name that a person looks for
 def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
     if isinstance(path, str | Path):
         return _opened(Path(path))
-    paths = [Path(p) for p in path]
+    if not isinstance(path, Iterable):
+        raise SceneError(f"path = {shown(path)}: must be the path of an archive or a list of them")
+    paths = [a_path(each, "path") for each in path]
     if not paths:
         raise SceneError("open: no archive; must be a path or a list of at least one")
     if len(paths) == 1:

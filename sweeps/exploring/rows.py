@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
+from sweeps.checks import check_dataset
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.ranges import ranges
@@ -97,8 +98,12 @@ def rows(
     """
     import pandas as pd
 
-    if limit < 1:
-        raise SceneError(f"limit = {limit}: must be 1 or more")
+    check_dataset(archive)
+    if not isinstance(limit, int) or limit < 1:
+        raise SceneError(f"limit = {shown(limit)}: must be a whole number, 1 or more")
+    for key, at in (("select", select), ("relative_to", relative_to)):
+        if at is not None and not isinstance(at, Mapping):
+            raise SceneError(f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}")
     part = nearest(archive, **(select or {}))
     names = chosen_quantities(part, quantities)
     curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS)]

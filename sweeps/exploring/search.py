@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.types import Floats, Integers
+from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name, conditions_of
 from sweeps.exploring.every_point import best_at_every_point
@@ -78,9 +79,10 @@ def best(
     ...     archive, least="inertia", within="delta <= 1/200", at_every=["load", "speed"]
     ... )
     """
+    check_dataset(archive)
     if (least is None) == (most is None):
         raise SceneError("best: needs one of least and most")
-    name, sign = (least, 1.0) if least is not None else (str(most), -1.0)
+    name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
     conditions = conditions_of(within)
     if at_every:
         return best_at_every_point(archive, name, sign, conditions, at_every, not_counted)
@@ -128,12 +130,14 @@ def pareto(
     """
     import xarray as xr
 
+    check_dataset(archive)
     if first == second:
         raise SceneError(f"pareto: {first} is given twice; needs two quantities")
-    largest = [most] if isinstance(most, str) else list(most)
+    largest = names_given(most, "most")
     for name in largest:
         if name not in (first, second):
             raise SceneError(f"pareto: most = {shown(name)}: must be {first} or {second}")
+    first, second = str(first), str(second)
     signs = [-1.0 if name in largest else 1.0 for name in (first, second)]
     search = _Search(archive, [first, second], conditions_of(within))
     front = np.empty((2, 0))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.checks import check_dataset
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.ratios import number_or_ratio
 
@@ -39,6 +40,7 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     SceneError
         For a name that is no axis, and for values that are neither numbers nor words of the axis.
     """
+    check_dataset(archive)
     places: dict[str, int] = {}
     for name, value in values.items():
         dimension, place = _place_of(archive, name, value)

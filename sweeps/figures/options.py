@@ -132,6 +132,8 @@ def options_of(
     """
     if zero not in ZEROS:
         raise SceneError(f"zero {shown(zero)}: must be one of {', '.join(ZEROS)}")
+    if select is not None and not isinstance(select, Mapping):
+        raise SceneError(f"select {shown(select)}: must be values of axes, such as {{'load': 50}}")
     return Options(
         only=tuple(name.replace("-", "_") for name in _names(only)),
         quantities=_names(quantities),
@@ -156,7 +158,8 @@ def _degrees(given: str | float) -> float:
 
 
 def _names(given: str | Iterable[str]) -> tuple[str, ...]:
-    texts = [given] if isinstance(given, str) else [str(one) for one in given]
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    texts = [str(one) for one in (given if several else [given])]
     names = [name.strip() for text in texts for name in text.split(",")]
     return tuple(dict.fromkeys(name for name in names if name))
 
@@ -168,7 +171,7 @@ def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | 
         found = re.fullmatch(number + sign + number, given, re.ASCII)
         parts: tuple[Any, ...] = found.groups() if found else ()
     else:
-        parts = tuple(given)
+        parts = tuple(given) if isinstance(given, Iterable) else ()
     try:
         first, second = (float(part) for part in parts)
     except (TypeError, ValueError):
@@ -318,10 +321,12 @@ def turned(data: xr.Dataset, options: Options) -> xr.Dataset:
 
 
 def check_targets(options: Options, data: xr.Dataset) -> None:
-    """Raise `SceneError` for targets of quantities that an archive has not."""
-    for name in options.targets:
+    """Raise `SceneError` for targets and choices of quantities that an archive has not."""
+    asked = [("target", one) for one in options.targets]
+    asked += [("quantities", one) for one in options.quantities]
+    for what, name in asked:
         if name not in data.variables:
             names = [str(one) for one in data.variables]
             raise SceneError(
-                f"target {shown(name)}: the archive has no such quantity{did_you_mean(name, names)}"
+                f"{what} {shown(name)}: the archive has no such quantity{did_you_mean(name, names)}"
             )

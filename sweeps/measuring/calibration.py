@@ -18,7 +18,7 @@ import numpy as np
 from engine_dyn.geometry.firing_orders import customary_order
 from engine_dyn.pressure.first_law import FourStrokeCycle
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.checks import mentioned
+from sweeps.checks import a_path, mentioned
 from sweeps.errors import SceneError
 from sweeps.measuring.calibrated_files import engine_file
 from sweeps.measuring.calibration_model import Calibration, Point, Published
@@ -90,7 +90,7 @@ def calibrate(
         With one line, for bad input and for a data sheet that the model cannot reach, with what it
         could.
     """
-    sheet = read_data_sheet(engine)
+    sheet = read_data_sheet(a_path(engine, "engine"))
     given = published(
         sheet, "",
         {"power": power, "speed": speed, "peak": peak, "fuel_consumption": fuel_consumption},

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.checks import thread_count
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
 from sweeps.planning.leaves import Value
@@ -82,6 +83,7 @@ def run(
     """
     from sweeps.archive.labels import label
 
+    threads = thread_count(threads)
     plan = make_plan(read_scene(scene, **tables))
     check_memory(plan)
     began = time.perf_counter()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from sweeps.checks import a_path
+from sweeps.checks import a_path, thread_count
 from sweeps.errors import SceneError, shown
 from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive
@@ -109,8 +109,8 @@ def stream(
         )
     path = a_path(archive, "archive" if isinstance(output, Mapping) else "output")
     options = Options(
-        resume=resume, overwrite=overwrite, memory=memory, threads=threads, level=compression,
-        single=single, progress=progress, full_paths=full_paths,
+        resume=resume, overwrite=overwrite, memory=memory, threads=thread_count(threads),
+        level=compression, single=single, progress=progress, full_paths=full_paths,
         resume_command="the same with resume=True",
     )  # fmt: skip
     done = run(make_plan(read_scene(scene, **given)), path, options, scheduler)

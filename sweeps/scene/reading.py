@@ -104,6 +104,8 @@ def read_scene(
             )
         return scene
     path: Path | None = None
+    if hasattr(scene, "data_vars"):
+        raise SceneError("scene: is a dataset; must be a path, a name, a dict or a Scene")
     if isinstance(scene, Mapping) or (scene is None and tables):
         name, base, given = "scene", Path(), scene or {}
     elif isinstance(scene, str | Path):

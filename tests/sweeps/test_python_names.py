@@ -10,7 +10,9 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import sweeps
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
@@ -150,3 +152,52 @@ def test_type_checkers_know_what_functions_return(tmp_path: Path) -> None:
         "xarray.core.dataset.Dataset", "int", "str",
     ]  # fmt: skip
     assert 'Unexpected keyword argument "engin" for "run"' in done.stdout
+
+
+def results() -> xr.Dataset:
+    """A dataset that no kernel computed."""
+    return xr.Dataset(
+        {"delta": ("inertia", np.array([0.04, 0.02]))}, coords={"inertia": np.array([2.0, 4.0])}
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: sweeps.open(3), "path = 3: must be the path of an archive or a list of them"),
+        (lambda: sweeps.open([3]), "path = 3: must be the path of a file"),
+        (lambda: sweeps.open_archive(3), "path = 3: must be the path of a file"),
+        (lambda: sweeps.read_pressure(3), "path = 3: must be the path of a file"),
+        (lambda: sweeps.calibrate(3), "engine = 3: must be the path of a file"),
+        (lambda: sweeps.export(results(), 3), "path = 3: must be the path of a file"),
+        (
+            lambda: sweeps.export("a.nc", "a.csv"),
+            "archive = 'a.nc': must be a dataset, as sweeps.r",
+        ),
+        (lambda: sweeps.export(results(), "a.csv", quantities=3), "quantities = 3: must be a text"),
+        (lambda: sweeps.best("a.nc", least="inertia"), "archive = 'a.nc': must be a dataset, as"),
+        (
+            lambda: sweeps.best(results(), least="inertia", within=3),
+            "within = 3: must be a text or",
+        ),
+        (lambda: sweeps.best(results(), least=3), "'3': not in the archive. Allowed: delta"),
+        (lambda: sweeps.best(results(), least="delta", at_every=3), "at_every = 3: must be a text"),
+        (lambda: sweeps.pareto(3, "inertia", "delta"), "archive = 3: must be a dataset"),
+        (lambda: sweeps.nearest(3, inertia=2), "archive = 3: must be a dataset"),
+        (lambda: sweeps.run("first", threads="x"), "threads = 'x': must be a whole number"),
+        (lambda: sweeps.stream("first", "a.nc", threads=0), "threads = 0: must be a whole number"),
+        (lambda: sweeps.run(results()), "scene: is a dataset; must be a path, a name"),
+        (lambda: results().dyn.table(limit="x"), "limit = 'x': must be a whole number"),
+        (lambda: results().dyn.table(select=3), "select = 3: must be values of axes"),
+        (lambda: results().dyn.plot.numbers(select=3), "select 3: must be values of axes"),
+        (lambda: results().dyn.plot.numbers(quantities="dleta"), "quantities 'dleta': the archive"),
+        (lambda: results().dyn.plot.numbers(target=3), "target '3': must be QUANTITY=VALUE"),
+        (lambda: results().dyn.plot.numbers(size=3), "size 3: must be width and height"),
+    ],
+)
+def test_wrong_arguments_are_named(call, said: str) -> None:
+    sweeps.best  # noqa: B018  # as soon as there are datasets they have `dyn`
+    with pytest.raises(sweeps.SceneError) as error:
+        call()
+    assert str(error.value).startswith(said)
+    assert "\n" not in str(error.value)

@@ -146,7 +146,7 @@ def test_the_command(path: Path) -> None:
     ("options", "told"),
     [
         (("--sort", "foo"), "'foo': no column of the table"),
-        (("--limit", "0"), "limit = 0: must be 1 or more"),
+        (("--limit", "0"), "limit = 0: must be a whole number, 1 or more"),
         (("--quantities", "omega"), "omega: has no single number"),
         (("--quantities", "imep"), "'imep': not a quantity of the archive"),
         (("--select", "load"), "--select load: must be AXIS=VALUE"),

@@ -30,7 +30,7 @@ from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.checks import check_structure, mentioned, plain
+from sweeps.checks import a_path, check_structure, mentioned, plain
 from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.engine_measures import EngineMeasures, measures_of, read_engine_measures
 from sweeps.reading.laboratory.columns import Signals, signals_of
@@ -93,6 +93,7 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     >>> recorded = sweeps.read_pressure("run12.csv", unit="kPa", average=True)  # doctest: +SKIP
     >>> recorded.write("pressure.csv")  # doctest: +SKIP
     """
+    path = a_path(path, "path")
     given = dict(options)
     engine = given.pop("engine", None)
     known = measures_of(engine) if isinstance(engine, Engine) else None
