@@ -14,17 +14,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Integers
 from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name, conditions_of
 from sweeps.exploring.every_point import best_at_every_point
 from sweeps.exploring.ranges import ranges
+from sweeps.fronts import front_of, unbeaten
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best", "front_of", "pareto"]
+__all__ = ["best", "pareto"]
 
 FRONT = "front"
 """Dimension along which the designs of a Pareto front lie."""
@@ -144,7 +145,7 @@ def pareto(
     found = np.empty(0, dtype=np.int64)
     for places, values in search.designs():
         here = np.array([s * v for s, v in zip(signs, values, strict=True)])
-        candidates = _unbeaten(front, here)
+        candidates = unbeaten(front, here)
         both = np.hstack([front, here[:, candidates]])
         kept = front_of(*both)
         front, found = both[:, kept], np.concatenate([found, places[candidates]])[kept]
@@ -154,34 +155,6 @@ def pareto(
         return archive.expand_dims(FRONT)
     at = np.unravel_index(found, search.shape)
     return archive.isel({d: xr.Variable((FRONT,), i) for d, i in zip(search.dims, at, strict=True)})
-
-
-def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> Integers:
-    """Positions of the pairs that no other is below in one number and not above in the other.
-
-    In order of the first number, equal ones as they come. Sorting takes O(n log n), the rest O(n).
-    Source: Kung, Luccio and Preparata (1975), On finding the maxima of a set of vectors, section 2.
-    """
-    order = np.lexsort((second, first))
-    if not order.size:
-        return order
-    one, other = first[order], second[order]
-    below = np.minimum.accumulate(np.concatenate([[math.inf], other[:-1]]))
-    # Of pairs that are equal, which follow each other, all are what the first is.
-    new = np.concatenate([[True], (np.diff(one) != 0.0) | (np.diff(other) != 0.0)])
-    kept = (other < below)[np.flatnonzero(new)][np.cumsum(new) - 1]
-    return np.asarray(order[kept], dtype=np.int64)
-
-
-def _unbeaten(front: Floats, pairs: Floats) -> npt.NDArray[np.bool_]:
-    """Which pairs no pair of a front is below in the second number, and not above in the first.
-
-    Quicker than sorting them: the second number falls along a front.
-    """
-    if not front.size:
-        return np.ones(pairs.shape[1], dtype=bool)
-    before = np.searchsorted(front[0], pairs[0], side="right") - 1
-    return np.asarray((before < 0) | (pairs[1] <= front[1][before]))
 
 
 class _Search:

@@ -63,6 +63,7 @@ from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
 from sweeps.figures.orders import orders
 from sweeps.figures.outcomes import outcome_names, outcomes_map
+from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
@@ -201,6 +202,10 @@ KINDS = (
          shared=True),
     Kind("numbers", "any other variable with a number for each design",
          "a number for each design, such as delta", _running(None), numbers, general=True),
+    Kind("pareto", "designs over two goals, and those that no other beats in both",
+         "ten designs or more, and two goals that pull against each other, such as inertia and "
+         "delta; --quantities names any two",
+         pareto_names, paretos, shared=True),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
     Kind("published", "computed against published values", "a scene's [reference]",

@@ -17,7 +17,7 @@ from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
 from sweeps.exploring import opening, ranges
 from sweeps.exploring.conditions import constraint
-from sweeps.exploring.search import front_of
+from sweeps.fronts import front_of
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
 from sweeps.running import into_archive

@@ -1,0 +1,130 @@
+"""Pareto fronts of archives as figures: what is drawn, from datasets made here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.text import Text
+
+import sweeps
+from engine_dyn import status
+from sweeps.errors import SceneError
+from sweeps.figures import pareto
+from sweeps.figures.drawing import figure, figures
+from sweeps.figures.options import options_of
+from sweeps.figures.study import study_of
+
+
+def variable(dims: Any, values: Any, name: str, units: str) -> Any:
+    return (dims, values, {"long_name": name, "units": units})
+
+
+def choices() -> xr.Dataset:
+    """Heavier flywheels run more evenly; power costs evenness; some designs stalled."""
+    inertia, speed = np.geomspace(1.0, 10.0, 6), np.array([1000.0, 1500.0, 2000.0])
+    load = np.array([20.0, 60.0, 100.0])
+    delta = load / (inertia[:, None, None] * (speed[:, None] / 1000.0) ** 2)
+    power = 10.0 * load * (speed[:, None] / 1000.0) ** 0.5 * np.ones((6, 1, 1))
+    codes = np.zeros(delta.shape, dtype=np.int8)
+    codes[0, 0] = status.STALLED
+    journals = np.stack([0.5 * delta, delta + 1.0], axis=-1)
+    dims = ("inertia", "speed", "load")
+    data = xr.Dataset(
+        {
+            "delta": variable(dims, np.where(codes == 0, delta, np.nan), "fluctuation", "1"),
+            "brake_power": variable(dims, power, "brake power", "W"),
+            "main_journal_load_max": variable((*dims, "main_bearing"), journals, "load", "N"),
+            "status": (dims, codes, {"units": "1"}),
+        },
+        coords={
+            "inertia": variable("inertia", inertia, "moment of inertia", "kg m2"),
+            "speed": variable("speed", speed, "engine speed", "rpm"),
+            "load": variable("load", load, "engine load", "percent"),
+        },
+    )
+    return data
+
+
+def of_front(drawn: Any) -> np.ndarray:
+    line = next(one for one in drawn.axes[0].lines if one.get_drawstyle() == "steps-post")
+    return np.array(line.get_data())
+
+
+def words(drawn: Any) -> str:
+    found = [t.get_text() for t in drawn.findobj(Text) if t.get_visible() and t.get_text()]
+    return " | ".join(found).replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
+
+
+def beaten(points: np.ndarray) -> np.ndarray:
+    """The rule by definition, each pair against every other; less is better."""
+    less = (points[:, :, None] <= points[:, None, :]).all(axis=0)
+    strictly = (points[:, :, None] < points[:, None, :]).any(axis=0)
+    return (less & strictly).any(axis=0)
+
+
+def test_the_front_is_what_no_other_design_beats() -> None:
+    data = choices()
+    drawn = figure(data, "pareto", options_of(quantities="delta,brake_power"))
+    good = np.isfinite(data["delta"].values).ravel()
+    pairs = np.array([data["delta"].values.ravel(), data["brake_power"].values.ravel()])[:, good]
+    expected = pairs[:, ~beaten(pairs * [[1.0], [-1.0]])]
+    assert of_front(drawn) == pytest.approx(expected[:, np.argsort(expected[0])])
+    assert "Brake power (W), more is better" in words(drawn)
+    assert "Fluctuation (–), less is better" in words(drawn)
+    assert f"{expected.shape[1]} of {good.sum()} designs" in words(drawn)
+
+
+def test_the_front_is_that_of_the_search() -> None:
+    data = choices()
+    drawn = figure(data, "pareto", options_of(quantities="inertia,delta"))
+    found = sweeps.pareto(data, "inertia", "delta")
+    assert of_front(drawn) == pytest.approx(np.array([found["inertia"], found["delta"]]))
+    # the legend names the designs at both ends
+    assert "moment of inertia = 1 kg m², engine speed = 2000 rpm, engine load = 20 %" in words(
+        drawn
+    )
+    assert "moment of inertia = 10 kg m², engine speed = 2000 rpm" in words(drawn)
+
+
+def test_slabs_give_the_front_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    view = study_of(choices(), {}).view
+    whole = pareto.front(view, ["delta", "brake_power"])
+    monkeypatch.setattr(pareto, "MOST_AT_ONCE", 9)  # one inertia at a time
+    again = pareto.front(view, ["delta", "brake_power"])
+    assert (again.values == whole.values).all()
+    assert (again.places == whole.places).all()
+    assert again.count == whole.count == 51
+
+
+def test_of_journals_the_largest_load_counts() -> None:
+    found = pareto.front(study_of(choices(), {}).view, ["inertia", "main_journal_load_max"])
+    assert found.dims == ("inertia", "speed", "load")
+    assert found.values[1].min() == pytest.approx(1.0 + 20.0 / 40.0)
+
+
+def test_a_front_of_most_designs_is_drawn_only_when_asked_for() -> None:
+    one = choices().isel(speed=0, load=0).drop_vars(["speed", "load"])
+    line = one.interp(inertia=np.geomspace(1.6, 10.0, 20))
+    assert not [name for name in figures(line[["delta"]]) if name.startswith("pareto")]
+    assert figure(line, "pareto", options_of(quantities="inertia,delta"))
+
+
+def test_a_quantity_that_is_the_same_in_all_designs_is_no_goal() -> None:
+    data = choices()
+    data["delta"] = data["delta"] * 0.0 + 0.01
+    assert "delta" not in pareto.pareto_names(study_of(data, {}).view)
+
+
+def test_an_axis_is_a_goal_only_when_asked_for() -> None:
+    assert set(figures(choices()[["delta", "brake_power"]], options_of(only="pareto"))) == {
+        "pareto_delta_brake_power"
+    }
+
+
+def test_words_and_curves_are_no_goals() -> None:
+    data = choices()[["delta"]]
+    with pytest.raises(SceneError, match="pareto: the archive does not give it"):
+        figure(data, "pareto", options_of(quantities="delta,omega"))
