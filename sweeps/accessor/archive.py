@@ -37,6 +37,8 @@ class ArchiveAccessor:
 
     def __init__(self, archive: xr.Dataset) -> None:
         self._archive = archive
+        # No property: notebooks complete the names of attributes, and call no properties for it.
+        self.plot = Plots(archive)
 
     def __repr__(self) -> str:
         from sweeps.errors import one_line
@@ -44,11 +46,6 @@ class ArchiveAccessor:
         methods = ", ".join(name for name in dir(self) if not name.startswith("_"))
         title = one_line(self._archive.attrs.get("title", ""), 60)
         return f"<archive.dyn of '{title}': {methods}>"
-
-    @property
-    def plot(self) -> Plots:
-        """Figures: ``archive.dyn.plot.torque_and_speed()``; each kind is a method."""
-        return Plots(self._archive)
 
     @property
     def status_words(self) -> xr.DataArray:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -19,35 +19,22 @@ if TYPE_CHECKING:
 
 __all__ = ["Plots", "said_in_python", "units_text"]
 
-_PARAMETERS = """
+_HELP = """Draw {shows}.
 
 Parameters
 ----------
 ax : matplotlib.axes.Axes, optional
     Draw into this panel of a figure of your own; only where the kind has one panel.
-style : str, Path or mapping, optional
-    A matplotlib style file, the name of a style, or settings: ``{"font.size": 10}``.
 units : str or mapping, optional
-    ``{"brake_power": "hp"}``; ``"archive"`` keeps the units of the archive. Without it kW, rpm,
+    ``{{"brake_power": "hp"}}``; ``"archive"`` keeps the units of the archive. Without it kW, rpm,
     kN, kJ and mm where they read better.
-size : str or tuple, optional
-    Width and height in millimetres: ``(160, 100)``.
-angle : str or tuple, optional
-    First and last crank angle in degrees: ``(0, 720)``.
-zero : str
-    Where the crank angle is counted from: ``firing-tdc``, ``gas-exchange-tdc``, ``bdc`` or
-    ``expansion-bdc``.
-target : str or mapping
-    Lines at values that are aimed at: ``{"delta": "1/200"}``.
-select : mapping, optional
-    Values of axes that are not drawn along: ``{"load": 50}``.
-quantities : str or iterable of str
-    What the general kinds draw, such as ``numbers`` and ``curves``.
+{options}
 
 Returns
 -------
 matplotlib.figure.Figure
-    The first figure of the kind. A notebook shows it, ``savefig`` writes it.
+    The first figure of the kind; ``archive.dyn.plot("{name}")`` gives all. A notebook shows it,
+    ``savefig`` writes it.
 
 Raises
 ------
@@ -87,42 +74,40 @@ class Plots:
                 f"figure '{name}': no such kind{hint} Kinds: {', '.join(dir(self))}"
             )
 
-        def draw(
-            ax: Axes | None = None, style: str | Path | Mapping[str, Any] | None = None,
-            units: str | Mapping[str, str] | None = None,
-            size: str | tuple[float, float] | None = None,
-            angle: str | tuple[float, float] | None = None, zero: str = "firing-tdc",
-            target: str | Iterable[str] | Mapping[str, Any] = (),
-            select: Mapping[str, float | str] | None = None,
-            quantities: str | Iterable[str] = (),
-        ) -> Figure:  # fmt: skip
-            from sweeps.figures import figure, options_of
+        from sweeps.figures import figure, options_of
 
+        signature = _signature(options_of)
+
+        def draw(ax: Axes | None = None, **given: Any) -> Figure:
+            signature.bind(ax=ax, **given)  # a wrong keyword is a TypeError that names it
             if ax is not None and not hasattr(ax, "get_figure"):
                 raise SceneError(f"ax = {shown(ax)}: must be an Axes of matplotlib")
-            chosen = options_of(
-                style=style, size=size, angle=angle, zero=zero, target=target, select=select,
-                quantities=quantities,
-            )  # fmt: skip
-            drawn = figure(self._readable(units), name, chosen, ax)
+            archive = self._readable(given.pop("units", None))
+            drawn = figure(archive, name, options_of(**given), ax)
             return _shown(drawn) if ax is None else drawn
 
         draw.__name__ = draw.__qualname__ = name
-        draw.__doc__ = f"Draw {found.shows}.{_PARAMETERS}"
+        draw.__signature__ = signature  # type: ignore[attr-defined]
+        options = inspect.cleandoc(options_of.__doc__ or "")
+        options = options.partition("----------\n")[2].partition("\n\nReturns")[0]
+        options = "quantities :" + options.partition("quantities :")[2]
+        draw.__doc__ = _HELP.format(shows=found.shows, options=options, name=name)
         return draw
 
     def __call__(
-        self, only: str | Iterable[str] = (), *,
-        style: str | Path | Mapping[str, Any] | None = None,
-        units: str | Mapping[str, str] | None = None, **options: Any,
-    ) -> dict[str, Figure]:  # fmt: skip
+        self,
+        only: str | Iterable[str] = (),
+        *,
+        units: str | Mapping[str, str] | None = None,
+        **options: Any,
+    ) -> dict[str, Figure]:
         """Draw all figures, or all of some kinds; by the names that their files would have.
 
         The keywords are those of the single kinds.
         """
         from sweeps.figures import figures, options_of
 
-        drawn = figures(self._readable(units), options_of(only=only, style=style, **options))
+        drawn = figures(self._readable(units), options_of(only=only, **options))
         return {name: _shown(one) for name, one in drawn.items()}
 
     def _readable(self, units: str | Mapping[str, str] | None) -> xr.Dataset:
@@ -139,6 +124,14 @@ def said_in_python() -> Iterator[None]:
         yield
     except SceneError as error:
         raise SceneError(str(error).removeprefix("--")) from None
+
+
+def _signature(options_of: Callable[..., Any]) -> inspect.Signature:
+    """Return the parameters of a kind: its panel, and all options of figures but the kinds."""
+    first = inspect.Parameter("ax", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None)
+    units = inspect.Parameter("units", inspect.Parameter.KEYWORD_ONLY, default=None)
+    given = inspect.signature(options_of).parameters
+    return inspect.Signature([first, units, *(p for n, p in given.items() if n != "only")])
 
 
 def units_text(units: str | Mapping[str, str] | None) -> str | None:

@@ -97,8 +97,11 @@ def options_of(
 
     Parameters
     ----------
-    only, quantities : str or iterable of str
-        Names, several with commas: ``"torque_and_speed,bearing_polar"``.
+    only : str or iterable of str
+        Kinds, several with commas: ``"torque_and_speed,bearing_polar"``.
+    quantities : str or iterable of str
+        What the general kinds draw (``numbers``, ``curves``, ``orders``), several with commas:
+        ``"delta,omega_max"``.
     select : mapping, optional
         Values of axes that are not drawn along.
     style : str, Path or mapping, optional

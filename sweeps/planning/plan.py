@@ -21,7 +21,7 @@ from engine_dyn.speed.fields import TABLE_QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
-from sweeps.scene.keywords import Tables
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 from sweeps.scene.representations import html_tables, named_some
@@ -149,6 +149,7 @@ def _bytes(name: str, size: int) -> int:
     return size if name == "status" else 8 * size
 
 
+@tables_in_signature
 def plan(
     scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
 ) -> Plan:

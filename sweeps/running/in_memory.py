@@ -22,7 +22,8 @@ from sweeps.planning.blocks import Block, along, blocks, cut, holds
 from sweeps.planning.leaves import Value
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
-from sweeps.scene.keywords import Tables
+from sweeps.running.progress import progress_bar
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["compute", "computed", "run"]
 
 
+@tables_in_signature
 def run(
     scene: str | Path | Mapping[str, Any] | Scene | None = None,
     *,
@@ -273,10 +275,8 @@ class _Bars:
             return None
         name = stage.node.name
         if name not in self.bars:
-            from tqdm.auto import tqdm
-
             # `delay`: runs of less than a second show nothing.
-            self.bars[name] = tqdm(
+            self.bars[name] = progress_bar(
                 total=stage.size, unit=" designs", unit_scale=True, delay=1.0, leave=False,
                 desc=name, file=sys.stderr,
             )  # fmt: skip

@@ -44,6 +44,7 @@ from sweeps.reading.netcdf_files import DAMAGE, opened_archive
 from sweeps.running.in_memory import computed
 from sweeps.running.limits import block_bytes, check_disk
 from sweeps.running.options import Finished, Lost, Options, Stopped, Workers
+from sweeps.running.progress import progress_bar
 
 __all__ = ["remove_folder", "run", "stopped"]
 
@@ -353,9 +354,7 @@ class _Run:
         with ExitStack() as stack:
             bar: Any = None
             if self.options.progress:
-                from tqdm import tqdm
-
-                bar = stack.enter_context(tqdm(
+                bar = stack.enter_context(progress_bar(
                     total=sum(designs.values()), unit=" designs", unit_scale=True, delay=1.0,
                     leave=False, file=sys.stderr,
                 ))  # fmt: skip

@@ -15,13 +15,14 @@ from sweeps.planning.plan import Plan, make_plan
 from sweeps.running import into_archive
 from sweeps.running.cluster import connected
 from sweeps.running.options import Finished, Options
-from sweeps.scene.keywords import TablesButOutput
+from sweeps.scene.keywords import TablesButOutput, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
 __all__ = ["run", "stream"]
 
 
+@tables_in_signature
 def stream(
     scene: str | Path | Mapping[str, Any] | Scene | None = None,
     output: str | Path | Mapping[str, Any] | None = None,

@@ -6,13 +6,14 @@ An editor and a type checker read `Tables`; what may stand in each table is said
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeVar
 
 from sweeps.errors import SceneError, did_you_mean, one_line
 
-__all__ = ["Tables", "TablesButOutput", "changed", "no_scene"]
+__all__ = ["Tables", "TablesButOutput", "changed", "no_scene", "tables_in_signature"]
 
 OPTIONS = (
     "progress", "threads", "resume", "overwrite", "memory", "scheduler", "compression", "single",
@@ -44,6 +45,25 @@ class Tables(TablesButOutput, total=False):
     output: Mapping[str, Any] | None
 
 
+_TABLES = tuple(dict.fromkeys((*TablesButOutput.__annotations__, *Tables.__annotations__)))
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def tables_in_signature(function: Function) -> Function:
+    """Let the signature of a function with ``**tables`` name them, for `help` and completion."""
+    signature = inspect.signature(function)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    taken = {parameter.name for parameter in own}
+    tables = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+        for name in _TABLES if name not in taken
+    ]  # fmt: skip
+    shown = signature.replace(parameters=[*own, *tables])
+    function.__signature__ = shown  # type: ignore[attr-defined]
+    return function
+
+
 def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> dict[str, Any]:
     """Return a scene in which keywords replace whole tables; None leaves a table out.
 
@@ -61,14 +81,12 @@ def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> di
     SceneError
         For a keyword that is no table of a scene.
     """
-    known = [*TablesButOutput.__annotations__, *Tables.__annotations__]
-    known = list(dict.fromkeys(known))
     for key in tables:
-        if key not in known:
-            hint = did_you_mean(key, [*known, *OPTIONS]) or "."
+        if key not in _TABLES:
+            hint = did_you_mean(key, [*_TABLES, *OPTIONS]) or "."
             raise SceneError(
-                f"{one_line(key, 60)}: unknown keyword{hint} Allowed: {', '.join(known)}, and the "
-                "options of the function that is called, which help() shows"
+                f"{one_line(key, 60)}: unknown keyword{hint} Allowed: {', '.join(_TABLES)}, and "
+                "the options of the function that is called, which help() shows"
             )
     if base != Path():
         tables = {key: _from_here(key, item) for key, item in tables.items()}

@@ -33,7 +33,7 @@ from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.designs import read_designs_table
 from sweeps.scene.indicator import Indicated, read_indicator_table
-from sweeps.scene.keywords import Tables, changed, no_scene
+from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene
 from sweeps.scene.objects import plain_objects
@@ -62,6 +62,7 @@ def is_scene(path: Path) -> bool:
     return "engine" in raw or "output" in raw
 
 
+@tables_in_signature
 def read_scene(
     scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
 ) -> Scene:
