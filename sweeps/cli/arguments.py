@@ -23,6 +23,7 @@ __all__ = [
     "axis_slice",
     "compression_option",
     "difference",
+    "file_size",
     "memory_size",
     "new_points",
     "number_of",
@@ -96,6 +97,17 @@ def memory_size(text: str) -> float:
         raise SceneError(
             f"--memory {one_line(text, 60)}: must be a number and MB or GB, such as 500MB or 2GB, "
             "100MB or more"
+        )
+    return size
+
+
+def file_size(text: str) -> float:
+    """Return the bytes of "20MB" or "500 kB", decimal units."""
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(kB|MB|GB)\s*", text, re.IGNORECASE | re.ASCII)
+    size = float(found[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    if not 0.0 < size < math.inf:
+        raise SceneError(
+            f"--limit {one_line(text, 60)}: must be a number and kB, MB or GB, such as 20MB"
         )
     return size
 

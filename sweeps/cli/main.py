@@ -16,6 +16,7 @@ from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
 from sweeps.cli.looking import compare, export, info, plot, show
 from sweeps.cli.measuring import cylinders, measured, train
+from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best
 
@@ -35,6 +36,6 @@ def main() -> None:
 
 for command in (
     run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, show,
-    best, compare, export, info, plot, plan, list_, schema, new,
+    best, compare, export, info, plot, report, plan, list_, schema, new,
 ):  # fmt: skip
     main.add_command(command)

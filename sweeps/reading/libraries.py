@@ -27,7 +27,7 @@ def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
     Raises
     ------
     SceneError
-        Where it is not installed; `label` is the file that needs it.
+        Where it is not installed; `label` is the file, or what else needs it.
     """
     try:
         return importlib.import_module(module)

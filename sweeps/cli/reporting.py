@@ -1,0 +1,65 @@
+"""The command that writes a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from sweeps.cli.arguments import (
+    archive_argument,
+    file_size,
+    output_option,
+    overwrite_option,
+    quiet_option,
+    untrusted_option,
+)
+from sweeps.cli.exits import guarded, say
+from sweeps.cli.files import check_output, opened, writing
+from sweeps.errors import SceneError, size_text
+
+__all__ = ["report"]
+
+
+@click.command()
+@archive_argument
+@output_option("The report to write, FILE.html.")
+@click.option(
+    "--limit",
+    default="20MB",
+    show_default=True,
+    metavar="SIZE",
+    help="Largest size of the file; numbers that have no room are thinned out, and the report says "
+    "which.",
+)
+@click.option(
+    "--units",
+    metavar="NAME=UNIT",
+    help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ and mm.",
+)
+@overwrite_option("Replace the report if it exists.")
+@quiet_option
+@untrusted_option
+@guarded
+def report(
+    archive: Path, output: Path, limit: str, units: str | None, overwrite: bool, quiet: bool
+) -> None:
+    """Write a report on ARCHIVE that can be mailed: one HTML file.
+
+    It has tables, figures that can be zoomed, and an explorer with a slider for every axis; opening
+    it needs no network and nothing but a browser.
+    """
+    from sweeps.reading.netcdf_files import check_file
+
+    size = file_size(limit)
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise SceneError(f"{output}: unknown extension; must be .html")
+    check_file(archive)
+    check_output(output, overwrite, archive)
+    from sweeps.presenting.report.page import report as write
+
+    with opened(archive) as dataset, writing(output):
+        write(dataset, output, limit=size, units=units, overwrite=overwrite)
+    if not quiet:
+        say(f"{output}: {size_text(output.stat().st_size)}")

@@ -1,0 +1,152 @@
+"""Key results of a report: designs as a table, smallest and largest numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.errors import SceneError, one_line
+from sweeps.exploring.columns import columns_of
+from sweeps.exploring.ranges import ranges
+from sweeps.exploring.rows import Rows, rows
+from sweeps.presenting.archives import recorded_cycle_lines
+from sweeps.presenting.readable_units import converted
+from sweeps.presenting.report.html import listed, paragraph, table
+from sweeps.presenting.report.wording import FIRST_ROWS, value_text
+from sweeps.presenting.tables import number_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["results"]
+
+Choices = Mapping[str, str]
+
+MOST_ROWS = 60
+"""Designs that a table holds."""
+
+UPRIGHT = 3
+"""So many designs stand beside each other, with a line for each quantity."""
+
+
+def results(archive: xr.Dataset, choices: Choices) -> str:
+    """Designs as a table; of many the smallest and largest numbers and where they are."""
+    parts = []
+    try:
+        found = rows(archive, limit=MOST_ROWS)
+    except SceneError:  # no quantity has one number for each design
+        found = None
+    if found is not None and found.designs <= MOST_ROWS:
+        parts.append(_rows_table(found, choices))
+    extremes = list(_extremes(archive, choices))
+    if extremes and (found is None or found.designs > 1):
+        head = ("quantity", "unit", "smallest", "at", "largest", "at")
+        parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
+    if found is not None and found.designs > MOST_ROWS:
+        order = "delta" if "delta" in found.table else None
+        first = rows(archive, limit=FIRST_ROWS, sort=order)
+        which = "with the smallest delta" if order else "in the order of the archive"
+        parts += [f"<h3>{FIRST_ROWS} of {found.designs:,} designs, those {which}</h3>",
+                  _rows_table(first, choices)]  # fmt: skip
+    told = recorded_cycle_lines(archive)
+    if told:
+        parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
+    return "".join(parts) or paragraph("No quantity has one number for each design.")
+
+
+def _rows_table(found: Rows, choices: Choices) -> str:
+    """A row for each design, its name first; of few designs a row for each quantity."""
+    frame = found.table
+    names = [n for n in frame.columns if n not in found.units and n in found.given]
+    given = [n for n in found.given if n not in names and not (names and n == "design")]
+    order = [*names, *given, *(n for n in frame.columns if n not in found.given)]
+    cells: dict[str, list[str]] = {}
+    units: dict[str, str] = {}
+    for name in order:
+        values = frame[name].to_numpy()
+        if name in found.units:
+            factor, units[name] = converted(found.units[name], choices.get(name))
+            cells[name] = [number_text(float(value) * factor) for value in values]
+        else:
+            units[name] = ""
+            cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
+                           for value in values]  # fmt: skip
+    if len(frame) <= UPRIGHT:
+        lines = [(name, *cells[name], units[name], found.texts.get(name, "")) for name in order]
+        numbers = list(range(1, 1 + len(frame)))
+        if len(frame) == 1:
+            return table(("", "", "", ""), lines, numbers)
+        head = [""] + [f"design {i + 1}" for i in range(len(frame))] + ["", ""]
+        return table(head, lines, numbers)
+    same = {n: cells[n][0] for n in order if n not in names and len(set(cells[n])) == 1}
+    left = [n for n in order if n not in same]
+    head = [f"{n} [{units[n]}]" if units[n] else n for n in left]
+    numbers = [i for i, n in enumerate(left) if n in found.units]
+    body = table(head, zip(*(cells[n] for n in left), strict=True), numbers)
+    told = ", ".join(f"{n} {value} {units[n]}".rstrip() for n, value in same.items())
+    return body + (paragraph(f"The same in all of these rows: {told}.", "note") if told else "")
+
+
+def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]]:
+    """Smallest and largest of each quantity that has single numbers, and where they are."""
+    for name, data in archive.data_vars.items():
+        if name == "status" or data.dtype.kind not in "fiu" or not data.ndim or not data.size:
+            continue
+        if set(data.dims) & set(DIMENSIONS):
+            continue
+        found = _lowest_and_highest(data.variable)
+        if found is None:
+            yield str(name), "", "no value", "", "", ""
+            continue
+        (low, low_at), (high, high_at) = found
+        factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(str(name)))
+        yield (
+            str(name), unit,
+            number_text(low * factor), _where(archive, data, low_at, choices),
+            number_text(high * factor), _where(archive, data, high_at, choices),
+        )  # fmt: skip
+
+
+Place = tuple[int, ...]
+
+
+def _lowest_and_highest(
+    variable: xr.Variable,
+) -> tuple[tuple[float, Place], tuple[float, Place]] | None:
+    dims = [str(d) for d in variable.dims]
+    best: list[tuple[float, Place]] = []
+    for begin, extent, read in ranges({"one": variable}, dims, variable.shape, in_order=True):
+        values = np.broadcast_to(read["one"], extent).astype(float)
+        if not np.isfinite(values).any():
+            continue
+        values[~np.isfinite(values)] = np.nan
+        for sign in (0, 1):
+            flat = int(np.nanargmax(values) if sign else np.nanargmin(values))
+            inside = np.unravel_index(flat, extent)
+            place = tuple(int(b + i) for b, i in zip(begin, inside, strict=True))
+            value = float(values.reshape(-1)[flat])
+            if len(best) == sign:
+                best.append((value, place))
+            elif (value > best[1][0]) if sign else (value < best[0][0]):
+                best[sign] = (value, place)
+    return (best[0], best[1]) if best else None
+
+
+def _where(archive: xr.Dataset, data: xr.DataArray, place: Place, choices: Choices) -> str:
+    """Which design it is: its name, or the values of the axes."""
+    inside = dict(zip((str(d) for d in data.dims), place, strict=True))
+    here = {
+        n: v.isel({d: inside[str(d)] for d in v.dims})
+        for n, v in columns_of(archive, list(inside), []).items()
+        if v.ndim
+    }
+    named = [n for n, v in here.items() if v.dtype.kind not in "fiub"]
+    told = [n for n in here if n in named or (n in inside and not (named and n == "design"))]
+    if not named:
+        told = list(here)
+    return ", ".join(
+        f"{n} {value_text(here[n], here[n].values[()], choices.get(n))}" for n in told[:8]
+    )

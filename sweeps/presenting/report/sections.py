@@ -1,0 +1,359 @@
+"""Sections of a report: words and tables about what an archive holds."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.errors import one_line
+from sweeps.exploring.columns import columns_of
+from sweeps.exploring.ranges import ranges
+from sweeps.presenting.archives import outcome_counts
+from sweeps.presenting.readable_units import converted
+from sweeps.presenting.report.html import details, listed, paragraph, preformatted, table
+from sweeps.presenting.report.key_results import results
+from sweeps.presenting.report.model_limits import model_limits
+from sweeps.presenting.report.wording import FIRST_ROWS, value_text
+from sweeps.presenting.tables import number_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["SECTIONS"]
+
+Choices = Mapping[str, str]
+
+MOST_LINES = 500
+"""Warnings, assumptions and parameters that are listed."""
+
+FEW = 12
+"""Values of an axis that are all told."""
+
+OUTCOMES: Mapping[str, str] = {
+    "converged": "has a steady state, to the wanted accuracy",
+    "stalled": "the crank would stop within the cycle: too little inertia for this torque and load",
+    "no_steady_state": "torque and load do not balance at any speed that was looked for",
+    "not_converged": "no solution was found",
+    "invalid_input": "its numbers describe no engine",
+    "tolerance_not_met": "has numbers, but less accurate than was wanted",
+    "passes_done": "has numbers after the wanted number of cycles, not those of a steady state",
+}
+"""What an outcome means."""
+
+
+def members(archive: xr.Dataset, key: str) -> dict[str, Any]:
+    """Members of an attribute in JSON; none where it is something else."""
+    try:
+        found = json.loads(str(archive.attrs.get(key, "{}")))
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _flat(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
+    """Names and texts of members, those of tables within them by their whole names."""
+    for key, value in found.items():
+        name = f"{head}{key}"
+        if isinstance(value, dict) and not head:
+            yield from _flat(value, f"{name}: ")
+        else:
+            yield name, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _limited(lines: Sequence[Any], what: str) -> tuple[Sequence[Any], str]:
+    """The first of many, and what is said of the others."""
+    if len(lines) <= MOST_LINES:
+        return lines, ""
+    return lines[:MOST_LINES], paragraph(
+        f"{MOST_LINES} of {len(lines):,} {what} are listed.", "note"
+    )
+
+
+# ---- what was computed ---------------------------------------------------------------------------
+
+
+def computed(archive: xr.Dataset, choices: Choices) -> str:
+    """Engine and scene in words, the axes, the quantities."""
+    attrs = archive.attrs
+    facts: list[tuple[str, str]] = []
+    engine = one_line(attrs.get("engine", ""), 200)
+    title = one_line(attrs.get("engine_title", ""), 400)
+    if engine or title:
+        facts.append(("engine", f"{title} ({engine})" if title and engine else title or engine))
+    arrangement = members(archive, "arrangement").get("name")
+    if arrangement:
+        facts.append(("arrangement", str(arrangement)))
+    varying = [d for d in archive.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
+    designs = math.prod(archive.sizes[d] for d in varying)
+    over = f", over {', '.join(map(str, varying))}" if varying else ""
+    facts.append(("designs", f"{designs:,}{over}"))
+    solver = members(archive, "solver")
+    if solver:
+        said = "; ".join(
+            f"{k.replace('_', ' ')} {', '.join(map(str, v)) if isinstance(v, list) else v}"
+            for k, v in solver.items()
+        )
+        facts.append(("solution", said.replace("_", " ")))
+    given = members(archive, "scene").get("set")
+    if isinstance(given, dict) and given:
+        facts.append(("set by the scene", ", ".join(_setting(k, v) for k, v in given.items())))
+    for name, coordinate in archive.coords.items():
+        if coordinate.ndim == 0:
+            value = value_text(coordinate, coordinate.values[()], choices.get(str(name)))
+            facts.append((str(name), value))
+    made = str(attrs.get("history", "")).splitlines()
+    if made:
+        facts.append(("computed", made[-1].replace(": ", ", ", 1)))
+    parts = [table(("", ""), facts)]
+    axes = [_axis_row(archive, str(d), choices) for d in archive.sizes]
+    parts += ["<h3>Axes</h3>", table(("axis", "what it is", "number", "values"), axes, (2,))]
+    columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
+               if c.ndim == 1 and n != c.dims[0]]  # fmt: skip
+    if columns:
+        head = ("column", "what it is", "along", "values")
+        parts.append(details("Columns of designs", table(head, columns)))
+    quantities = [
+        (name, _unit(v, choices.get(str(name))), v.attrs.get("long_name", ""),
+         ", ".join(map(str, v.dims)) or "one number", v.attrs.get("references", ""))
+        for name, v in archive.data_vars.items()
+    ]  # fmt: skip
+    shown = table(("quantity", "unit", "what it is", "over", "source"), quantities)
+    count = f"{len(quantities)} quantities" if len(quantities) != 1 else "1 quantity"
+    return "".join([*parts, details(count, shown)])
+
+
+def _setting(key: str, value: Any) -> str:
+    unit = PARAMETERS[key].unit if key in PARAMETERS else ""
+    number = f"{value:.6g}" if isinstance(value, int | float) else one_line(value, 80)
+    return f"{one_line(key, 60)} {number} {'' if unit == '1' else unit}".strip()
+
+
+def _unit(variable: xr.Variable | xr.DataArray, choice: str | None) -> str:
+    if variable.dtype.kind not in "fiu" or "flag_meanings" in variable.attrs:
+        return ""
+    return converted(str(variable.attrs.get("units", "1")), choice)[1]
+
+
+def _values_text(coordinate: xr.DataArray, choice: str | None) -> str:
+    """Values along an axis: all, or the ends."""
+    values = coordinate.values
+    if not len(values):
+        return "none"
+    if coordinate.dtype.kind not in "fiu":
+        found = list(dict.fromkeys(one_line(v, 60) for v in values[:10_000]))
+        return ", ".join(found[:FEW]) + (", ..." if len(found) > FEW else "")
+    factor, unit = converted(str(coordinate.attrs.get("units", "1")), choice)
+    distinct = np.unique(values) * factor
+    if len(distinct) <= FEW:
+        told = ", ".join(number_text(float(v)) for v in distinct)
+    else:
+        told = f"{number_text(float(distinct[0]))} to {number_text(float(distinct[-1]))}"
+    return f"{told} {unit}".rstrip()
+
+
+def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...]:
+    size = f"{archive.sizes[dim]:,}"
+    if dim not in archive.coords:
+        return dim, "", size, ""
+    coordinate = archive[dim]
+    words = f"{dim}_name"
+    if words in archive.coords and archive[words].dims == (dim,):
+        coordinate = archive[words]
+    told = _values_text(coordinate, choices.get(dim)) if dim != "design" else ""
+    return dim, archive[dim].attrs.get("long_name", ""), size, told
+
+
+def _column_row(coordinate: xr.DataArray, name: str, choices: Choices) -> tuple[Any, ...]:
+    return (name, coordinate.attrs.get("long_name", ""), str(coordinate.dims[0]),
+            _values_text(coordinate, choices.get(name)))  # fmt: skip
+
+
+# ---- outcomes, warnings, assumptions -------------------------------------------------------------
+
+
+def outcomes(archive: xr.Dataset, choices: Choices) -> str:
+    """How many designs had which outcome, and where the others failed."""
+    counts = outcome_counts(archive)
+    if not counts:
+        return paragraph("These quantities need no solution: no design can fail.")
+    all_of_them = sum(counts.values())
+    body = [
+        (
+            name.replace("_", " "),
+            f"{n:,}",
+            f"{100.0 * n / all_of_them:.3g} %",
+            OUTCOMES.get(name, ""),
+        )
+        for name, n in counts.items()
+    ]
+    parts = [table(("outcome", "designs", "share", "meaning"), body, (1, 2))]
+    failed = sum(n for name, n in counts.items() if not has_numbers(MEANINGS.index(name)))
+    if not failed:
+        return "".join([*parts, paragraph("Every design has numbers.")])
+    head, first, spans = _failures(archive, choices)
+    parts += [
+        "<h3>Where designs failed</h3>",
+        table(("axis or column", "designs without numbers", "all designs"), spans),
+        "<h3>Designs without numbers</h3>" if failed <= FIRST_ROWS
+        else f"<h3>{FIRST_ROWS} of {failed:,} designs without numbers</h3>",
+        table(head, first),
+    ]  # fmt: skip
+    return "".join(parts)
+
+
+def _failures(
+    archive: xr.Dataset, choices: Choices
+) -> tuple[list[str], list[list[str]], list[tuple[str, str, str]]]:
+    """The first designs that failed, and from where to where each axis goes for them."""
+    import xarray as xr
+
+    status = archive["status"]
+    dims = [str(d) for d in status.dims]
+    columns = {n: v for n, v in columns_of(archive, dims, ["status"]).items() if v.ndim}
+    if "status" not in columns:
+        columns["status"] = xr.Variable(("design",), status.values[np.newaxis])
+        dims = ["design"]
+    sizes = [columns["status"].sizes[d] for d in dims]
+    good = np.array([has_numbers(code) for code in range(256)])
+    first: list[list[str]] = []
+    spans: dict[str, list[float]] = {}
+    given = [n for n in columns if n != "status"]
+    for _, extent, read in ranges(columns, dims, sizes):
+        codes = np.broadcast_to(read["status"], extent).astype(np.uint8)
+        lost = ~good[codes]
+        for name in given:
+            if columns[name].dtype.kind in "fiu":
+                values = np.broadcast_to(read[name], extent)
+                _widen(spans.setdefault(name, [np.inf, -np.inf, np.inf, -np.inf]), values, lost)
+        for flat in np.flatnonzero(lost)[: FIRST_ROWS - len(first)]:
+            at = np.unravel_index(flat, extent)
+            texts = [
+                value_text(columns[n], np.broadcast_to(read[n], extent)[at], choices.get(n))
+                for n in given
+            ]
+            code = int(codes[at])
+            why = MEANINGS[code] if code < len(MEANINGS) else str(code)
+            first.append([*texts, why.replace("_", " ")])
+    told = []
+    for name, span in spans.items():
+        if name != "design":
+            variable, choice = columns[name], choices.get(name)
+            told.append(
+                (name, _span(variable, span[:2], choice), _span(variable, span[2:], choice))
+            )
+    return [*given, "outcome"], first, told
+
+
+def _widen(span: list[float], values: Any, lost: Any) -> None:
+    for place, part in ((0, values[lost]), (2, values)):
+        if part.size and np.isfinite(part).any():
+            span[place] = min(span[place], float(np.nanmin(part)))
+            span[place + 1] = max(span[place + 1], float(np.nanmax(part)))
+
+
+def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> str:
+    low, high = span
+    if not low <= high:
+        return "no value"
+    one, other = value_text(variable, low, choice), value_text(variable, high, choice)
+    return one if low == high else f"{one} to {other}"
+
+
+def warned(archive: xr.Dataset, choices: Choices) -> str:
+    """Warnings that the archive holds."""
+    lines = str(archive.attrs.get("warnings", "")).splitlines()
+    if not lines:
+        return paragraph("No value was outside of what engines usually have.")
+    shown, more = _limited(lines, "warnings")
+    return listed(shown) + more
+
+
+def assumed(archive: xr.Dataset, choices: Choices) -> str:
+    """What was assumed because the sources of the engine do not give it, and all parameters."""
+    found, more = _limited(list(_flat(members(archive, "engine_assumed"))), "assumptions")
+    parts = (
+        [paragraph("The sources of the engine do not give these; they are assumed."),
+         table(("assumed", "why"), found), more]
+        if found
+        else [paragraph("No value of the engine is marked as assumed.")]
+    )  # fmt: skip
+    given, more = _limited(list(_flat(members(archive, "parameters"))), "parameters")
+    if given:
+        body = [(key, value, *_about(key)) for key, value in given]
+        shown = table(("parameter", "value", "unit", "what it is"), body, (1,)) + more
+        parts.append(details("Values of all parameters that do not vary", shown))
+    return "".join(parts)
+
+
+def _about(key: str) -> tuple[str, str]:
+    """Unit and meaning of a parameter."""
+    node = PARAMETERS.get(key)
+    return ("", "") if node is None else ("" if node.unit == "1" else node.unit, node.long_name)
+
+
+def limited(archive: xr.Dataset, choices: Choices) -> str:
+    """Limits of the model that apply to what was computed."""
+    found = model_limits(str(n) for n in archive.data_vars)
+    return listed(found) if found else paragraph("No limit of the model is known for these.")
+
+
+# ---- provenance ----------------------------------------------------------------------------------
+
+TOLD_ELSEWHERE = frozenset(
+    {"title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
+     "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "solver"}
+)  # fmt: skip
+
+
+def provenance(archive: xr.Dataset, choices: Choices) -> str:
+    """Versions, the command, hashes of files, the scene."""
+    body = [(key, value) for key, value in archive.attrs.items() if key not in TOLD_ELSEWHERE]
+    parts = [table(("", ""), body[:MOST_LINES])]
+    files = members(archive, "input_files").get("files")
+    if isinstance(files, dict) and files:
+        hashes = [(n, f.get("sha256", "") if isinstance(f, dict) else "") for n, f in files.items()]
+        shown, more = _limited(hashes, "files")
+        told = table(("file", "sha256"), shown) + more
+        parts.append(details("Files that were read, and their hashes", told))
+    scene = members(archive, "scene")
+    if scene:
+        written = json.dumps(scene, indent=2, ensure_ascii=False)
+        parts.append(details("The scene", preformatted(written)))
+    return "".join(parts)
+
+
+def cited(archive: xr.Dataset, choices: Choices) -> str:
+    """How to cite the program, and the sources of the engine."""
+    source = one_line(archive.attrs.get("source", "engine-dyn").partition(":")[0], 60)
+    commit = one_line(archive.attrs.get("git_commit", ""), 60)
+    cite = (
+        f"engine-dyn contributors: {source}. Dynamics of reciprocating engines, swept over many "
+        "designs into labelled archives"
+    )
+    parts = [paragraph(f"{cite}{f' (commit {commit})' if commit else ''}.")]
+    lines = [line for line in str(archive.attrs.get("references", "")).splitlines() if line.strip()]
+    if lines:
+        shown, more = _limited(lines, "sources")
+        parts += [paragraph("And the sources of the engine's data:"), listed(shown), more]
+    return "".join(parts)
+
+
+BEFORE = (("computed", "What was computed", computed), ("results", "Key results", results))
+AFTER = (
+    ("outcomes", "Outcomes, and where designs failed", outcomes),
+    ("warnings", "Warnings", warned),
+    ("assumptions", "Assumptions", assumed),
+    ("limits", "Limits of the model", limited),
+    ("provenance", "Provenance", provenance),
+    ("cite", "How to cite", cited),
+)
+
+SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]]
+SECTIONS = {"before": BEFORE, "after": AFTER}
+"""Sections before and after the figures: their places in the page, titles and makers."""
