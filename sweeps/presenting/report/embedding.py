@@ -60,6 +60,9 @@ WHOLE = 64e6
 READS = 3000
 """Designs of a list that are read one by one; of more, the list is read a range at a time."""
 
+ROUNDING = 1e-8
+"""What varies by this share of the largest number is taken for constant."""
+
 LONGEST_WORD = 120
 """Characters of a name."""
 
@@ -74,12 +77,18 @@ class Embedded:
         As `explorer.js` reads them.
     left_out : list of str
         What is not in the page, a sentence each.
+    flat : set of str
+        Quantities that do not vary, but for rounding.
+    planes : set of str
+        Quantities with components in two directions, of which neither is nothing.
     """
 
     axes: dict[str, dict[str, Any]] = field(default_factory=dict)
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
+    flat: set[str] = field(default_factory=set)
+    planes: set[str] = field(default_factory=set)
 
     def json(self) -> dict[str, Any]:
         """All of it, and the words of outcomes."""
@@ -130,14 +139,19 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     for key, (dim, variable) in columns.items():
         if dim in places:
             found.columns[key] = _column(variable, key, places[dim], choices.get(key))
-    for name in names:
+    spans: dict[str, tuple[float, float]] = {}
+    for name in (n for n in names if n in numbers or n in curves):
         variable = archive[name].variable
-        picked_by = of_curves if name in curves else places
-        if all(d in picked_by for d in variable.dims):
-            found.quantities[name] = _quantity(
-                variable, name, {str(d): picked_by[str(d)] for d in variable.dims}, places,
-                choices.get(name),
-            )  # fmt: skip
+        own = of_curves if name in curves else places
+        picked_by = {str(d): own[str(d)] for d in variable.dims}
+        values = _read(variable, picked_by)
+        spans[name] = _span(values)
+        if "direction" in variable.dims and _in_plane(values, variable.dims.index("direction")):
+            found.planes.add(name)
+        found.quantities[name] = _quantity(
+            variable, values, name, picked_by, places, choices.get(name)
+        )
+    found.flat = _flat(found, spans)
     found.left_out += _coarser_text(archive, of_curves, places)
     return found
 
@@ -291,11 +305,39 @@ def _column(variable: xr.Variable, key: str, places: Places, choice: str | None)
     return {**about, "unit": one_line(unit, 40), "values": _base64(read * factor, "<f8")}
 
 
+def _span(values: npt.NDArray[Any]) -> tuple[float, float]:
+    """Smallest and largest number; (0, 0) where there is none."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+
+
+def _in_plane(values: npt.NDArray[Any], axis: int) -> bool:
+    """Whether components in the first two directions both vary."""
+    if values.shape[axis] < 2:
+        return False
+    widths = [high - low for low, high in (_span(values.take(i, axis)) for i in (0, 1))]
+    return min(widths) > ROUNDING * max(widths)
+
+
+def _flat(found: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
+    """Quantities that vary by rounding alone, beside what else has their unit."""
+    largest: dict[str, float] = {}
+    for name, (low, high) in spans.items():
+        unit = found.quantities[name]["unit"]
+        size = max(abs(low), abs(high))
+        # Numbers without a unit have nothing to do with each other.
+        key = unit or name
+        largest[key] = max(largest.get(key, 0.0), size)
+    return {
+        name for name, (low, high) in spans.items()
+        if high - low <= ROUNDING * largest[found.quantities[name]["unit"] or name]
+    }  # fmt: skip
+
+
 def _quantity(
-    variable: xr.Variable, name: str, places: Mapping[str, Places], of_axes: Mapping[str, Places],
-    choice: str | None,
+    variable: xr.Variable, read: npt.NDArray[Any], name: str, places: Mapping[str, Places],
+    of_axes: Mapping[str, Places], choice: str | None,
 ) -> dict[str, Any]:  # fmt: skip
-    read = _read(variable, places)
     about: dict[str, Any] = {
         "title": text_of(variable, name),
         "dims": [str(d) for d in variable.dims],

@@ -335,7 +335,7 @@
     const mapper = new Bokeh.LinearColorMapper({ palette: viridis, low: 0, high: 1, nan_color: "#c8c8c8" })
     const source = new Bokeh.ColumnDataSource({ data: {} })
     const fill = { field: "v", transform: mapper }
-    const common = { source, fill_color: fill, line_color: null }
+    const common = { source, fill_color: fill, line_color: fill, line_width: 1 }
     const cells = scattered
       ? chart.figure.scatter({ field: "x" }, { field: "y" }, { ...common, size: 6 })
       : chart.figure.quad({ ...common, left: { field: "l" }, right: { field: "r" }, bottom: { field: "b" }, top: { field: "t" } })
@@ -535,7 +535,7 @@
   // ---- figures ----------------------------------------------------------------------------------
 
   function card(parent, title, note) {
-    const made = element("figure", { class: "card" }, element("h3", {}, title))
+    const made = element("figure", { class: "card", "data-title": title }, element("h3", {}, title))
     if (note) made.append(element("p", { class: "note" }, note))
     parent.append(made)
     return made
@@ -544,7 +544,9 @@
   function figures() {
     const parent = document.getElementById("figures")
     for (const spec of data.figures) {
-      KINDS[spec.kind](card(parent, spec.title, spec.note), spec, spec.at ?? {})
+      const cut = spec.cut.map((dim) => `${axes.get(dim).list ? "design" : dim} ${nameAt(dim, spec.at[dim])}`)
+      const note = cut.length ? `At ${cut.join(", ")}.` : ""
+      KINDS[spec.kind](card(parent, spec.title, note), spec, spec.at)
     }
   }
 
@@ -647,7 +649,7 @@
   function table(made, numbers, at) {
     const rows = numbers.map((q) => {
       const value = element("td", { class: "number" })
-      return { q, value, row: element("tr", {}, element("td", {}, q.name), value, element("td", { class: "unit" }, q.unit), element("td", {}, q.title)) }
+      return { q, value, row: element("tr", {}, element("td", {}, q.name), value, element("td", { class: "unit" }, q.unit), element("td", { class: "about" }, q.title)) }
     })
     const outcome = element("p", { class: "note" })
     made.append(outcome, element("div", { class: "scroll low" }, element("table", {}, element("tbody", {}, ...rows.map((r) => r.row)))))
@@ -688,7 +690,7 @@
     const first = quantities.get(quantity.select.value)
     const wanted = [...longest(first), ...alongOf(first)].find((key) => every.includes(key))
     const over = choice("over", every, wanted)
-    const others = [...new Set(varied.flatMap((q) => q.dims))].filter((d) => axes.get(d).count > 1 && !axes.get(d).list)
+    const others = [...new Set(varied.flatMap((q) => q.dims))].filter((d) => axes.get(d).count > 1 && (!axes.get(d).list || axes.get(d).named_by))
     const lines = choice("a line for each", [["", "no other axis"], ...others], longest(first)[1] ?? "")
     redrawn(made, [quantity, over, lines], at, drawn, (place, [name, x, each]) => {
       const q = quantities.get(name)

@@ -47,7 +47,8 @@ def key_figures(found: Embedded) -> list[Specification]:
         used = {figure.get("lines"), figure.get("over"), "direction"}
         used |= {found.columns[k]["dim"] for k in (figure.get("x"), figure.get("y")) if k}
         fixed = [d for n in names for d in found.quantities[n]["dims"]
-                 if d not in used and found.axes[d]["count"] > 1]  # fmt: skip
+                 if d not in used and found.axes[d]["count"] > 1
+                 and not found.axes[d]["of_curves"]]  # fmt: skip
         figure["cut"] = list(dict.fromkeys(fixed))
     return figures
 
@@ -68,10 +69,16 @@ def _single(found: Embedded) -> list[str]:
     """Quantities without curves, the most wanted first."""
     names = [
         n for n, q in found.quantities.items()
-        if n != "status" and not n.endswith("_published") and _varying(found, n)
+        if n not in found.flat | {"status"} and not n.endswith("_published") and _varying(found, n)
         and not any(found.axes[d]["of_curves"] for d in q["dims"])
     ]  # fmt: skip
     return sorted(names, key=lambda n: FIRST_QUANTITIES.index(n) if n in FIRST_QUANTITIES else 99)
+
+
+def _has_lines(found: Embedded, dim: str) -> bool:
+    """Whether lines for the values of a dimension can be told apart."""
+    axis = found.axes[dim]
+    return not axis["list"] or (axis["named_by"] is not None and axis["count"] <= MOST_CURVES)
 
 
 def _across(found: Embedded, dim: str) -> str:
@@ -89,7 +96,7 @@ def _numbers(found: Embedded) -> list[Specification]:
     figures = []
     for name in _single(found)[:MOST_NUMBERS]:
         dims = _varying(found, name)
-        others = [d for d in dims[1:] if not found.axes[d]["list"]]
+        others = [d for d in dims[1:] if _has_lines(found, d)]
         published = f"{name}_published"
         beside = [published] if _same_dims(found, name, published) else []
         figures.append({
@@ -126,6 +133,7 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
     names = [
         n for n, q in found.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
+        and n not in found.flat
     ]  # fmt: skip
     figures: list[Specification] = []
     if "omega" in names and _varying(found, "omega"):
@@ -145,8 +153,10 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
             title = kind.get(unit, "Curves" if over == "crank_angle" else "Orders")
         if over == "order":
             title += " over the order" if title != "Orders" else ""
+        alone = _varying(found, group[0]) if len(group) == 1 and over == "crank_angle" else []
+        alone.sort(key=lambda d: not (found.axes[d]["list"] and _has_lines(found, d)))
         figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
-                        "lines": None, "title": title})  # fmt: skip
+                        "lines": alone[0] if alone else None, "title": title})  # fmt: skip
     return figures
 
 
@@ -154,7 +164,7 @@ def _polar(found: Embedded) -> list[Specification]:
     if found.axes.get("direction", {}).get("count", 0) < 2:
         return []
     for name, quantity in found.quantities.items():
-        if {"direction", "crank_angle"} <= set(quantity["dims"]):
+        if name in found.planes and "crank_angle" in quantity["dims"]:
             title = f"{_sentence(quantity['title'])}, path over the cycle"
             return [{"kind": "polar", "quantity": name, "title": title}]
     return []

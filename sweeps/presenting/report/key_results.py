@@ -14,7 +14,7 @@ from sweeps.exploring.ranges import ranges
 from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.archives import recorded_cycle_lines
 from sweeps.presenting.readable_units import converted
-from sweeps.presenting.report.html import listed, paragraph, table
+from sweeps.presenting.report.html import details, listed, paragraph, table
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
 from sweeps.presenting.tables import number_text
 
@@ -32,6 +32,10 @@ UPRIGHT = 3
 """So many designs stand beside each other, with a line for each quantity."""
 
 
+FEW_SAME = 5
+"""Columns that are the same for all rows and are told in a sentence."""
+
+
 def results(archive: xr.Dataset, choices: Choices) -> str:
     """Designs as a table; of many the smallest and largest numbers and where they are."""
     parts = []
@@ -41,8 +45,8 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
         found = None
     if found is not None and found.designs <= MOST_ROWS:
         parts.append(_rows_table(found, choices))
-    extremes = list(_extremes(archive, choices))
-    if extremes and (found is None or found.designs > 1):
+    extremes = list(_extremes(archive, choices)) if found is None or found.designs > 1 else []
+    if extremes:
         head = ("quantity", "unit", "smallest", "at", "largest", "at")
         parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
     if found is not None and found.designs > MOST_ROWS:
@@ -86,6 +90,9 @@ def _rows_table(found: Rows, choices: Choices) -> str:
     head = [f"{n} [{units[n]}]" if units[n] else n for n in left]
     numbers = [i for i, n in enumerate(left) if n in found.units]
     body = table(head, zip(*(cells[n] for n in left), strict=True), numbers)
+    if len(same) > FEW_SAME:
+        lines = [(n, value, units[n], found.texts.get(n, "")) for n, value in same.items()]
+        return body + details("The same in all of these rows", table(("", "", "", ""), lines, (1,)))
     told = ", ".join(f"{n} {value} {units[n]}".rstrip() for n, value in same.items())
     return body + (paragraph(f"The same in all of these rows: {told}.", "note") if told else "")
 
@@ -99,9 +106,11 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
             continue
         found = _lowest_and_highest(data.variable)
         if found is None:
-            yield str(name), "", "no value", "", "", ""
+            yield str(name), "", "no value", "", "no value", ""
             continue
         (low, low_at), (high, high_at) = found
+        if low == high:
+            continue
         factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(str(name)))
         yield (
             str(name), unit,

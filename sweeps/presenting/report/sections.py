@@ -20,7 +20,6 @@ from sweeps.presenting.report.html import details, listed, paragraph, preformatt
 from sweeps.presenting.report.key_results import results
 from sweeps.presenting.report.model_limits import model_limits
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
-from sweeps.presenting.tables import number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,9 +150,9 @@ def _values_text(coordinate: xr.DataArray, choice: str | None) -> str:
     factor, unit = converted(str(coordinate.attrs.get("units", "1")), choice)
     distinct = np.unique(values) * factor
     if len(distinct) <= FEW:
-        told = ", ".join(number_text(float(v)) for v in distinct)
+        told = ", ".join(f"{v:.6g}" for v in distinct)
     else:
-        told = f"{number_text(float(distinct[0]))} to {number_text(float(distinct[-1]))}"
+        told = f"{distinct[0]:.6g} to {distinct[-1]:.6g}"
     return f"{told} {unit}".rstrip()
 
 

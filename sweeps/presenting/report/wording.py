@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.errors import one_line
 from sweeps.presenting.readable_units import converted
-from sweeps.presenting.tables import number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,4 +21,4 @@ def value_text(variable: xr.Variable | xr.DataArray, value: Any, choice: str | N
     if variable.dtype.kind not in "fiub":
         return one_line(value, 60)
     factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
-    return f"{number_text(float(value) * factor)} {one_line(unit, 30)}".rstrip()
+    return f"{float(value) * factor:.6g} {one_line(unit, 30)}".rstrip()

@@ -1,0 +1,257 @@
+"""Reports: one HTML file, its numbers, its limits, hostile archives."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.presenting.report.embedding import embedded
+from sweeps.presenting.report.model_limits import model_limits
+from sweeps.presenting.report.page import page
+from tests.support.commands import ok, refused
+
+pytestmark = pytest.mark.compiled
+
+SCENE: dict[str, Any] = {
+    "title": "three loads",
+    "engine": "ntua",
+    "axes": {"load": [20, 50, 80], "inertia": [0.05, 2.0, 3.0, 5.0]},
+    "output": {
+        "quantities": ["delta", "omega_max", "brake_power", "omega", "torque", "gas_torque"],
+        "angle_step": 4,
+    },
+}
+
+
+class Tags(HTMLParser):
+    """Elements of a page with their attributes, and its text."""
+
+    def __init__(self, written: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.feed(written)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+def data_of(written: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', written, re.S)
+    assert found is not None
+    return dict(json.loads(found[1]))
+
+
+def numbers_of(quantity: dict[str, Any]) -> np.ndarray:
+    kind = {"f4": "<f4", "u1": "u1"}[quantity["type"]]
+    return np.frombuffer(base64.b64decode(quantity["data"]), kind).reshape(quantity["shape"])
+
+
+def section(written: str, key: str) -> str:
+    return written.partition(f'<section id="{key}">')[2].partition("</section>")[0]
+
+
+@pytest.fixture(scope="module")
+def archive() -> xr.Dataset:
+    return sweeps.run(SCENE)
+
+
+@pytest.fixture(scope="module")
+def written(archive: xr.Dataset) -> str:
+    return page(archive)
+
+
+def large(designs: int = 60, angles: int = 180) -> xr.Dataset:
+    """An archive whose numbers nobody computed, over two axes and the crank angle."""
+    speed, inertia = np.linspace(1000.0, 2000.0, designs), np.geomspace(1.0, 20.0, designs)
+    number = speed[:, np.newaxis] + inertia
+    angle = np.linspace(0.0, 720.0, angles, endpoint=False)
+    return xr.Dataset(
+        {
+            "delta": (("speed", "inertia"), number),
+            "omega": (("speed", "inertia", "crank_angle"), number[..., np.newaxis] + angle),
+            "status": (("speed", "inertia"), np.zeros(number.shape, "i1")),
+        },
+        {"speed": speed, "inertia": inertia, "crank_angle": angle},
+        {"title": "made up"},
+    )
+
+
+def test_a_report_asks_for_nothing(written: str) -> None:
+    assert not [a for t, a in Tags(written).found if t in ("img", "iframe", "object", "base")]
+    links = [a.get(k) or "" for _, a in Tags(written).found for k in ("src", "href", "action")]
+    assert {link[:5] for link in links if link} <= {"data:"} | {link[:5] for link in links if link[:1] == "#"}  # noqa: E501
+    assert "default-src 'none'" in written
+
+
+def test_every_section_is_there_in_its_order(written: str) -> None:
+    keys = [a["id"] for t, a in Tags(written).found if t == "section"]
+    assert keys == [
+        "computed", "results", "pictures", "explore", "outcomes", "warnings", "assumptions",
+        "limits", "provenance", "cite",
+    ]  # fmt: skip
+    assert "Single-cylinder four-stroke diesel" in section(written, "computed")
+    assert "load_offset" in section(written, "assumptions")
+    assert "no torsional vibration" in section(written, "limits")
+    assert "Kakaitsas" in section(written, "cite")
+    assert "All values of the archive are in this page" in section(written, "explore")
+
+
+def test_the_page_holds_the_archives_numbers(archive: xr.Dataset, written: str) -> None:
+    found = data_of(written)
+    quantities = found["quantities"]
+    assert set(quantities) == {str(n) for n in archive.data_vars}
+    np.testing.assert_allclose(numbers_of(quantities["delta"]), archive.delta, rtol=1e-7)
+    np.testing.assert_allclose(
+        numbers_of(quantities["omega"]), archive.omega * 30.0 / np.pi, rtol=1e-6
+    )
+    assert quantities["omega"]["unit"] == "rpm"
+    np.testing.assert_array_equal(numbers_of(quantities["status"]), archive.status)
+    inertia = np.frombuffer(base64.b64decode(found["columns"]["inertia"]["values"]), "<f8")
+    np.testing.assert_array_equal(inertia, archive.inertia)
+    assert {f["kind"] for f in found["figures"]} == {"numbers", "map", "curves"}
+
+
+def test_failed_designs_are_told(archive: xr.Dataset, written: str) -> None:
+    lost = int((archive.status == 1).sum())
+    assert 0 < lost < archive.status.size
+    told = section(written, "outcomes")
+    assert f"<td>stalled</td><td class=\"number\">{lost}</td>" in told
+    assert "<td>inertia</td><td>0.05 kg m²</td><td>0.05 kg m² to 5 kg m²</td>" in told
+    assert told.count("<td>stalled</td>") == 1 + lost
+
+
+@pytest.mark.parametrize("limit", [1.7e6, 2.5e6])
+def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
+    archive = large()
+    text = page(archive, limit=limit)
+    assert 0.6 * (limit - 1.6e6) + 1.5e6 < len(text.encode()) <= limit
+    assert "What is left out" in section(text, "explore")
+    found = data_of(text)
+    omega = found["quantities"]["omega"]
+    numbers = numbers_of(omega)
+    columns = found["columns"]
+    where = {}
+    for dim in omega["dims"]:
+        values = np.frombuffer(base64.b64decode(columns[dim]["values"]), "<f8")
+        where[dim] = values[omega["at"].get(dim, slice(None))]
+    np.testing.assert_allclose(numbers, archive.omega.sel(where), rtol=1e-6)
+    np.testing.assert_allclose(numbers_of(found["quantities"]["delta"]), archive.delta, rtol=1e-6)
+
+
+def test_a_list_of_designs_is_sampled_in_its_order() -> None:
+    size = 4000
+    archive = xr.Dataset(
+        {"delta": ("design", np.arange(size) / 7.0), "imep": ("design", np.arange(size) / 3.0)},
+        {"design": np.arange(size), "case": ("design", [f"number {i}" for i in range(size)])},
+    )
+    found = embedded(archive, {}, 60e3)
+    kept = np.frombuffer(base64.b64decode(found.columns["design"]["values"]), "<f8")
+    assert 200 < len(kept) < size and kept[0] == 0 and kept[-1] == size - 1
+    assert (np.diff(kept) > 0).all() and len({*np.diff(kept)}) > 2
+    np.testing.assert_allclose(numbers_of(found.quantities["delta"]), kept / 7.0, rtol=1e-6)
+    assert found.columns["case"]["words"][5] == f"number {kept[5]:.0f}"
+    assert any("a random sample" in line for line in found.left_out)
+
+
+def test_too_small_a_limit_is_refused(archive: xr.Dataset) -> None:
+    with pytest.raises(SceneError, match=r"--limit 1 MB: must be 1\.\d+ MB or more"):
+        page(archive, limit=1e6)
+
+
+def test_limits_of_the_model_follow_the_quantities() -> None:
+    assert not any("torsional" in text for text in model_limits(["shaking_force"]))
+    assert any("rigid engine at constant speed" in text for text in model_limits(["shaking_force"]))
+    assert any("no oil film" in text for text in model_limits(["crank_pin_load"]))
+    assert model_limits(["unknown"]) == []
+
+
+NASTY = (
+    "<script>window.broken = 1</script>", "</script><img src=x onerror='window.broken = 1'>",
+    '"\' onload="window.broken=1', "$$\\frac{1}{2}$$ \\(x\\) @x $index &amp; &lt;", "x" * 5000,
+    "\u202egnirts", "</title></style>", "a\nb\u2028c\x00d", "-->", "]]>", "constructor", "__proto__",
+)  # fmt: skip
+
+
+def hostile() -> xr.Dataset:
+    """An archive whose every text is markup, with missing, infinite and no numbers."""
+    words = np.array(NASTY, dtype=object)
+    size = len(words)
+    numbers = np.full((size, 3), 1e300)
+    numbers[0], numbers[1], numbers[2] = np.nan, np.inf, -np.inf
+    attrs = {"long_name": NASTY[0], "units": NASTY[1], "references": NASTY[2]}
+    data = {
+        "delta": (("design", NASTY[0]), numbers, attrs),
+        NASTY[1]: (("design",), numbers[:, 0], attrs),
+        "omega": (("design", "crank_angle"), numbers[:, :1], attrs),
+        "nothing": (("empty",), np.zeros(0), attrs),
+        "__proto__": (("design",), numbers[:, 0]),
+        "words": (("design",), words),
+        "status": (("design",), np.arange(size, dtype="i1") % 9),
+    }
+    coords = {
+        "case": ("design", words, attrs),
+        "mass": ("design", numbers[:, 0], attrs),
+        "crank_angle": [0.0],
+        NASTY[0]: (NASTY[0], [1.0, np.nan, np.inf], attrs),
+    }
+    about = {
+        "title": NASTY[0], "engine": NASTY[1], "engine_title": NASTY[2], "history": NASTY[7],
+        "warnings": "\n".join(NASTY[:6]), "references": NASTY[0], "scene": '{"set": {"<b>": [1]}}',
+        "engine_assumed": json.dumps({NASTY[0]: NASTY[1]}), "parameters": "[" * 9000,
+        "solver": '{"method": 3}', "arrangement": "null", "input_files": '{"files": {"<b>": 1}}',
+        NASTY[2]: NASTY[1],
+    }  # fmt: skip
+    return xr.Dataset(data, coords, about)
+
+
+def test_texts_of_archives_are_texts() -> None:
+    written = page(hostile())
+    expected = Tags(page(large(3, 4)))
+    found = Tags(written)
+    usual = {tag for tag, _ in expected.found} | {"details", "summary", "pre"}
+    assert {tag for tag, _ in found.found} <= usual
+    assert sum(tag == "script" for tag, _ in found.found) == 4
+    assert not [a for _, a in found.found if any(key.startswith("on") for key in a)]
+    assert "window.broken" in "".join(found.words)
+
+
+def test_archives_without_much_in_them() -> None:
+    for empty in (
+        xr.Dataset(),
+        xr.Dataset({"delta": ((), 0.1)}),
+        xr.Dataset({"delta": ("speed", [np.nan])}, {"speed": [1000.0]}),
+        xr.Dataset({"delta": ("speed", np.zeros(0))}, {"speed": np.zeros(0)}),
+        xr.Dataset({"omega": ("crank_angle", np.zeros(5))}, {"crank_angle": np.arange(5.0)}),
+        xr.Dataset({"delta": (("a", "b"), np.zeros((2, 2)))}),
+    ):
+        assert "</html>" in page(empty)
+
+
+def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> None:
+    path, output = tmp_path / "map.nc", tmp_path / "map.html"
+    archive.to_netcdf(path)
+    said = ok("report", path, "-o", output, "--units", "brake_power=hp")
+    assert said.startswith(f"{output}: 1.") and "MB" in said
+    found = data_of(output.read_text(encoding="utf-8"))
+    assert found["quantities"]["brake_power"]["unit"] == "hp"
+    assert "exists" in refused("report", path, "-o", output)
+    ok("report", path, "-o", output, "--overwrite", "-q")
+    assert "must be .html" in refused("report", path, "-o", tmp_path / "map.pdf")
+    assert "--limit much" in refused("report", path, "-o", output, "--overwrite", "--limit", "much")
+    assert "does not fit" in refused("report", path, "-o", output, "--overwrite",
+                                     "--units", "delta=kW")  # fmt: skip
+    assert sweeps.report(path, tmp_path / "again.html") == tmp_path / "again.html"

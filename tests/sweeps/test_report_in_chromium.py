@@ -1,0 +1,139 @@
+"""Reports, opened in a headless Chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from tests.support.browser import Browser, browser
+from tests.sweeps.test_report import SCENE, hostile, large
+
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with browser() as found:
+        yield found
+
+
+def opened(chromium: Browser, archive: xr.Dataset, folder: Path, **options: Any) -> None:
+    """Write a report and open it: nothing is wrong, and nothing was asked for."""
+    path = folder / "report.html"
+    sweeps.report(archive, path, **options)
+    chromium.open(path)
+    assert chromium.messages() == []
+    assert chromium.requests() == []
+
+
+def moved(chromium: Browser, place: int, value: int) -> None:
+    """Move the slider in a place, or choose there."""
+    chromium.run(
+        "const c = document.querySelectorAll('.control input, .control select')[arguments[0]];"
+        "c.value = arguments[1]; c.dispatchEvent(new Event(c.type === 'range' ? 'input' : 'change'))",
+        place, value,
+    )  # fmt: skip
+    chromium.settled()
+
+
+def card(title: str) -> str:
+    """Selector of the card of the explorer with a title."""
+    return f"#explorer .card[data-title='{title}']"
+
+
+def test_sliders_redraw_the_explorer(chromium: Browser, tmp_path: Path) -> None:
+    opened(chromium, sweeps.run(SCENE), tmp_path)
+    count = chromium.run("return document.querySelectorAll('.control input').length")
+    assert count == 2
+    titles = ("Numbers of this design", "Curves of this design", "Numbers over an axis",
+              "Map over two axes", "One quantity over the crank angle, several designs")  # fmt: skip
+    before = {title: chromium.picture(card(title)) for title in titles}
+    assert chromium.picture(card(titles[1])) == before[titles[1]]  # nothing moves by itself
+    moved(chromium, 0, 0)
+    moved(chromium, 1, 3)
+    for title in titles:
+        if title != "Numbers over an axis":  # it has a line for each load, and goes over inertia
+            assert chromium.picture(card(title)) != before[title], title
+    numbers = chromium.run("return document.querySelector('#explorer table').innerText")
+    assert "0.0245" in numbers
+    assert chromium.messages() == []
+
+
+def test_legends_hide_lines_and_selectors_draw_anew(chromium: Browser, tmp_path: Path) -> None:
+    opened(chromium, sweeps.run(SCENE), tmp_path)
+    where = card("Curves of this design")
+    before = chromium.picture(where)
+    chromium.run("document.querySelector(arguments[0] + ' .legend button').click()", where)
+    assert chromium.picture(where) != before
+    titles = chromium.run(
+        "return [...document.querySelectorAll('#explorer .card')].map(c => c.dataset.title)"
+    )
+    for title in titles:  # every choice of every selector
+        chromium.run(
+            "for (const s of document.querySelectorAll(arguments[0] + ' .choices select'))"
+            "  for (const o of s.options) { s.value = o.value; s.dispatchEvent(new Event('change')) }",
+            card(title),
+        )
+    chromium.settled()
+    assert chromium.messages() == []
+
+
+def test_one_design(chromium: Browser, tmp_path: Path) -> None:
+    scene = {"engine": "ntua", "set": {"load": 50}, "output": {"quantities": ["delta", "omega"]}}
+    opened(chromium, sweeps.run(scene), tmp_path)
+    assert chromium.run("return document.querySelectorAll('.control').length") == 0
+    assert chromium.run("return document.querySelectorAll('#figures .card').length") == 1
+
+
+def test_balance_alone_and_bearings_alone(chromium: Browser, tmp_path: Path) -> None:
+    balance = ["shaking_force", "shaking_force_max", "shaking_force_major"]
+    for names in (balance, ["crank_pin_load", "main_journal_load"]):
+        scene = {"engine": "diesel_105x137", "axes": {"speed": [1000, 1500]},
+                 "output": {"quantities": names, "angle_step": 5}}  # fmt: skip
+        opened(chromium, sweeps.run(scene), tmp_path, overwrite=True)
+        assert chromium.run("return document.querySelectorAll('#figures canvas').length") == 0
+        assert chromium.run("return document.querySelectorAll('#figures .plot').length") >= 1
+
+
+def test_thinned_out_curves_say_where_they_are(chromium: Browser, tmp_path: Path) -> None:
+    opened(chromium, large(), tmp_path, limit=1.8e6)
+    moved(chromium, 0, 31)
+    told = chromium.run("return document.querySelector(arguments[0]).innerText",
+                        card("Curves of this design"))  # fmt: skip
+    assert "nearest design in this page" in told
+
+
+def test_a_long_list_of_designs(chromium: Browser, tmp_path: Path) -> None:
+    size = 30_000
+    random = np.random.default_rng(1)
+    archive = xr.Dataset(
+        {"delta": ("design", random.random(size)), "status": ("design", np.zeros(size, "i1"))},
+        {"design": np.arange(size), "inertia": ("design", random.random(size)),
+         "speed": ("design", 1000.0 + 100.0 * random.random(size))},
+    )  # fmt: skip
+    opened(chromium, archive, tmp_path, limit=1.9e6)
+    before = chromium.picture(card("Map over two axes"))
+    moved(chromium, 0, 77)
+    assert chromium.picture(card("Map over two axes")) != before
+
+
+def test_hostile_texts_do_nothing(chromium: Browser, tmp_path: Path) -> None:
+    opened(chromium, hostile(), tmp_path)
+    assert chromium.run("return window.broken === undefined")
+    moved(chromium, 0, 3)
+    assert chromium.messages() == []
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_nothing_is_wider_than_the_window(width: int, tmp_path: Path) -> None:
+    with browser(width) as narrow:
+        narrow.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600})  # fmt: skip
+        opened(narrow, sweeps.run(SCENE), tmp_path)
+        assert narrow.run("return document.documentElement.scrollWidth") <= width
