@@ -13,6 +13,7 @@ from .measuring.measured import measured as measured
 from .measuring.recorded_train import follow_cycles as follow_cycles
 from .planning.plan import Plan as Plan
 from .planning.plan import plan as plan
+from .presenting.report.page import report as report
 from .reading.laboratory.pressure import read_pressure as read_pressure
 from .running.in_memory import run as run
 from .running.streaming import stream as stream

@@ -42,9 +42,9 @@ class Browser:
         )
 
     def messages(self) -> list[str]:
-        """Errors and warnings of the console since the last call."""
+        """Errors of the console since the last call."""
         found = self.driver.get_log("browser")
-        return [m["message"] for m in found if m["level"] in ("SEVERE", "WARNING")]
+        return [m["message"] for m in found if m["level"] == "SEVERE"]
 
     def requests(self) -> list[str]:
         """Addresses that were asked for since the last call, but the page's own and data."""
@@ -52,7 +52,7 @@ class Browser:
                   self.driver.get_log("performance")]  # fmt: skip
         asked = [e["params"]["request"]["url"] for e in events
                  if e["method"] == "Network.requestWillBeSent"]  # fmt: skip
-        return [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
+        return [url for url in asked if not url.startswith(("file:", "data:", "blob:", "chrome"))]
 
     def picture(self, selector: str) -> bytes:
         """What an element looks like."""

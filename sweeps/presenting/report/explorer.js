@@ -683,12 +683,19 @@
     return (numeric.length ? numeric : dims).sort((a, b) => axes.get(b).count - axes.get(a).count)
   }
 
+  // What charts of a quantity begin with: axes, of a list of designs its columns of numbers.
+  function firstKeys(q) {
+    const numbersOf = (dim) => axes.get(dim).columns.filter((key) => !columns.get(key).words)
+    const wanted = longest(q).flatMap((dim) => (axes.get(dim).list ? [...numbersOf(dim), dim] : [dim]))
+    return [...new Set([...wanted, ...alongOf(q)])]
+  }
+
   function numbersView(views, varied, at, drawn) {
     const made = card(views, "Numbers over an axis")
     const quantity = choice("quantity", varied.map((q) => q.name), preferred(varied))
     const every = [...new Set(varied.flatMap(alongOf))]
     const first = quantities.get(quantity.select.value)
-    const wanted = [...longest(first), ...alongOf(first)].find((key) => every.includes(key))
+    const wanted = firstKeys(first).find((key) => every.includes(key))
     const over = choice("over", every, wanted)
     const others = [...new Set(varied.flatMap((q) => q.dims))].filter((d) => axes.get(d).count > 1 && (!axes.get(d).list || axes.get(d).named_by))
     const lines = choice("a line for each", [["", "no other axis"], ...others], longest(first)[1] ?? "")
@@ -714,7 +721,7 @@
     const quantity = choice("quantity", maps.map((q) => q.name), preferred(maps))
     const first = quantities.get(quantity.select.value)
     const keys = [...new Set(maps.flatMap(alongOf))].filter((key) => !columns.get(key).words || !axes.get(columns.get(key).dim).list)
-    const start = [...longest(first), ...keys.filter((k) => alongOf(first).includes(k))].filter((k, i, all) => keys.includes(k) && all.indexOf(k) === i)
+    const start = firstKeys(first).filter((key) => keys.includes(key))
     const across = choice("across", keys, start[0])
     const up = choice("up", keys, start[1] ?? keys[1])
     redrawn(made, [quantity, across, up], at, drawn, (place, [name, x, y]) => {

@@ -39,6 +39,7 @@ FEW_SAME = 5
 def results(archive: xr.Dataset, choices: Choices) -> str:
     """Designs as a table; of many the smallest and largest numbers and where they are."""
     parts = []
+    archive = archive.drop_vars([n for n, v in archive.data_vars.items() if not v.size])
     try:
         found = rows(archive, limit=MOST_ROWS)
     except SceneError:  # no quantity has one number for each design
