@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS
 from engine_dyn.types import Integers
+from sweeps.errors import counted
 
 if TYPE_CHECKING:  # what only words failures stays light
     from sweeps.archive.partial import Partial
@@ -71,7 +72,7 @@ class Options:
     resume_command: str = "the same command with --resume"
 
 
-@dataclass
+@dataclass(repr=False)
 class Finished:
     """What a run did.
 
@@ -98,6 +99,16 @@ class Finished:
     writing: float = 0.0
     already: bool = False
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        outcomes = ", ".join(f"{n} {name}" for name, n in self.outcomes.items())
+        parts = [
+            outcomes or "no design can fail",
+            counted(self.blocks, "block"),
+            "complete before" if self.already else f"computed in {self.computing:.2g} s",
+            *([counted(len(self.warnings), "warning")] if self.warnings else []),
+        ]
+        return f"<Finished: {'; '.join(parts)}>"
 
     @property
     def outcomes(self) -> dict[str, int]:

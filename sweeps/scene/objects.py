@@ -16,6 +16,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.dimensions import DESIGN, LABELS
 from sweeps.errors import SceneError, one_line, shown
 from sweeps.reading.design_columns import check_units
+from sweeps.reading.laboratory.imported_pressure import ImportedPressure
 from sweeps.reading.numbers_with_units import magnitude
 
 __all__ = ["GIVEN", "plain_objects"]
@@ -66,11 +67,12 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
             }
     for table in _OF_FILES:
         given = tables.get(table)
-        if _is_table(given):
-            tables[table] = given = {"file": given}
-        if isinstance(given, Mapping) and _is_table(given.get("file")):
+        if not isinstance(given, Mapping) or _is_table(given):
+            given = {"file": given}
+        text = _text(given.get("file"), f"{name}: [{table}]", tables)
+        if text is not None:
             file = GIVEN.format(table)
-            files[file] = _csv(given["file"], f"{name}: [{table}]")
+            files[file] = text
             tables[table] = {**given, "file": file}
     return tables, files
 
@@ -143,6 +145,10 @@ def _designs(given: Any, where: str) -> Any:
         return {str(n): given[n] for n in (*beside, *given.data_vars)}
     if _is(given, "pandas", "Series"):
         given = given.to_frame()
+    if isinstance(given, list) and given and all(isinstance(row, Mapping) for row in given):
+        import pandas as pd
+
+        given = pd.DataFrame(given)
     if not _is(given, "pandas", "DataFrame"):
         return given
     known = [n for n in given.index.names if n in PARAMETERS or n in LABELS]
@@ -163,6 +169,17 @@ def _designs(given: Any, where: str) -> Any:
 
 def _of_texts(index: Any) -> bool:
     return len(index) > 0 and all(isinstance(item, str) for item in index)
+
+
+def _text(given: Any, where: str, tables: Mapping[str, Any]) -> str | None:
+    """Text of the CSV file of a table, or of a pressure that was read; None for all else."""
+    if _is_table(given):
+        return _csv(given, where)
+    if isinstance(given, ImportedPressure):
+        asked = (tables.get(table) for table in ("axes", "designs"))
+        cycles = any("recorded_cycle" in one for one in asked if isinstance(one, Mapping))
+        return given.text(cycles=cycles)
+    return None
 
 
 def _csv(given: Any, where: str) -> str:

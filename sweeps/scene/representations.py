@@ -28,7 +28,7 @@ def html_tables(
     head: str, rows: Sequence[tuple[str, str]], columns: Mapping[str, Sequence[str]] | None = None
 ) -> str:
     """Return a head, a table of names and texts, and a table of columns as HTML; all is escaped."""
-    cell = 'style="text-align: left; vertical-align: top"'
+    cell = 'style="text-align: left; vertical-align: top; padding-right: 1em"'
     lines = [f"<div><p><b>{html.escape(one_line(head))}</b></p>", "<table><tbody>"]
     for name, text in rows:
         lines.append(
@@ -56,6 +56,7 @@ def ends(values: Any) -> str:
     """Return a few values as they are, of more from where to where."""
     if not isinstance(values, np.ndarray):
         return named_some(map(str, values))
-    if len(values) <= FEW:
-        return ", ".join(f"{value:.6g}" for value in values)
-    return f"{len(values)} values from {values.min():.6g} to {values.max():.6g}"
+    different = np.unique(values)
+    if len(different) <= FEW:
+        return ", ".join(f"{value:.6g}" for value in dict.fromkeys(values.tolist()))
+    return f"{len(different)} values from {different[0]:.6g} to {different[-1]:.6g}"

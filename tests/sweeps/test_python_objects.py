@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pint
@@ -53,9 +55,9 @@ def test_settings_are_objects() -> None:
     [
         DESIGNS, DESIGNS.to_xarray(), DESIGNS.set_index("inertia"),
         DESIGNS.rename_axis(columns="parameter").to_xarray().to_dataarray("parameter"),
-        DESIGNS.to_dict("list"),
+        DESIGNS.to_dict("list"), DESIGNS.to_dict("records"),
     ],
-    ids=["DataFrame", "Dataset", "parameter as index", "DataArray", "dict"],
+    ids=["DataFrame", "Dataset", "parameter as index", "DataArray", "dict", "rows"],
 )  # fmt: skip
 def test_designs_are_a_table(table: object) -> None:
     scene = sweeps.read_scene(**TABLES, set=SET, designs=table)
@@ -99,6 +101,16 @@ def test_indicator_is_a_table(table: object) -> None:
     )
     (name,) = [name for name in scene.files if "indicator" in name]
     assert scene.source["indicator"]["file"] == name == "indicator_given_in_python.csv"
+
+
+def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"CA [deg]": ANGLE, "p_1 [kPa]": PRESSURE * 100.0})
+    frame.to_csv(tmp_path / "run.csv", index=False)
+    recorded = sweeps.read_pressure(tmp_path / "run.csv", engine="ntua")
+    scene = sweeps.read_scene(**TABLES, set={"speed": 1500.0}, indicator=recorded)
+    assert scene.indicator is not None
+    np.testing.assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-4)
+    assert any("kPa" in note for note in scene.indicator_notes)
 
 
 @pytest.mark.parametrize(
