@@ -181,3 +181,17 @@ class ArchiveAccessor:
         return export(
             self._archive, path, quantities=quantities, overwrite=overwrite, head_units=head_units
         )
+
+    def report(
+        self, path: str | Path, *, limit: float = 20e6,
+        units: str | Mapping[str, str] | None = None, overwrite: bool = False,
+    ) -> Path:  # fmt: skip
+        """Write one HTML file with tables, figures and an explorer; see `sweeps.report`."""
+        from sweeps.checks import a_path
+        from sweeps.presenting.report.page import report
+
+        with said_in_python():
+            return report(
+                self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
+                overwrite=overwrite,
+            )  # fmt: skip

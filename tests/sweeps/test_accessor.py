@@ -89,6 +89,14 @@ def test_files(archive: xr.Dataset, tmp_path: Path) -> None:
         archive.dyn.to_excel(3)
 
 
+def test_reports(archive: xr.Dataset, tmp_path: Path) -> None:
+    pytest.importorskip("bokeh")
+    path = archive.drop_dims("crank_angle").dyn.report(tmp_path / "out.html")
+    assert "a &lt;made up&gt; archive" in path.read_text("utf-8")
+    with pytest.raises(sweeps.SceneError, match=r"^limit 1 kB: must be"):
+        archive.drop_dims("crank_angle").dyn.report(tmp_path / "less.html", limit=1e3)
+
+
 def test_every_kind_of_figure_is_a_method(archive: xr.Dataset) -> None:
     plot = archive.dyn.plot
     assert dir(plot) == sorted(kind.name for kind in KINDS)
