@@ -54,7 +54,7 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     files: dict[str, str] = {}
     if tables.get("designs") is not None:
         tables["designs"] = _designs(tables["designs"], f"{name}: [designs]")
-    for table in ("set", "axes", "designs"):
+    for table in ("set", "axes", "designs", "sample"):
         if _is_table(tables.get(table)):
             raise SceneError(
                 f"{name}: [{table}]: is a {type(tables[table]).__name__}, which is a table of "
@@ -92,15 +92,23 @@ def _is_table(value: Any) -> bool:
 def _values(item: Any, where: str, key: Any) -> Any:
     """Value or values of one key; pandas and xarray as arrays, quantities in the key's unit."""
     node = PARAMETERS.get(key) if isinstance(key, str) else None
+    if isinstance(item, Mapping) and not _is_table(item):  # start and stop of a range
+        return {
+            k: v if isinstance(v, Mapping) else _values(v, f"{where} {one_line(k, 60)}", key)
+            for k, v in item.items()
+        }
     if _is(item, "xarray", "DataArray"):
         if node is not None:
             check_units(key, node, item.attrs.get("units"), where.removesuffix(f" {key}"))
         item = item.data if hasattr(item.data, "magnitude") else item.values
     if _is(item, "pandas", "Series") and item.dtype.kind == "O":
         item = item.tolist()
-    if isinstance(item, list | tuple) and any(hasattr(one, "magnitude") for one in item):
-        return [_values(one, f"{where}, value {i}", key) for i, one in enumerate(item, start=1)]
-    if hasattr(item, "magnitude") and hasattr(item, "to"):
+    if isinstance(item, list | tuple) and any(map(_has_unit, set(map(type, item)))):
+        return [
+            _values(one, f"{where}, value {i}", key) if _has_unit(one) else one
+            for i, one in enumerate(item, start=1)
+        ]
+    if _has_unit(item):
         if node is None:
             return item
         return magnitude(item, where, node.unit)
@@ -117,6 +125,11 @@ def _values(item: Any, where: str, key: Any) -> Any:
             size = " x ".join(map(str, item.shape))
             raise SceneError(f"{where}: has {size} values; must have one dimension")
     return item
+
+
+def _has_unit(value: Any) -> bool:
+    """Whether a value, or those of a class, is a quantity of pint."""
+    return hasattr(value, "magnitude") and hasattr(value, "to")
 
 
 def _designs(given: Any, where: str) -> Any:

@@ -37,6 +37,15 @@ def test_axes_and_columns_are_objects(values: object) -> None:
     np.testing.assert_allclose(column.designs["inertia"], [2.0, 3.0], rtol=1e-15)
 
 
+def test_ends_of_ranges_and_of_samples_are_quantities() -> None:
+    ends = {"start": 2e4 * UNITS.kg * UNITS.cm**2, "stop": 3.0, "num": 2}
+    scene = sweeps.read_scene(**TABLES, set=SET, axes={"inertia": ends})
+    np.testing.assert_allclose(scene.axes["inertia"], [2.0, 3.0], rtol=1e-15)
+    drawn = {"number": 4, "seed": 1, "inertia": {"low": 2 * UNITS.kg * UNITS.m**2, "high": 3.0}}
+    columns = sweeps.read_scene(**TABLES, set=SET, sample=drawn).designs
+    assert len(columns["inertia"]) == 4 and columns["inertia"].min() >= 2.0
+
+
 def test_settings_are_objects() -> None:
     given = {
         "speed": 25 * UNITS.turn / UNITS.s, "load": xr.DataArray(90), "inertia": np.float32(2),
@@ -122,6 +131,10 @@ def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
         ({"axes": {"inertia": np.ones((2, 2))}}, "[axes] inertia: has 2 x 2 values"),
         ({"axes": {"inertia": WITH_UNITS.assign_attrs(units="g m2")}}, "[axes]: inertia: units"),
         ({"axes": {"inertia": [2 * UNITS.kg]}}, "[axes] inertia, value 1: is in kilogram; must be"),
+        (
+            {"axes": {"inertia": {"start": 2 * UNITS.m, "stop": 3.0, "num": 2}}},
+            "[axes] inertia start: is in meter; must be in kg m2",
+        ),
         ({"set": {"speed": 3 * UNITS.kg}}, "[set] speed: is in kilogram; must be in rpm"),
         ({"set": {"speed": pd.Series([1.0])}}, "[set] speed = [1.0]: must be a finite number"),
         ({"designs": DESIGNS.assign(inertia=[2.0, np.nan])}, "[designs] inertia, value 2 = nan"),
