@@ -29,6 +29,9 @@ NAMED_BADLY = (
 LONGEST = 4000
 """Characters of a message."""
 
+MOST_LISTED = 40
+"""Names that a message lists where a command lists them too."""
+
 
 class SceneError(ValueError):
     """Bad input of a person: one line that names file, key, value and what is allowed."""
@@ -66,14 +69,14 @@ def not_known(name: str, known: Iterable[str], *, command: str = "", also: str =
     known : iterable of str
         The right ones.
     command : str
-        What lists them; it replaces a long list where a near name is found.
+        What lists them; it replaces a very long list, and any list where a near name is found.
     also : str
         What else is allowed.
     """
     names = list(known)
     hint = did_you_mean(name, names)
-    if hint and command:
-        return f"{hint} Allowed: what `{command}` shows{also}"
+    if command and (hint or len(names) > MOST_LISTED):
+        return f"{hint or '.'} Allowed: what `{command}` shows{also}"
     return f"{hint or '.'} Allowed: {', '.join(names)}{also}"
 
 

@@ -56,8 +56,11 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     "capitals": (scene("[axes]\nInertia = [1]"), ("Inertia", "did you mean 'inertia'")),
     "beginning of a key": (scene("[set]\nrecip = 1"), ("recip", "'reciprocating_mass'")),
     "unknown column": (designs("intertia = [1]"), ("[designs] intertia", "'inertia'")),
-    "word nothing is near": (scene("[set]\nxyzzy = 1"), ("xyzzy", "unknown key", "crank_ratio")),
-    "quantity as a key": (scene("[set]\ndelta = 1"), ("delta", "unknown key")),
+    "word nothing is near": (
+        scene("[set]\nxyzzy = 1"),
+        ("xyzzy", "unknown key", "engine-dyn list keys"),
+    ),
+    "quantity as a key": (scene("[set]\ndelta = 1"), ("delta", "unknown key: is a quantity")),
     "solver key in axes": (scene("[axes]\npasses = [1]"), ("passes", "[solver]", "[designs]")),
     "method in axes": (scene('[axes]\nmethod = ["auto"]'), ("method", "[solver]")),
     "set and axes": (scene("[set]\ninertia = 2\n" + AXES), ("inertia", "[set]", "[axes]")),
