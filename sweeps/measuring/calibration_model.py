@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from sweeps.errors import one_line
 from sweeps.measuring.usual_engines import KINDS, EngineKind
 from sweeps.reading.data_sheets import Sheet
 
@@ -78,7 +79,7 @@ class Point(NamedTuple):
     fuel_consumption: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """An engine that was fitted to its data sheet.
 
@@ -110,6 +111,14 @@ class Calibration:
     assumed: dict[str, str]
     fitted: dict[str, str]
     text: str = ""
+
+    def __repr__(self) -> str:
+        about = self.published
+        loads = ", ".join(f"{point.load:g}" for point in self.points)
+        return (
+            f"<Calibration of {one_line(self.sheet.name, 60)}: {about.kind}, {about.power:g} kW at "
+            f"{about.speed:g} rpm; diagrams of {loads} % load; `text` is the engine file>"
+        )
 
     @property
     def kind(self) -> EngineKind:
