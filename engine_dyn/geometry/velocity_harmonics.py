@@ -135,7 +135,9 @@ def orders_of(terms: int, square: bool) -> tuple[Integers, Booleans]:
         return np.tile(half, 2), np.repeat([False, True], half.size)
     if square:
         return np.arange(1, 2 * terms + 1), np.ones(2 * terms, dtype=np.bool_)
-    return np.array([order_of(term) for term in range(terms)]), np.zeros(terms, dtype=np.bool_)
+    # The function that compiled code inlines, as plain Python: nothing is compiled for this table.
+    orders = [order_of.py_func(term) for term in range(terms)]
+    return np.array(orders), np.zeros(terms, dtype=np.bool_)
 
 
 @inlined

@@ -105,6 +105,7 @@ _DIMENSIONS = (
         "crank_angle", r"\varphi", "degree",
         "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
     ),
+    Dimension("parameter", "", "1", "parameter that a derivative is taken by"),
 )  # fmt: skip
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})

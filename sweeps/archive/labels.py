@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ from sweeps.archive.provenance import provenance
 from sweeps.archive.warnings import ATTRIBUTE, Watch
 from sweeps.dimensions import DESIGN, PUBLISHED
 from sweeps.errors import printable
+from sweeps.planning.elasticities import KIND, KINDS, PARAMETER
 from sweeps.planning.plan import Plan
 from sweeps.planning.plausibility import implausible_results, plausibility_warnings
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
@@ -134,11 +135,13 @@ def describe(
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}
+    nodes = {stage.node.name: stage.node for stage in plan.stages}
     for name in plan.outputs:
-        node = select(name, *variant_words(scene))
-        dims = plan.dims(name)
+        node, dims = nodes[name], plan.dims(name)
         if name == "status":
-            variables[name] = Variable(dims, _status_attributes(node), kind="i1")
+            variables[name] = Variable(dims, _flags(node, status.MEANINGS), kind="i1")
+        elif name.endswith(KIND):
+            variables[name] = Variable(dims, _flags(node, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
             variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
@@ -273,12 +276,13 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     return attributes
 
 
-def _status_attributes(node: Node) -> dict[str, Any]:
+def _flags(node: Node, meanings: Sequence[str]) -> dict[str, Any]:
+    """Attributes of a variable whose numbers stand for words."""
     return {
         "long_name": node.long_name,
         "units": "1",
-        "flag_values": np.arange(len(status.MEANINGS), dtype=np.int8),
-        "flag_meanings": " ".join(status.MEANINGS),
+        "flag_values": np.arange(len(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(meanings),
     }
 
 
@@ -316,6 +320,10 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
     for name, points in plan.points.items():
         if name in used:
             coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
+    if PARAMETER in used:
+        units = [PARAMETERS[key].unit for key in plan.points[PARAMETER]]
+        attributes = {"long_name": "unit of the parameter", "units": "1"}
+        coordinates["parameter_unit"] = ((PARAMETER,), np.array(units, dtype=object), attributes)
     return coordinates
 
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
+import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
@@ -20,6 +21,13 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, one_line, size_text
+from sweeps.planning.elasticities import (
+    PARAMETER,
+    Elasticities,
+    changed_parameters,
+    elasticity_nodes,
+    plan_elasticities,
+)
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
@@ -79,6 +87,8 @@ class Plan:
         The plan of which this is a part.
     piece : str
         Which part: JSON; see `sweeps.planning.shards`.
+    elasticities : Elasticities, optional
+        What is computed for elasticities; their variables are among stages and outputs.
     """
 
     scene: Scene
@@ -92,6 +102,7 @@ class Plan:
     of_tables: frozenset[str]
     whole: Plan | None = None
     piece: str = ""
+    elasticities: Elasticities | None = None
 
     def __repr__(self) -> str:
         return (
@@ -217,7 +228,31 @@ def make_plan(scene: Scene) -> Plan:
     unused = _unused(scene, leaves, used)
     settings = tuple(key for key in scene.settings if key not in used)
     stages = tuple(found.stages.values())
-    return Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
+    plan = Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
+    if not scene.elasticities:
+        return plan
+    return _with_elasticities(plan, changed_parameters(scene, leaves, used))
+
+
+def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
+    """Add the variables of elasticities, and what is computed for them."""
+    found = plan_elasticities(plan, keys, make_plan)
+    points = {**plan.points, PARAMETER: np.array(keys, dtype=object)}
+    sizes = {**plan.sizes, PARAMETER: len(keys)}
+    nodes = {stage.node.name: stage for stage in plan.stages}
+    more = []
+    for quantity in found.quantities:
+        base = nodes[quantity]
+        for node in elasticity_nodes(base.node):
+            more.append(Stage(node, (*base.dims, PARAMETER), base.size * len(keys)))
+    return replace(
+        plan,
+        stages=(*plan.stages, *more),
+        points=points,
+        sizes=sizes,
+        outputs=(*plan.outputs, *(stage.node.name for stage in more)),
+        elasticities=found,
+    )
 
 
 class _Ancestors:

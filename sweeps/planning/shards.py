@@ -16,6 +16,8 @@ import numpy as np
 from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
+from sweeps.planning.elasticities import Elasticities
+from sweeps.planning.leaves import Value
 from sweeps.planning.plan import Plan
 
 __all__ = ["part", "shard"]
@@ -65,7 +67,35 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
         sizes=sizes,
         whole=plan,
         piece=piece,
+        elasticities=_elasticities_of(plan, axis, places),
     )
+
+
+def _elasticities_of(plan: Plan, axis: str, places: Integers) -> Elasticities | None:
+    """What is computed for the elasticities of a part."""
+    found = plan.elasticities
+    if found is None:
+        return None
+
+    def taken(value: Value) -> Value:
+        if axis not in value.dims:
+            return value
+        return replace(value, data=np.take(value.data, places, axis=value.dims.index(axis)))
+
+    changed = (
+        replace(
+            one,
+            value=taken(one.value),
+            unit=taken(one.unit),
+            relative=taken(one.relative),
+            plans=tuple(
+                (part(down, axis, places, ""), part(up, axis, places, "")) for down, up in one.plans
+            ),
+            possible=tuple((taken(down), taken(up)) for down, up in one.possible),
+        )
+        for one in found.changed
+    )
+    return replace(found, changed=tuple(changed))
 
 
 def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:

@@ -19,9 +19,11 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import thread_count
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
+from sweeps.planning.elasticities import PARAMETER
 from sweeps.planning.leaves import Value
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
+from sweeps.running.elasticities import Results, differences
 from sweeps.running.progress import progress_bar
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
@@ -153,9 +155,13 @@ def computed(
     family = plan.leaves["family"].data
     if isinstance(family, CycleTable):
         family.use_threads(threads)
-    once = tuple(stage for stage in plan.stages if not lengths.keys() & set(stage.dims))
-    each = tuple(stage for stage in plan.stages if lengths.keys() & set(stage.dims))
-    dims = {name: plan.dims(name) for name in plan.outputs}
+    of_stages = [stage for stage in plan.stages if PARAMETER not in stage.dims]
+    once = tuple(stage for stage in of_stages if not lengths.keys() & set(stage.dims))
+    each = tuple(stage for stage in of_stages if lengths.keys() & set(stage.dims))
+    outputs = [name for name in plan.outputs if PARAMETER not in plan.dims(name)]
+    dims = {name: plan.dims(name) for name in outputs}
+    chosen = list(chosen)
+    elasticities = _elasticities(plan, lengths, chosen, threads)
     with _Bars(progress) as bars:
         values = _computed(plan, once, plan.leaves, {}, bars, threads)
         for block in chosen:
@@ -164,11 +170,24 @@ def computed(
                 values = {}
             results = {
                 name: _filled(here.pop(name).si, dims[name], block, plan)
-                for name in plan.outputs
+                for name in outputs
                 if holds(block, dims[name])
             }
             here = {}  # only the outputs stay in memory while the caller uses them
+            if elasticities is not None:
+                results |= next(elasticities)(results)
             yield block, results
+
+
+def _elasticities(
+    plan: Plan, lengths: Mapping[str, int], chosen: list[Block], threads: int | None
+) -> Iterator[Callable[[Results], Results]] | None:
+    """For each block what its elasticities are, given its results; None where none is asked for."""
+    if plan.elasticities is None:
+        return None
+    return differences(
+        plan, chosen, lambda changed: computed(changed, lengths, chosen, threads=threads)
+    )
 
 
 def _computed(

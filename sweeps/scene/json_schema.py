@@ -16,6 +16,7 @@ from sweeps.dimensions import LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.sample import LARGEST, METHODS
 from sweeps.scene.schema_parts import (
     FRACTION,
@@ -117,8 +118,14 @@ def scene_schema() -> Schema:
         "uniqueItems": True,
         "items": {
             "oneOf": [
-                {"const": name, "description": f"{node.long_name} {unit_text(node)}".rstrip()}
-                for name, node in QUANTITIES.items()
+                *(
+                    {"const": name, "description": f"{node.long_name} {unit_text(node)}".rstrip()}
+                    for name, node in QUANTITIES.items()
+                ),
+                {
+                    "enum": [f"{name}{ELASTICITY}" for name in QUANTITIES if name != "status"],
+                    "description": "elasticities of a single value by every parameter",
+                },
             ]
         },
     }

@@ -91,6 +91,8 @@ class Scene(GivenValues):
         For the stepping methods: [1], [rad/s], [degree]; None where not given here.
     quantities : tuple of str
         What is asked for.
+    elasticities : tuple of str
+        Quantities whose elasticities are asked for; they are among `quantities`.
     fail_on : tuple of str
         Outcomes that make the command end with status 3.
     silenced_warnings : tuple of str
@@ -133,6 +135,7 @@ class Scene(GivenValues):
     start_speed: float | None
     start_angle: float | None
     quantities: tuple[str, ...]
+    elasticities: tuple[str, ...]
     fail_on: tuple[str, ...]
     silenced_warnings: tuple[str, ...]
     angle_step: float

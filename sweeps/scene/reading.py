@@ -31,6 +31,7 @@ from sweeps.scene.consistency.outputs import check_output
 from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
+from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.designs import read_designs_table
 from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
@@ -240,7 +241,8 @@ def _assembled(
         passes=None if passes is None else int(passes),
         start_speed=solver.start.get("start_speed"),
         start_angle=solver.start.get("start_angle"),
-        quantities=tuple(given.output.quantities),
+        quantities=ordinary(given.output.quantities, f"{name}: [output] quantities"),
+        elasticities=elasticities_in(given.output.quantities),
         fail_on=tuple(given.output.fail_on),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         angle_step=given.output.angle_step,

@@ -18,6 +18,7 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_throws
+from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 from sweeps.scene.variants import variant_words
@@ -66,7 +67,7 @@ def _check_quantities(output: Output, name: str) -> None:
     if not output.quantities:
         raise SceneError(f"{where} = []: empty; ask for at least one, such as 'delta'")
     for i, quantity in enumerate(output.quantities):
-        if quantity not in QUANTITIES:
+        if quantity.removesuffix(ELASTICITY) not in QUANTITIES:
             if quantity in PARAMETERS:
                 raise SceneError(
                     f"{where}: '{quantity}' is a parameter, not a quantity; given in [axes] or "
