@@ -5,7 +5,7 @@ Scenes, plans and archives use the same names; each stands here alone.
 
 from __future__ import annotations
 
-__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PUBLISHED"]
+__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER", "PUBLISHED"]
 
 DESIGN = "design"
 """Dimension of [designs]: parameters that vary together."""
@@ -18,6 +18,9 @@ METHOD, INERTIA_MODEL = "method", "inertia_model"
 
 LABELS = ("case",)
 """Columns of [designs] that hold texts and name the designs."""
+
+PARAMETER = "parameter"
+"""Dimension of elasticities: the parameters that derivatives are taken by, by their keys."""
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], beside the quantities' own."""

@@ -135,9 +135,9 @@ def orders_of(terms: int, square: bool) -> tuple[Integers, Booleans]:
         return np.tile(half, 2), np.repeat([False, True], half.size)
     if square:
         return np.arange(1, 2 * terms + 1), np.ones(2 * terms, dtype=np.bool_)
-    # The function that compiled code inlines, as plain Python: nothing is compiled for this table.
-    orders = [order_of.py_func(term) for term in range(terms)]
-    return np.array(orders), np.zeros(terms, dtype=np.bool_)
+    # As `order_of`, which would be compiled once more for being called here.
+    orders = np.maximum(1, 2 * np.arange(terms))
+    return orders, np.zeros(terms, dtype=np.bool_)
 
 
 @inlined

@@ -24,9 +24,9 @@ from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
 from sweeps.archive.warnings import ATTRIBUTE, Watch
-from sweeps.dimensions import DESIGN, PUBLISHED
+from sweeps.dimensions import DESIGN, PARAMETER, PUBLISHED
 from sweeps.errors import printable
-from sweeps.planning.elasticities import KIND, KINDS, PARAMETER
+from sweeps.planning.elasticities import KIND, KINDS
 from sweeps.planning.plan import Plan
 from sweeps.planning.plausibility import implausible_results, plausibility_warnings
 from sweeps.reading.netcdf_files import ARCHIVE_FORMAT
@@ -321,9 +321,12 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
         if name in used:
             coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
     if PARAMETER in used:
-        units = [PARAMETERS[key].unit for key in plan.points[PARAMETER]]
-        attributes = {"long_name": "unit of the parameter", "units": "1"}
-        coordinates["parameter_unit"] = ((PARAMETER,), np.array(units, dtype=object), attributes)
+        for fact, text in (("unit", "unit"), ("long_name", "meaning")):
+            facts = [getattr(PARAMETERS[key], fact) for key in plan.points[PARAMETER]]
+            attributes = {"long_name": f"{text} of the parameter", "units": "1"}
+            coordinates[f"{PARAMETER}_{fact}"] = (
+                (PARAMETER,), np.array(facts, dtype=object), attributes,
+            )  # fmt: skip
     return coordinates
 
 

@@ -13,10 +13,12 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.checks import check_dataset
+from sweeps.dimensions import PARAMETER
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
+from sweeps.scene.derived_quantities import ELASTICITY
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,6 +51,8 @@ class Rows:
         Quantities that are left out because they are not one number for each design.
     changes : frozenset of str
         Columns that are changes in percent.
+    elasticities : tuple of str
+        Elasticities that were not asked for: a row for each parameter.
     """
 
     table: pd.DataFrame
@@ -59,6 +63,7 @@ class Rows:
     designs: int
     curves: tuple[str, ...]
     changes: frozenset[str] = frozenset()
+    elasticities: tuple[str, ...] = ()
 
 
 def rows(
@@ -106,7 +111,7 @@ def rows(
             raise SceneError(f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}")
     part = nearest(archive, **(select or {}))
     names = chosen_quantities(part, quantities)
-    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS)]
+    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER}]
     if curved:
         raise SceneError(
             f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
@@ -146,8 +151,17 @@ def rows(
         for name, coordinate in part.coords.items()
         if coordinate.ndim == 0 and archive[name].ndim
     }
-    left = tuple(str(n) for n in part.data_vars if set(part[n].dims) & set(DIMENSIONS))
-    return Rows(table, units, texts, given, fixed, math.prod(shape), left, changes)
+    left = tuple(
+        str(n)
+        for n in part.data_vars
+        if set(part[n].dims) & set(DIMENSIONS) and not {PARAMETER} & set(part[n].dims)
+    )
+    more = tuple(
+        str(name)
+        for name in part.data_vars
+        if str(name).endswith(ELASTICITY) and name not in names and PARAMETER in part[name].dims
+    )
+    return Rows(table, units, texts, given, fixed, math.prod(shape), left, changes, more)
 
 
 def _first(

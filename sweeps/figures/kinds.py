@@ -72,6 +72,7 @@ from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kin
 from sweeps.figures.strokes import stroke_names, strokes
 from sweeps.figures.study import Study
 from sweeps.figures.together import grouped_names, groups
+from sweeps.figures.tornado import tornado_names, tornados
 from sweeps.figures.torques import (
     component_names,
     cylinders,
@@ -206,6 +207,8 @@ KINDS = (
          "ten designs or more, and two goals that pull against each other, such as inertia and "
          "delta; --quantities names any two",
          pareto_names, paretos, shared=True),
+    Kind("tornado", "elasticities: which parameter moves a result, and how much",
+         "an elasticity, such as delta_elasticity", tornado_names, tornados),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
     Kind("published", "computed against published values", "a scene's [reference]",

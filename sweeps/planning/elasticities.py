@@ -20,6 +20,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import outside
+from sweeps.dimensions import DESIGN, PARAMETER
 from sweeps.errors import SceneError, shown
 from sweeps.planning.leaves import Value
 from sweeps.scene.derived_quantities import ELASTICITY
@@ -35,7 +36,6 @@ __all__ = [
     "KIND",
     "KINDS",
     "ONE_SIDE",
-    "PARAMETER",
     "RATIO",
     "STEPS",
     "UNKNOWN",
@@ -45,8 +45,6 @@ __all__ = [
     "elasticity_nodes",
     "plan_elasticities",
 ]
-
-(PARAMETER,) = (name for name in DIMENSIONS if name == "parameter")
 
 RATIO = 4.0
 """Ratio of a step to the next."""
@@ -222,7 +220,7 @@ def _given(scene: Scene, key: str) -> tuple[Floats, tuple[str, ...]]:
     if key in scene.axes:
         return np.asarray(scene.axes[key], dtype=np.float64), (key,)
     if key in scene.designs:
-        return scene.designs[key], ("design",)
+        return scene.designs[key], (DESIGN,)
     single = scene.settings.get(key, scene.engine.values.get(key, math.nan))
     return np.asarray(single, dtype=np.float64), ()
 

@@ -104,6 +104,16 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
 
 def work_of(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan, by their names in `sweeps.planning.rates`."""
+    once = _work_once(plan)
+    if plan.elasticities is None:
+        return once
+    plain = _work_once(plan.elasticities.changed[0].plans[0][0])  # all of them have the same work
+    times = plan.elasticities.solutions
+    return {name: once.get(name, 0.0) + times * plain.get(name, 0.0) for name in {**once, **plain}}
+
+
+def _work_once(plan: Plan) -> dict[str, float]:
+    """Pieces of work of a plan without its elasticities."""
     found: defaultdict[str, float] = defaultdict(float, calls=1.0)
     if plan.scene.cycle_keys:
         found["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))
@@ -228,8 +238,7 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
     if node.kind == "stage":
         kept = "gives " + ", ".join(plan.wanted(stage))
     elif node.name in plan.outputs:
-        asked = node.name in plan.scene.quantities
-        kept = "in the archive" + ("" if asked else " (outcome)")
+        kept = "in the archive" + (" (outcome)" if node.name == "status" else "")
         if curve:
             kept += ", each over " + " and ".join(curve).replace("_", " ")
     over = ", ".join(stage.axes) or "one value"

@@ -19,10 +19,9 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
-from sweeps.dimensions import DESIGN
+from sweeps.dimensions import DESIGN, PARAMETER
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import (
-    PARAMETER,
     Elasticities,
     changed_parameters,
     elasticity_nodes,

@@ -82,6 +82,10 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
         lines.append(f"{shown:,} of {counted(rows.designs, 'design')}; --limit shows more")
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
+    if rows.elasticities:
+        lines.append(
+            f"a row for each parameter: engine-dyn show --quantities {','.join(rows.elasticities)}"
+        )
     return "\n".join(lines)
 
 

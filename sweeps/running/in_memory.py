@@ -17,9 +17,9 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import thread_count
+from sweeps.dimensions import PARAMETER
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
-from sweeps.planning.elasticities import PARAMETER
 from sweeps.planning.leaves import Value
 from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -156,3 +158,21 @@ def test_extend_wants_either_an_axis_or_a_number(tmp_path: Path) -> None:
     both = ("extend", path, "--number", "32", "--axis", "speed=1600")
     assert "either --axis AXIS=VALUES or --number" in refused(*both)
     assert ok("extend", path, "--axis", "speed=1600")
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    """What is compiled at every start would be told at every start."""
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'engine = "ntua"\n[sample]\nnumber = 64\nrod_length = { low = 0.3, high = 0.4 }\n'
+        '[output]\nquantities = ["delta"]\n'
+    )
+    start = "from sweeps.cli.main import main; main()"
+    command = [sys.executable, "-c", start, "run", str(path), "--overwrite", "-o"]
+    said = [
+        subprocess.run(
+            [*command, str(tmp_path / "out.nc")], capture_output=True, text=True, check=True
+        ).stderr
+        for _ in range(2)
+    ]
+    assert "compiling" not in said[1]
