@@ -114,7 +114,8 @@ def measured(
         scenes.append(one.build(max(FIRST, int(one.designs * share))))
     times: list[list[float]] = [[] for _ in chosen]
     of_loop: list[float] = []
-    tallies, archives = [Tally() for _ in chosen], [None] * len(chosen)
+    tallies = [Tally() for _ in chosen]
+    archives: list[Any] = [None] * len(chosen)
     for turn in range(runs + 1):  # the first is not timed
         if turn:
             of_loop.append(measure.seconds_of(loop, designs))

@@ -244,7 +244,7 @@ def part_of(one: Scene, chosen: Any, *more: str) -> Scene:
 def solved(one: Scene, threads: int | None = None) -> dict[str, Any]:
     """Results of a scene as arrays."""
     found = sweeps.run(one, threads=threads)
-    return {name: found[name].values for name in found.data_vars}
+    return {str(name): found[name].values for name in found.data_vars}
 
 
 def solved_generally(one: Scene, threads: int) -> dict[str, Any]:

@@ -9,9 +9,9 @@ they share with changed values too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from sweeps.errors import SceneError, shown
 from sweeps.planning.leaves import Value
 from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.model import Scene
-
-if TYPE_CHECKING:
-    from sweeps.planning.plan import Plan
 
 __all__ = [
     "AGREE",
@@ -89,7 +86,8 @@ class Changed:
     relative : Value of bool
         Whether it is the value itself, so that there is an elasticity.
     plans : tuple of (Plan, Plan)
-        For each step the plan with smaller and that with larger values.
+        For each step the plan with smaller and that with larger values. A plan has such plans in
+        it: `sweeps.planning.plan` knows this module, which does not know it.
     possible : tuple of (Value, Value)
         For each of these plans, where the changed value is one that the parameter may have.
     """
@@ -98,7 +96,7 @@ class Changed:
     value: Value
     unit: Value
     relative: Value
-    plans: tuple[tuple[Plan, Plan], ...]
+    plans: tuple[tuple[Any, Any], ...]
     possible: tuple[tuple[Value, Value], ...]
 
 
@@ -159,28 +157,35 @@ def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) ->
 
 
 def plan_elasticities(
-    plan: Plan, keys: list[str], make_plan: Callable[[Scene], Plan]
+    scene: Scene,
+    dims: Mapping[str, tuple[str, ...]],
+    keys: list[str],
+    make_plan: Callable[[Scene], Any],
+    name: str,
 ) -> Elasticities:
-    """Plan the changed scenes of a plan.
+    """Plan the changed scenes of a scene.
 
     Parameters
     ----------
-    plan : Plan
+    scene : Scene
         What asks for elasticities.
+    dims : dict
+        Dimensions of the quantities.
     keys : list of str
         The parameters.
     make_plan : callable
         Plans an ordinary scene.
+    name : str
+        The scene as messages call it.
 
     Raises
     ------
     SceneError
         Where a quantity is a curve, or nothing that it depends on is continuous.
     """
-    scene = plan.scene
     for quantity in scene.elasticities:
-        where = f"{plan.name}: [output] quantities: {shown(quantity + ELASTICITY)}"
-        along = [d for d in plan.dims(quantity) if d in DIMENSIONS]
+        where = f"{name}: [output] quantities: {shown(quantity + ELASTICITY)}"
+        along = [d for d in dims[quantity] if d in DIMENSIONS]
         if along:
             raise SceneError(
                 f"{where}: {quantity} is a curve over {along[0]}; elasticities are of single values"
@@ -191,13 +196,13 @@ def plan_elasticities(
     return Elasticities(scene.elasticities, tuple(_changed(plain, key, make_plan) for key in keys))
 
 
-def _changed(scene: Scene, key: str, make_plan: Callable[[Scene], Plan]) -> Changed:
+def _changed(scene: Scene, key: str, make_plan: Callable[[Scene], Any]) -> Changed:
     """Plan the scenes in which one parameter is changed."""
     node = PARAMETERS[key]
     values, dims = _given(scene, key)
     relative = (values != 0.0) & (node.unit != "degree")
     unit = np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0))
-    plans: list[tuple[Plan, Plan]] = []
+    plans: list[tuple[Any, Any]] = []
     possible: list[tuple[Value, Value]] = []
     for step in STEPS:
         both = [values + sign * step * unit for sign in (-1.0, 1.0)]

@@ -235,7 +235,8 @@ def make_plan(scene: Scene) -> Plan:
 
 def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
     """Add the variables of elasticities, and what is computed for them."""
-    found = plan_elasticities(plan, keys, make_plan)
+    dims = {stage.node.name: stage.dims for stage in plan.stages}
+    found = plan_elasticities(plan.scene, dims, keys, make_plan, plan.name)
     points = {**plan.points, PARAMETER: np.array(keys, dtype=object)}
     sizes = {**plan.sizes, PARAMETER: len(keys)}
     nodes = {stage.node.name: stage for stage in plan.stages}
