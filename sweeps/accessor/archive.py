@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from engine_dyn.status import MEANINGS
 from sweeps.accessor.plots import Plots, said_in_python, units_text
 from sweeps.errors import SceneError
 
@@ -56,6 +55,8 @@ class ArchiveAccessor:
         SceneError
             For an archive of which no design can fail: it has no `status`.
         """
+        from engine_dyn.status import MEANINGS
+
         if "status" not in self._archive:
             raise SceneError(
                 "status_words: the archive has no status: none of its designs can fail"
