@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from sweeps.measuring.measured import FAR_SPEED, computed_speeds, design_of
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import OneEngine, engine_of, values_of
 from sweeps.scene.consistency.pressure import check_motored
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -130,11 +131,13 @@ class _Found:
         return np.asarray(self.lasting < self.of_mean.threshold)
 
 
+@tables_in_signature
 def cylinder_deviations(
-    scene: str | Path | Mapping[str, Any] | Scene,
+    scene: str | Path | Mapping[str, Any] | Scene | None = None,
     *,
     false_alarms: float = FALSE_ALARMS,
     tooth_deviation: float = TOOTH_DEVIATION,
+    **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Deviation of the imep of each cylinder from the others, by the measured speed.
 
@@ -144,13 +147,15 @@ def cylinder_deviations(
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         An engine of at least two cylinders and the table [measured] with times of teeth or signals.
     false_alarms : float
         Wanted probability of a false alarm in one cycle of the engine, all cylinders together.
     tooth_deviation : float
         Standard deviation of the errors of the wheel's intervals, in shares of the smallest, that
         [measured] does not give; it blurs mean cycles alone.
+    **tables
+        Tables of a scene as keywords; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -166,7 +171,7 @@ def cylinder_deviations(
         One line: a scene without [measured], speed over angle, fewer than two cylinders, engines
         whose cylinders differ, recordings that cannot be read or are too short.
     """
-    given = read_scene(scene)
+    given = read_scene(scene, **tables)
     name = str(given.path or "scene")
     if given.measured is None:
         raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")

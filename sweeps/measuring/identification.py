@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from sweeps.measuring.speed_fit import (
     fit_speeds,
 )
 from sweeps.planning.plan import make_plan
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 
@@ -65,21 +66,23 @@ class Varied:
     own: bool = False
 
 
+@tables_in_signature
 def identify(
-    scene: str | Path | Mapping[str, Any] | Scene,
-    vary: Sequence[str] | Mapping[str, Varied],
+    scene: str | Path | Mapping[str, Any] | Scene | None = None,
+    vary: Sequence[str] | Mapping[str, Varied] = (),
     *,
     teeth: str = "estimated",
     tooth_deviation: float | None = None,
     loss: Loss = "linear",
     predict: bool = True,
     largest_condition: float = LARGEST_CONDITION,
+    **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Fit parameters of a scene to its measured speeds.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         A scene with the table [measured], see docs/measured_speed.md. Its speeds are replaced by
         the measured ones. Recordings need two cycles or more: weights come from their spread.
     vary : sequence of str, or dict of Varied
@@ -98,6 +101,8 @@ def identify(
         Fit once more without each recording in turn, and predict it.
     largest_condition : float
         Above this condition number the fit is refused.
+    **tables
+        Tables of a scene as keywords; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -115,7 +120,7 @@ def identify(
         cannot tell apart (docs/identification.md says which these are), a start without a steady
         speed.
     """
-    given = read_scene(scene)
+    given = read_scene(scene, **tables)
     wanted = dict(vary) if isinstance(vary, Mapping) else {key: Varied() for key in vary}
     task = _Task.of(given, wanted, teeth, tooth_deviation, loss, largest_condition)
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +39,7 @@ from sweeps.measuring.measured_doubts import (
     repeats_every_turn,
 )
 from sweeps.measuring.measured_files import SpeedRecord, records_of
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -116,17 +117,23 @@ class _Curves:
         return np.array([row[order] for row, order in zip(rows, self.order, strict=True)])
 
 
+@tables_in_signature
 def measured(
-    scene: str | Path | Mapping[str, Any] | Scene, *, computed: xr.Dataset | None = None
+    scene: str | Path | Mapping[str, Any] | Scene | None = None,
+    *,
+    computed: xr.Dataset | None = None,
+    **tables: Unpack[Tables],
 ) -> xr.Dataset:
     """Put measured speeds beside the computed ones.
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         A scene with the table [measured], see docs/measured_speed.md.
     computed : Dataset, optional
         Results of the same scene with `omega` over `crank_angle`; computed here unless given.
+    **tables
+        Tables of a scene as keywords; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -142,7 +149,7 @@ def measured(
         One line: a scene without [measured], recordings that cannot be read or do not fit the
         wheel, and a scene whose designs the recordings do not tell apart.
     """
-    given = read_scene(scene)
+    given = read_scene(scene, **tables)
     name = str(given.path or "scene")
     if given.measured is None:
         raise SceneError(f"{name}: [measured] is missing; docs/measured_speed.md describes it")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from sweeps.errors import SceneError
 from sweeps.measuring.cycles_in_a_row import CyclesInARow, cycles_in_a_row
 from sweeps.measuring.measured_files import records_of
 from sweeps.measuring.scene_values import LEFT_OUT, OneEngine, engine_of, values_of
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -93,7 +94,10 @@ class _Fit:
     said: Mapping[str, Any] | None = None
 
 
-def follow_cycles(scene: str | Path | Mapping[str, Any] | Scene) -> xr.Dataset:
+@tables_in_signature
+def follow_cycles(
+    scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
+) -> xr.Dataset:
     """Follow the speed over recorded cycles in a row, as they came.
 
     The train of cycles is an initial-value problem with variable inertia, docs/method.md section
@@ -103,8 +107,10 @@ def follow_cycles(scene: str | Path | Mapping[str, Any] | Scene) -> xr.Dataset:
 
     Parameters
     ----------
-    scene : str, Path, dict or Scene
+    scene : str, Path, dict or Scene, optional
         One design, with `recorded_cycle` on an axis whose numbers follow each other.
+    **tables
+        Tables of a scene as keywords; see `sweeps.read_scene`.
 
     Returns
     -------
@@ -120,7 +126,7 @@ def follow_cycles(scene: str | Path | Mapping[str, Any] | Scene) -> xr.Dataset:
         One line: no recorded cycles or several designs, engines and loads that are not followed,
         cycles that do not drive their load, and speeds that do not fit.
     """
-    given = read_scene(scene)
+    given = read_scene(scene, **tables)
     name = str(given.path or "scene")
     given, numbers = _one_design(given, name)
     engine = engine_of(given, f"{name}: a train of recorded cycles", NOT_FOLLOWED)

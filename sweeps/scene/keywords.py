@@ -1,4 +1,4 @@
-"""The tables of a scene as keywords of `sweeps.run`, `sweeps.stream`, `sweeps.plan` and others.
+"""The tables of a scene as keywords of `sweeps.run`, `sweeps.plan` and all that take a scene.
 
 An editor and a type checker read `Tables`; what may stand in each table is said by
 `sweeps.scene.toml_tables`, and a test keeps the names the same.
@@ -17,9 +17,10 @@ __all__ = ["Tables", "TablesButOutput", "changed", "no_scene", "tables_in_signat
 
 OPTIONS = (
     "progress", "threads", "resume", "overwrite", "memory", "scheduler", "compression", "single",
-    "full_paths", "archive",
+    "full_paths", "archive", "computed", "vary", "teeth", "tooth_deviation", "loss", "predict",
+    "largest_condition", "false_alarms",
 )  # fmt: skip
-"""Keywords of `sweeps.run` and `sweeps.stream` that are no tables; a misspelt one arrives here."""
+"""Keywords of `sweeps.run` and others that are no tables; a misspelt one arrives here."""
 
 
 class TablesButOutput(TypedDict, total=False):

@@ -21,11 +21,8 @@ from sweeps.reading.numbers_with_units import magnitude
 
 __all__ = ["GIVEN", "plain_objects"]
 
-GIVEN = "{}_given_in_python.csv"
-"""File in the archive that holds a table given as an object."""
-
-_OF_FILES = ("indicator", "measured")
-"""Tables of a scene whose `file` may be an object."""
+GIVEN = "indicator_given_in_python.csv"
+"""File in the archive that holds a diagram given as an object."""
 
 
 def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], dict[str, str]]:
@@ -51,7 +48,6 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
         In one line that names the key.
     """
     tables = dict(raw)
-    files: dict[str, str] = {}
     if tables.get("designs") is not None:
         tables["designs"] = _designs(tables["designs"], f"{name}: [designs]")
     for table in ("set", "axes", "designs", "sample"):
@@ -65,16 +61,14 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
                 key: _values(item, f"{name}: [{table}] {one_line(key, 60)}", key)
                 for key, item in tables[table].items()
             }
-    for table in _OF_FILES:
-        given = tables.get(table)
-        if not isinstance(given, Mapping) or _is_table(given):
-            given = {"file": given}
-        text = _text(given.get("file"), f"{name}: [{table}]", tables)
-        if text is not None:
-            file = GIVEN.format(table)
-            files[file] = text
-            tables[table] = {**given, "file": file}
-    return tables, files
+    given = tables.get("indicator")
+    if not isinstance(given, Mapping) or _is_table(given):
+        given = {"file": given}
+    text = _text(given.get("file"), f"{name}: [indicator]", tables)
+    if text is None:
+        return tables, {}
+    tables["indicator"] = {**given, "file": GIVEN}
+    return tables, {GIVEN: text}
 
 
 def _is(value: Any, package: str, *classes: str) -> bool:

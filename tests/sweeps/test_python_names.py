@@ -59,10 +59,20 @@ def test_import_loads_nothing_heavy() -> None:
 def test_keywords_are_the_tables_of_a_scene() -> None:
     named = {*Tables.__annotations__, *TablesButOutput.__annotations__}
     assert named == set(SceneFile.model_fields)
-    parameters = {**inspect.signature(sweeps.run).parameters}
-    parameters |= inspect.signature(sweeps.stream).parameters
-    assert named < set(parameters), "help and completion have all tables"
-    assert set(OPTIONS) == set(parameters) - named - {"scene"}
+    of_scenes = [
+        sweeps.run, sweeps.plan, sweeps.read_scene, sweeps.stream, sweeps.measured, sweeps.identify,
+        sweeps.follow_cycles, sweeps.cylinder_deviations,
+    ]  # fmt: skip
+    options: set[str] = set()
+    for function in of_scenes:
+        parameters = set(inspect.signature(function).parameters)
+        assert named < parameters, "help and completion have all tables"
+        options |= parameters - named - {"scene"}
+    assert set(OPTIONS) == options
+    # Functions that take a scene take its tables.
+    for name in sweeps.__all__:
+        asked = getattr(getattr(sweeps, name), "__annotations__", {})
+        assert ("scene" not in asked) or getattr(sweeps, name) in (*of_scenes, sweeps.Plan), name
 
 
 def test_scene_of_keywords_is_that_of_the_dict() -> None:
@@ -90,6 +100,14 @@ def test_keywords_replace_tables_of_a_named_scene(tmp_path: Path, monkeypatch) -
         (lambda: sweeps.run("first", axis={}), "axis: unknown keyword; did you mean 'axes'"),
         (lambda: sweeps.run("first", thread=2), "thread: unknown keyword; did you mean 'threads'"),
         (lambda: sweeps.plan(sweeps.read_scene("first"), axes={}), "axes: a Scene is checked"),
+        (
+            lambda: sweeps.measured(engine="ntua", output={"quantities": ["delta"]}),
+            "scene: [measured]",
+        ),
+        (
+            lambda: sweeps.identify("first", vry=["inertia"]),
+            "vry: unknown keyword; did you mean 'v",
+        ),
         (lambda: sweeps.stream("first"), "output is missing: must be the path"),
         (lambda: sweeps.stream("first", 3), "output = 3: must be the path"),
         (lambda: sweeps.stream("first", "a.nc", archive="b.nc"), "output = 'a.nc': must be the"),
