@@ -204,13 +204,16 @@ def _csv(given: Any, where: str) -> str:
             str(name): variable.attrs.get("units") for name, variable in given.variables.items()
         }
         units = {name: str(unit) for name, unit in told.items() if unit not in (None, "1")}
-        given = given.to_dataframe()
+        without = not set(given.dims) <= set(given.coords)
+        given = given.to_dataframe().reset_index(drop=True) if without else given.to_dataframe()
     elif _is(given, "pandas", "Series"):
         given = given.to_frame(pressure if given.name is None else given.name)
-    # An index that merely counts the rows beside several columns is no angle.
-    if given.index.name is not None or given.shape[1] == 1:
+    # An index that merely counts the rows is no angle.
+    if given.index.name is not None or not _is(given.index, "pandas", "RangeIndex"):
         angle = "crank_angle [degree]" if given.index.name is None else given.index.name
         given = given.set_axis(given.index.rename(angle)).reset_index()
+    if not given.size:
+        raise SceneError(f"{where}: is empty; must have the pressure over the crank angle")
     heads = []
     for column in given.columns:
         if given[column].dtype.kind not in "iuf":

@@ -142,6 +142,15 @@ def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
         ({"designs": pd.concat([DESIGNS, DESIGNS], axis=1)}, "[designs] inertia: two columns"),
         ({"designs": DESIGNS.to_xarray().expand_dims(x=2)}, "[designs]: a Dataset over"),
         ({"indicator": FRAME.astype(str)}, "[indicator] column 'crank_angle_deg': must be numbers"),
+        ({"indicator": pd.DataFrame()}, "[indicator]: is empty; must have"),
+        (
+            {"indicator": pd.Series(PRESSURE)},
+            "[indicator] indicator_given_in_python.csv: angle_column: not clear from the columns",
+        ),
+        (
+            {"indicator": ARRAY.drop_vars("crank_angle")},
+            "[indicator] indicator_given_in_python.csv",
+        ),
         ({"indicator": ARRAY.expand_dims(x=2)}, "[indicator]: over crank_angle, x; must be over"),
     ],
 )
