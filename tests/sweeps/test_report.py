@@ -143,7 +143,7 @@ def test_a_list_of_designs_is_sampled_in_its_order() -> None:
 
 
 def test_too_small_a_limit_is_refused(archive: xr.Dataset) -> None:
-    with pytest.raises(SceneError, match=r"--limit 1 MB: must be 1\.\d+ MB or more"):
+    with pytest.raises(SceneError, match=r"limit 1 MB: must be 1\.\d+ MB or more"):
         page(archive, limit=1e6)
 
 

@@ -26,7 +26,7 @@ from sweeps.presenting.readable_units import converted
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Embedded", "embedded", "text_of"]
+__all__ = ["Embedded", "columns_along", "embedded", "is_list", "is_words", "text_of"]
 
 Places = npt.NDArray[np.int64]
 
@@ -123,7 +123,7 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
         found.left_out.append(f"{one_line(name, 60)} is left out: it holds no numbers.")
     numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
     curves = [n for n in names if n not in numbers]
-    columns = _columns(archive, names)
+    columns = columns_along(archive, names)
     budget = room / BYTES
     share = OF_NUMBERS if curves else 1.0
     numbers, counts = _thinned(archive, numbers, columns, budget * share, found)
@@ -156,8 +156,8 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     return found
 
 
-def _columns(archive: xr.Dataset, names: Sequence[str]) -> dict[str, tuple[str, xr.Variable]]:
-    """What tells the values along each dimension: its own values and columns of designs."""
+def columns_along(archive: xr.Dataset, names: Sequence[str]) -> dict[str, tuple[str, xr.Variable]]:
+    """Return what tells the values along each dimension: its own values, columns of designs."""
     words = words_of(archive)
     found: dict[str, tuple[str, xr.Variable]] = {}
     for dim in dict.fromkeys(str(d) for n in names for d in archive[n].dims):
@@ -174,12 +174,13 @@ def _columns(archive: xr.Dataset, names: Sequence[str]) -> dict[str, tuple[str, 
     return found
 
 
-def _is_list(archive: xr.Dataset, dim: str) -> bool:
-    """Whether the values of a dimension are designs in a list, whose numbers mean nothing."""
+def is_list(archive: xr.Dataset, dim: str) -> bool:
+    """Return whether a dimension is a list of designs, whose numbers mean nothing."""
     return dim == "design" or dim not in archive.coords
 
 
-def _is_words(variable: xr.Variable) -> bool:
+def is_words(variable: xr.Variable) -> bool:
+    """Return whether a variable holds texts."""
     return bool(variable.dtype.kind in "UOST")
 
 
@@ -193,7 +194,7 @@ def _cost(
         share = 0.25 if name == "status" else 1.0
         cost += share * math.prod(counts[str(d)] for d in archive[name].dims)
     for dim, variable in columns.values():
-        cost += counts.get(dim, 0) * (WORD if _is_words(variable) else 2)
+        cost += counts.get(dim, 0) * (WORD if is_words(variable) else 2)
     return cost
 
 
@@ -226,7 +227,7 @@ def _thinned(
 
 def _fewer(size: int, count: int, archive: xr.Dataset, dim: str) -> int:
     """The next smaller number of values that can be kept."""
-    if _is_list(archive, dim):
+    if is_list(archive, dim):
         return int(0.9 * count)
     step = math.ceil(size / count) + 1
     return math.ceil(size / step)
@@ -236,14 +237,14 @@ def _low(
     archive: xr.Dataset, dim: str, count: int, columns: Mapping[str, tuple[str, xr.Variable]]
 ) -> int:
     """Values of a dimension that are kept at least."""
-    words = dim in columns and _is_words(columns[dim][1])
+    words = dim in columns and is_words(columns[dim][1])
     if dim in KEPT or (words and archive.sizes[dim] <= MOST_WORDS):
         return count
     return min(count, COARSE_ANGLES if dim == "crank_angle" else 2)
 
 
 def _places(archive: xr.Dataset, dim: str, count: int) -> Places:
-    return _chosen(archive.sizes[dim], count, sample=_is_list(archive, dim))
+    return _chosen(archive.sizes[dim], count, sample=is_list(archive, dim))
 
 
 def _chosen(size: int, count: int, *, sample: bool) -> Places:
@@ -265,14 +266,16 @@ def _places_of_curves(
         return {}
     counts = {dim: len(picked) for dim, picked in places.items()}
     columns = {  # those of dimensions that single numbers do not have, such as the crank angle
-        key: value for key, value in _columns(archive, curves).items() if value[0] not in places
+        key: value
+        for key, value in columns_along(archive, curves).items()
+        if value[0] not in places
     }
     kept, now = _thinned(archive, curves, columns, room, found, counts)
     curves[:] = kept
     of_curves = {}
     for dim, count in now.items():
         if dim in places:
-            own = _chosen(len(places[dim]), count, sample=_is_list(archive, dim))
+            own = _chosen(len(places[dim]), count, sample=is_list(archive, dim))
             of_curves[dim] = places[dim][own]
         else:
             of_curves[dim] = _places(archive, dim, count)
@@ -284,11 +287,11 @@ def _axis(
     columns: Mapping[str, tuple[str, xr.Variable]],
 ) -> dict[str, Any]:  # fmt: skip
     own = [key for key, (of, _) in columns.items() if of == dim and key != dim]
-    names = [key for key in (dim, *own) if key in columns and _is_words(columns[key][1])]
+    names = [key for key in (dim, *own) if key in columns and is_words(columns[key][1])]
     return {
         "size": archive.sizes[dim],
         "count": len(places),
-        "list": _is_list(archive, dim),
+        "list": is_list(archive, dim),
         "columns": own,
         "named_by": names[0] if names else None,
         "of_curves": dim in ("crank_angle", "order"),
@@ -299,7 +302,7 @@ def _axis(
 def _column(variable: xr.Variable, key: str, places: Places, choice: str | None) -> dict[str, Any]:
     about = {"dim": str(variable.dims[0]), "title": text_of(variable, key), "unit": ""}
     read = variable[_index(places)].values
-    if _is_words(variable):
+    if is_words(variable):
         return {**about, "words": [one_line(text, LONGEST_WORD) for text in read]}
     factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
     return {**about, "unit": one_line(unit, 40), "values": _base64(read * factor, "<f8")}
@@ -397,7 +400,7 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
 
 def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:
     few, all_of_them = f"{len(places):,}", f"{archive.sizes[dim]:,}"
-    if _is_list(archive, dim):
+    if is_list(archive, dim):
         return f"{few} of {all_of_them} designs are in this page, a random sample."
     return f"{few} of {all_of_them} values of {one_line(dim, 60)} are in this page."
 
@@ -408,7 +411,7 @@ def _coarser_text(
     """Sentences about axes of which curves have fewer values than single numbers."""
     return [
         f"Curves are in this page at {len(picked):,} of {archive.sizes[dim]:,} "
-        f"{'designs' if _is_list(archive, dim) else f'values of {one_line(dim, 60)}'}; the nearest "
+        f"{'designs' if is_list(archive, dim) else f'values of {one_line(dim, 60)}'}; the nearest "
         "one is drawn, and named."
         for dim, picked in of_curves.items()
         if len(picked) < len(places[dim])

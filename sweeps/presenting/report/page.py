@@ -103,7 +103,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     room = limit - used - SPARE
     if room < SPARE:
         raise SceneError(
-            f"--limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; so much "
+            f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; so much "
             "are the texts, tables and program of this report"
         )
     found = embedded(archive, choices, room)
