@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -196,3 +196,19 @@ class ArchiveAccessor:
                 self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
                 overwrite=overwrite,
             )  # fmt: skip
+
+    def explore(self, *, units: str | Mapping[str, str] | None = None) -> Any:
+        """Return an explorer for a notebook: sliders of all axes, a line, a map, curves.
+
+        Only what is drawn is read: the archive may be larger than memory. Needs the extra
+        `explore`; the object is one of Panel.
+
+        Raises
+        ------
+        SceneError
+            Where Panel is not installed, for units that do not fit, and without numbers.
+        """
+        from sweeps.presenting.report.explore import explore
+
+        with said_in_python():
+            return explore(self._archive, units=units_text(units))

@@ -7,6 +7,7 @@ be larger than memory.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -151,7 +152,7 @@ class _Explorer:
         own = [k for k, (of, v) in self.columns.items() if of == dim and is_words(v)]
         label = "design" if is_list(self.archive, dim) else self.head(dim)
         if size > MOST_OPTIONS:
-            return widgets.IntSlider(label=f"{label}, number", start=0, end=size - 1)
+            return widgets.IntSlider(label=f"{label}, number", start=0, end=size - 1, width=250)
         key = dim if dim in own else (own or [dim])[0]
         values = self.along(key, slice(None))
         texts = [_text(v) for v in values]
@@ -159,12 +160,13 @@ class _Explorer:
             texts = [f"{i + 1}: {text}" for i, text in enumerate(texts)]
         options = {text: i for i, text in enumerate(texts)}
         if own:
-            return widgets.Select(label=label, options=options, value=0)
-        return widgets.DiscreteSlider(label=label, options=options, value=0)
+            return widgets.Select(label=label, options=options, value=0, width=250)
+        return widgets.DiscreteSlider(label=label, options=options, value=size // 2, width=250)
 
     def _select(self, name: str, options: Sequence[str], value: str | None = None) -> Any:
         first = value if value in options else options[0]
-        return self.panel.widgets.Select(label=name, options=list(options), value=first)
+        return self.panel.widgets.Select(label=name, options=list(options), value=first,
+                                         width=155)  # fmt: skip
 
     def _varying(self, name: str) -> list[str]:
         dims = [str(d) for d in self.archive[name].dims if str(d) in self.axes]
@@ -243,21 +245,36 @@ class _Explorer:
         keys = list(dict.fromkeys(k for n in names for k in self._keys(n)))
         quantity = self._select("quantity", names, start)
         over = self._select("over", keys, self._keys(start)[0])
+        others = [d for d in self.axes if self.archive.sizes[d] <= MOST_OPTIONS]
+        each = self._select("a line for each", [NO_LINES, *others])
         pane = self.panel.pane.Bokeh()
 
         def update() -> None:
-            name, key = quantity.value, over.value
-            dim = self.columns[key][0]
-            if dim not in self.archive[name].dims:
+            name, key, lines = quantity.value, over.value, each.value
+            dim, dims = self.columns[key][0], self.archive[name].dims
+            if dim not in dims:
                 pane.object = _message(f"{name} does not depend on {key}")
                 return
             index = self.thinned(dim, MOST_POINTS)
-            x, y = self.along(key, index), self.read(name, {dim: index}, [dim])
+            places: list[tuple[str, dict[str, Any]]] = [(name, {})]
+            if lines in dims and lines != dim:
+                of_lines = self.thinned(lines, len(COLOURS))
+                values = self.along(lines, of_lines)
+                numbers = range(*of_lines.indices(self.archive.sizes[lines]))
+                places = [
+                    (f"{lines} {_text(v)}", {lines: i})
+                    for i, v in zip(numbers, values, strict=True)
+                ]
+            curves = {
+                label: self.read(name, {dim: index, **place}, [dim]) for label, place in places
+            }
             draw_line = not is_words(self.columns[key][1]) and not is_list(self.archive, dim)
-            pane.object = _lines(self.head(key), self.head(name), x, {name: y}, line=draw_line)
+            pane.object = _lines(
+                self.head(key), self.head(name), self.along(key, index), curves, line=draw_line
+            )
 
-        self._watched([quantity, over, *self.axes.values()], update)
-        return self.panel.Column(self.panel.Row(quantity, over), pane, name="line")
+        self._watched([quantity, over, each, *self.axes.values()], update)
+        return self.panel.Column(self.panel.Row(quantity, over, each), pane, name="line")
 
     def _map(self, names: list[str]) -> Any:
         start = "delta" if "delta" in names else names[0]
@@ -282,8 +299,8 @@ class _Explorer:
                 xs, ys = self.along(across.value, cells[one]), self.along(up.value, cells[other])
                 values = self.read(name, cells, [other, one]).reshape(-1)
                 x, y = xs * len(ys), [v for v in ys for _ in xs]
-            pane.object = _map(self.head(across.value), self.head(up.value), self.head(name),
-                               x, y, values)  # fmt: skip
+            heads = (self.head(across.value), self.head(up.value), self.head(name))
+            pane.object = _map(heads, x, y, values, cells=one != other)
 
         self._watched([quantity, across, up, *self.axes.values()], update)
         return self.panel.Column(self.panel.Row(quantity, across, up), pane, name="map")
@@ -357,11 +374,28 @@ def _lines(
         made.add_tools(models.HoverTool(renderers=[drawn], tooltips=tips, visible=False))
     if len(curves) > 1:
         made.legend.click_policy = "hide"
+        made.legend.ncols = 4
+        made.add_layout(made.legend[0], "below")
     return made
 
 
-def _map(x_head: str, y_head: str, head: str, x: list[Any], y: list[Any], values: Values) -> Any:
-    """Coloured points of one number over two axes."""
+def _edges(values: list[Any]) -> tuple[list[float], list[float]]:
+    """Where cells begin and end: half-way between their points."""
+    points = sorted(set(values))
+    if len(points) < 2:
+        middles = [points[0] - 0.5, points[0] + 0.5]
+    else:
+        inner = [(a + b) / 2.0 for a, b in pairwise(points)]
+        middles = [2.0 * points[0] - inner[0], *inner, 2.0 * points[-1] - inner[-1]]
+    place = {value: i for i, value in enumerate(points)}
+    return [middles[place[v]] for v in values], [middles[place[v] + 1] for v in values]
+
+
+def _map(
+    heads: tuple[str, str, str], x: list[Any], y: list[Any], values: Values, *, cells: bool
+) -> Any:
+    """One number over two axes in colours: cells of a grid, or points."""
+    x_head, y_head, head = heads
     models = _models()
 
     options: dict[str, Any] = {}
@@ -371,9 +405,16 @@ def _map(x_head: str, y_head: str, head: str, x: list[Any], y: list[Any], values
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     mapper = models.LinearColorMapper("Viridis256", low=low, high=high, nan_color="#c8c8c8")
+    fill = {"field": "value", "transform": mapper}
     source = models.ColumnDataSource({"x": x, "y": y, "value": values})
-    drawn = made.scatter("x", "y", source=source, marker="square", size=9, line_color=None,
-                         fill_color={"field": "value", "transform": mapper})  # fmt: skip
+    if cells and not options and np.isfinite(x).all() and np.isfinite(y).all():
+        for name, (left, right) in (("x", _edges(x)), ("y", _edges(y))):
+            source.data[f"{name}_low"], source.data[f"{name}_high"] = left, right
+        drawn = made.quad(left="x_low", right="x_high", bottom="y_low", top="y_high",
+                          source=source, fill_color=fill, line_color=fill)  # fmt: skip
+    else:
+        drawn = made.scatter("x", "y", source=source, marker="square", size=9, line_color=None,
+                             fill_color=fill)  # fmt: skip
     tips = [(x_head, "@x"), (y_head, "@y"), (head, "@value{0.00000}")]
     made.add_tools(models.HoverTool(renderers=[drawn], tooltips=tips, visible=False))
     made.add_layout(models.ColorBar(color_mapper=mapper, title=head), "right")

@@ -1,0 +1,143 @@
+"""The explorer of whole archives: widgets move, and what is drawn changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.presenting.report.explore import explore
+from tests.support.reports import SCENE, hostile, large
+
+panel = pytest.importorskip("panel")
+
+pytestmark = pytest.mark.compiled
+
+
+@pytest.fixture(scope="module")
+def archive() -> xr.Dataset:
+    return sweeps.run(SCENE)
+
+
+def part(layout: Any, name: str) -> Any:
+    return next(c for c in layout.select(panel.Column) if c.name == name)
+
+
+def axis(layout: Any, label: str) -> Any:
+    return next(w for w in layout.select(panel.widgets.Widget) if w.label == label)
+
+
+def drawn(layout: Any, name: str) -> list[dict[str, Any]]:
+    """Data of each line or cell of a figure."""
+    found = part(layout, name).select(panel.pane.Bokeh)[0].object
+    return [r.data_source.data for r in found.renderers]
+
+
+def test_curves_follow_the_sliders(archive: xr.Dataset) -> None:
+    layout = archive.dyn.explore()
+    inertia, load = axis(layout, "inertia [kg m²]"), axis(layout, "load [%]")
+    assert list(inertia.options) == ["0.05", "2", "3", "5"]
+    for i, j in ((0, 1), (2, 3), (1, 2)):
+        load.value, inertia.value = i, j
+        torque, gas = drawn(layout, "crank_angle")
+        at = {"load": i, "inertia": j}
+        np.testing.assert_allclose(torque["y"], _of(archive.torque, at))
+        np.testing.assert_allclose(gas["y"], _of(archive.gas_torque, at))
+        np.testing.assert_allclose(torque["x"], archive.crank_angle)
+        (line,) = drawn(layout, "line")
+        np.testing.assert_allclose(line["y"], archive.delta.isel(load=i))
+        table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
+        told = dict(zip(table["quantity"], table["value"], strict=True))
+        assert float(told["delta"]) == pytest.approx(float(archive.delta[i, j]), rel=1e-3)
+        assert told["outcome"] == "converged"
+    inertia.value = 0
+    table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
+    assert list(table["value"])[-1] == "stalled" and "-" in list(table["value"])
+
+
+def _of(data: xr.DataArray, at: dict[str, int]) -> xr.DataArray:
+    return data.isel({d: i for d, i in at.items() if d in data.dims})
+
+
+def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) -> None:
+    layout = explore(archive, units="brake_power=hp")
+    axis(layout, "load [%]").value = axis(layout, "inertia [kg m²]").value = 0
+    choices = part(layout, "line").select(panel.widgets.Select)
+    choices[0].value = "omega_max"
+    (line,) = drawn(layout, "line")
+    np.testing.assert_allclose(line["y"], archive.omega_max.isel(load=0) * 30.0 / np.pi)
+    choices[2].value = "load"
+    lines = drawn(layout, "line")
+    for place, line in enumerate(lines):
+        wanted = archive.omega_max.isel(load=place) * 30.0 / np.pi
+        np.testing.assert_allclose(line["y"], wanted)
+    assert len(lines) == 3
+    choices[2].value = "no other axis"
+    choices[1].value = "load"
+    (line,) = drawn(layout, "line")
+    np.testing.assert_allclose(line["x"], archive["load"])
+    group = part(layout, "crank_angle").select(panel.widgets.Select)[0]
+    group.value = "rpm"
+    (speed,) = drawn(layout, "crank_angle")
+    np.testing.assert_allclose(speed["y"], archive.omega.isel(load=0, inertia=0) * 30.0 / np.pi)
+    (cells,) = drawn(layout, "map")
+    at = {"inertia": cells["x"][5], "load": cells["y"][5]}
+    assert cells["value"][5] == archive.delta.sel(at)
+    part(layout, "map").select(panel.widgets.Select)[1].value = "load"
+    found = part(layout, "map").select(panel.pane.Bokeh)[0].object
+    assert "Choose two different axes" in found.text
+
+
+def test_only_what_is_drawn_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "large.nc"
+    data = large(40, 90)
+    data.attrs["archive_format"] = "2"
+    data.to_netcdf(path)
+    layout = explore(data)
+    from xarray.backends import netCDF4_
+
+    sizes: list[int] = []
+    read = netCDF4_.NetCDF4ArrayWrapper._getitem
+
+    def counted(self: Any, key: Any) -> Any:
+        found = read(self, key)
+        sizes.append(np.size(found))
+        return found
+
+    monkeypatch.setattr(netCDF4_.NetCDF4ArrayWrapper, "_getitem", counted)
+    with xr.open_dataset(path) as opened:
+        lazy = explore(opened)
+        axis(lazy, "speed").value = 11
+        assert len(sizes) > 5 and max(sizes) <= 40 * 40  # the map; a curve has 90, all have 144000
+        np.testing.assert_allclose(drawn(lazy, "crank_angle")[0]["y"], data.omega[11, 20])
+    assert layout is not None
+
+
+def test_words_and_lists_are_selectors() -> None:
+    data = xr.Dataset(
+        {"delta": (("engine", "speed"), [[0.1, 0.2], [np.nan, 0.4]]),
+         "imep": ("design", [1.0, 2.0, 3.0])},
+        {"engine": ["V6", "I4"], "speed": [1000.0, 2000.0], "design": [0, 1, 2],
+         "case": ("design", ["a", "b", "a"]), "mass": ("design", [5.0, 6.0, 7.0])},
+    )  # fmt: skip
+    layout = explore(data)
+    assert axis(layout, "speed").value == 1
+    engine = axis(layout, "engine")
+    assert isinstance(engine, panel.widgets.Select) and list(engine.options) == ["V6", "I4"]
+    assert list(axis(layout, "design").options) == ["1: a", "2: b", "3: a"]
+    axis(layout, "design").value = 2
+    table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
+    told = dict(zip(table["quantity"], table["value"], strict=True))
+    assert told["mass"] == "7" and told["imep"] == "3"
+
+
+def test_archives_of_others_and_empty_ones() -> None:
+    assert explore(hostile()) is not None
+    assert explore(xr.Dataset({"delta": ((), 0.1)})) is not None
+    with pytest.raises(SceneError, match="no numbers"):
+        explore(xr.Dataset())
