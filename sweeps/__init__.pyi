@@ -5,6 +5,7 @@ from .exploring.opening import open as open
 from .exploring.samples import sample as sample
 from .exploring.search import best as best
 from .exploring.search import pareto as pareto
+from .exploring.sensitivities import sensitivities as sensitivities
 from .exploring.slices import nearest as nearest
 from .measuring.calibration import calibrate as calibrate
 from .measuring.cylinder_deviations import cylinder_deviations as cylinder_deviations

@@ -1,4 +1,4 @@
-"""The command that searches archives: best."""
+"""Commands that search archives, and say what moves their results: best, sensitivities."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ from pathlib import Path
 
 import click
 
-from sweeps.cli.arguments import archive_argument, axis_slice, untrusted_option
+from sweeps.cli.arguments import (
+    PATH,
+    archive_argument,
+    axis_slice,
+    number_of,
+    overwrite_option,
+    quiet_option,
+    untrusted_option,
+)
 from sweeps.cli.completing import complete_quantities
 from sweeps.cli.exits import guarded, say, terminal_width
-from sweeps.cli.files import opened
+from sweeps.cli.files import check_output, opened, writing
 
-__all__ = ["best"]
+__all__ = ["best", "sensitivities"]
 
 
 @click.command()
@@ -91,3 +99,58 @@ def best(
 
 def _names(text: str | None) -> list[str]:
     return [] if text is None else [name.strip() for name in text.split(",")]
+
+
+@click.command()
+@archive_argument
+@click.option(
+    "--quantities",
+    metavar="NAMES",
+    shell_complete=complete_quantities,
+    help="Quantities, such as delta,imep. Default: all that have one number for each design.",
+)
+@click.option(
+    "--confidence",
+    default="0.95",
+    show_default=True,
+    metavar="NUMBER",
+    help="Probability that an interval contains its index.",
+)
+@click.option(
+    "--resamples", default=100, show_default=True, help="Bootstrap samples for the intervals."
+)
+@click.option("--seed", default=1, show_default=True, help="Seed of their random numbers.")
+@click.option("-o", "--output", type=PATH, help="Also write the indices to this netCDF file.")
+@overwrite_option()
+@quiet_option
+@untrusted_option
+@guarded
+def sensitivities(
+    archive: Path, quantities: str | None, confidence: str, resamples: int, seed: int,
+    output: Path | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip  # one parameter for each option
+    """Tell which share of the variance of the results of ARCHIVE is due to which parameter.
+
+    Sobol' indices: first-order and total ones with confidence intervals where the scene's
+    [sample] has method = "saltelli", first-order ones for other samples, both for grids. `plot`
+    draws what -o writes.
+    """
+    from sweeps.reading.netcdf_files import check_file
+
+    level = number_of(confidence, "--confidence")
+    check_file(archive)
+    if output is not None:
+        check_output(output, overwrite)
+    with opened(archive) as dataset:
+        from sweeps.exploring.sensitivities import sensitivities as indices_of
+        from sweeps.presenting.sensitivities import sensitivities_text
+
+        names = _names(quantities) or None
+        found = indices_of(dataset, names, confidence=level, resamples=resamples, seed=seed)
+    if output is not None:
+        from sweeps.archive.netcdf import write
+
+        with writing(output):
+            write(found, output, overwrite=overwrite)
+    if not quiet:
+        say(sensitivities_text(found))

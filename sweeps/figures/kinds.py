@@ -67,6 +67,7 @@ from sweeps.figures.pareto import pareto_names, paretos
 from sweeps.figures.polar import polar_diagrams, polar_names
 from sweeps.figures.published import published, published_names
 from sweeps.figures.recorded_train import recorded_train, train_names
+from sweeps.figures.sensitivities import index_names, sensitivities
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
 from sweeps.figures.strokes import stroke_names, strokes
@@ -209,6 +210,8 @@ KINDS = (
          pareto_names, paretos, shared=True),
     Kind("tornado", "elasticities: which parameter moves a result, and how much",
          "an elasticity, such as delta_elasticity", tornado_names, tornados),
+    Kind("sensitivities", "Sobol' indices: which parameters the variance of a result is due to",
+         "Sobol' indices (engine-dyn sensitivities)", index_names, sensitivities, own_angle=True),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
     Kind("published", "computed against published values", "a scene's [reference]",

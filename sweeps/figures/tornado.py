@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
@@ -55,7 +55,6 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
             continue
         quantity = name.removesuffix(ELASTICITY)
         figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * shown.size)
-        texts = view.data["parameter_long_name"].values[shown]
         rows = np.arange(shown.size)
         panel.barh(rows, values[shown], height=0.62, color=shade(0.35))
         entries: Entries = {}
@@ -69,7 +68,7 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
                 change = "falls" if side == "below" else "rises"
                 entries[f"Where the parameter {change}, if that differs"] = marks
         panel.axvline(0.0, color="black", linewidth=0.8)
-        panel.set_yticks(rows, [wrap(_short(text), 34) for text in texts])
+        panel.set_yticks(rows, parameter_texts(view, shown))
         panel.grid(visible=False, axis="y")
         panel.invert_yaxis()
         panel.tick_params(axis="y", length=0.0)
@@ -85,12 +84,13 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         yield f"tornado_{quantity}{view.suffix}", finished
 
 
-def _short(text: str) -> str:
-    """What a parameter is, without what explains it."""
-    return sentence(text.split(",")[0])
+def parameter_texts(view: View, places: Integers) -> list[str]:
+    """What parameters are, without what explains them, for the ordinate of a chart of bars."""
+    texts = view.data["parameter_long_name"].values[places]
+    return [wrap(sentence(str(text).split(",")[0]), 34) for text in texts]
 
 
-def _largest_first(values: Floats) -> np.ndarray:
+def _largest_first(values: Floats) -> Integers:
     """Places of the elasticities that can be seen, the largest first."""
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
     order = np.argsort(-sizes, kind="stable")

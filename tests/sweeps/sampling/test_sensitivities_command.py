@@ -1,0 +1,63 @@
+"""The command `sensitivities`, and the figure of what it writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.figures.drawing import figure
+from tests.support.archives import run
+from tests.support.commands import ok, refused
+
+pytestmark = pytest.mark.compiled
+
+SCENE = {
+    "engine": "ntua",
+    "sample": {
+        "method": "saltelli",
+        "number": 256,
+        "inertia": {"low": 1.0, "high": 3.0},
+        "speed": {"low": 1000.0, "high": 1500.0},
+        "rod_length": {"low": 0.3, "high": 0.4},
+    },
+    "axes": {"load": [30.0, 50.0]},
+    "output": {"quantities": ["delta"]},
+}
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("sensitivities") / "study.nc"
+    run(SCENE, path)
+    return path
+
+
+def test_the_command_prints_and_writes(archive: Path, tmp_path: Path) -> None:
+    output = tmp_path / "indices.nc"
+    text = ok("sensitivities", archive, "-o", output)
+    lines = [line.split() for line in text.splitlines()]
+    assert ["at", "load", "=", "30"] in lines and ["at", "load", "=", "50"] in lines
+    assert "Saltelli's design" in text
+    with sweeps.open(output) as found, sweeps.open(archive) as dataset:
+        expected = sweeps.sensitivities(dataset)
+        assert np.array_equal(found.delta_total, expected.delta_total)
+        first = next(line for line in lines if line and line[0] == "inertia")
+        assert first[4] == f"{float(found.delta_total.isel(load=0).sel(parameter='inertia')):.3f}"
+        drawn = figure(found, "sensitivities")
+        lengths = sorted(bar.get_width() for bar in drawn.axes[0].patches)
+        at = [float(v) for k in ("first", "total") for v in found[f"delta_{k}"].isel(load=0)]
+        assert np.allclose(lengths, sorted(at))
+    assert "exists; use --overwrite" in refused("sensitivities", archive, "-o", output)
+
+
+def test_bad_input(archive: Path, tmp_path: Path) -> None:
+    assert "--confidence high: must be a number" in refused(
+        "sensitivities", archive, "--confidence", "high"
+    )
+    assert "not a quantity of the archive" in refused(
+        "sensitivities", archive, "--quantities", "detla"
+    )
+    assert refused("sensitivities", tmp_path / "none.nc")
