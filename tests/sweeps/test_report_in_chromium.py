@@ -142,3 +142,33 @@ def test_nothing_is_wider_than_the_window(width: int, tmp_path: Path) -> None:
         narrow.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
         opened(narrow, sweeps.run(SCENE), tmp_path)
         assert narrow.run("return document.documentElement.scrollWidth") <= width
+
+
+def test_a_finger_scrolls_the_page_over_figures(tmp_path: Path) -> None:
+    with browser(400) as phone:
+        screen = {"width": 400, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+        phone.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+        touch = {"enabled": True, "maxTouchPoints": 1}
+        phone.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", touch)
+        opened(phone, sweeps.run(SCENE), tmp_path)
+        for place in (0, 3):
+            top = phone.run(
+                "document.documentElement.style.scrollBehavior = 'auto';"
+                "const plot = document.querySelectorAll('.plot')[arguments[0]];"
+                "plot.scrollIntoView({block: 'center'});"
+                "const box = plot.getBoundingClientRect(); return box.top + box.height / 2",
+                place,
+            )
+            phone.settled()
+            before = phone.run("return window.scrollY")
+            finger(phone, "touchStart", [{"x": 200, "y": top}])
+            for step in range(1, 13):
+                finger(phone, "touchMove", [{"x": 200, "y": top - 20 * step}])
+            finger(phone, "touchEnd", [])
+            phone.settled()
+            assert phone.run("return window.scrollY") > before + 100
+
+
+def finger(phone: Browser, kind: str, points: list[dict[str, Any]]) -> None:
+    event = {"type": kind, "touchPoints": points}
+    phone.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)

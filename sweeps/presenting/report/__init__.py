@@ -4,6 +4,6 @@ page                      the file, put together
 sections, model_limits    words and tables
 embedding                 numbers as they lie in the page
 key_figures               which figures are shown
-explorer.js               draws them, and the explorer, with BokehJS
+drawing.js, explorer.js   draw them, and the explorer, with BokehJS
 explore                   the same over a whole archive, in a notebook
 """

@@ -74,7 +74,7 @@ class Embedded:
     Attributes
     ----------
     axes, columns, quantities : dict
-        As `explorer.js` reads them.
+        As `drawing.js` reads them.
     left_out : list of str
         What is not in the page, a sentence each.
     flat : set of str

@@ -24,6 +24,9 @@ MOST_CURVES = 8
 MOST_GROUPS = 3
 """Figures of curves, and of orders."""
 
+FEW_NAMES = 3
+"""Curves whose names are the title of their figure."""
+
 NAMED = 60
 """Designs of a list whose names stand beside a figure."""
 
@@ -37,7 +40,7 @@ def starting_places(found: Embedded) -> dict[str, int]:
 
 
 def key_figures(found: Embedded) -> list[Specification]:
-    """Return what `explorer.js` draws: a kind, quantities, axes and places for each figure."""
+    """Return what `drawing.js` draws: a kind, quantities, axes and places for each figure."""
     at = starting_places(found)
     figures = [*_numbers(found), *_maps(found), *_curves(found, "crank_angle"),
                *_polar(found), *_curves(found, "order")]  # fmt: skip
@@ -139,7 +142,7 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
     if "omega" in names and _varying(found, "omega"):
         names.remove("omega")
         figures.append({"kind": "curves", "quantities": ["omega"], "over": over,
-                        "lines": _varying(found, "omega")[0],
+                        "lines": _compared(found, "omega")[0],
                         "title": _sentence(found.quantities["omega"]["title"])})  # fmt: skip
     groups: dict[str, list[str]] = {}
     for name in names:
@@ -150,14 +153,24 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
         title = _sentence(found.quantities[group[0]]["title"])
         if len(group) > 1:
             kind = {"N m": "Torques", "kN": "Forces", "rpm": "Speeds", "bar": "Pressures"}
-            title = kind.get(unit, "Curves" if over == "crank_angle" else "Orders")
+            few = ", ".join(name.replace("_", " ") for name in group)
+            other = "Curves" if over == "crank_angle" else "Orders"
+            title = kind.get(unit, _sentence(few) if len(group) <= FEW_NAMES else other)
         if over == "order":
             title += " over the order" if title != "Orders" else ""
-        alone = _varying(found, group[0]) if len(group) == 1 and over == "crank_angle" else []
-        alone.sort(key=lambda d: not (found.axes[d]["list"] and _has_lines(found, d)))
+        alone = _compared(found, group[0]) if len(group) == 1 and over == "crank_angle" else []
         figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
                         "lines": alone[0] if alone else None, "title": title})  # fmt: skip
     return figures
+
+
+def _compared(found: Embedded, name: str) -> list[str]:
+    """Dimensions for whose values curves are drawn beside each other: first a few with names."""
+    axes = found.axes
+    return sorted(
+        _varying(found, name),
+        key=lambda d: not (axes[d]["named_by"] and axes[d]["count"] <= MOST_CURVES),
+    )
 
 
 def _polar(found: Embedded) -> list[Specification]:

@@ -164,7 +164,7 @@ def _code() -> str:
     """BokehJS, and our own program."""
     resources = library("bokeh.resources", "bokeh", "report", extra="report")
     inline = resources.Resources(mode="inline", components=["bokeh", "bokeh-api"])
-    scripts = [*inline.js_raw, _resource("explorer.js")]
+    scripts = [*inline.js_raw, _resource("drawing.js"), _resource("explorer.js")]
     return "".join(f"<script>\n{script}\n</script>\n" for script in scripts)
 
 
