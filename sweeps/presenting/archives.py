@@ -138,7 +138,7 @@ def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
             if values.size < 2:
                 continue
             mean, spread = float(values.mean()), float(values.std(ddof=1))
-            at = ", ".join(f"{d} {number_text(float(one[d]))}" for d in others if d in data.coords)
+            at = ", ".join(f"{d} {_told(one[d])}" for d in others if d in data.coords)
             parts = [
                 f"{name}{f' at {at}' if at else ''}: {number_text(mean)} ± {number_text(spread)}",
                 f"({100.0 * spread / abs(mean):.1f} %)" if mean else "",
@@ -148,6 +148,11 @@ def recorded_cycle_lines(dataset: xr.Dataset) -> list[str]:
             told = " ".join(part for part in parts if part)
             lines.append(f"{told}, {low} to {high}; {values.size} cycles")
     return lines
+
+
+def _told(value: xr.DataArray) -> str:
+    """A number, or a word of an axis of words."""
+    return number_text(float(value)) if value.dtype.kind in "fiu" else one_line(value.item(), 60)
 
 
 def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:

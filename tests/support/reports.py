@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -73,3 +74,40 @@ def hostile() -> xr.Dataset:
         NASTY[2]: NASTY[1],
     }  # fmt: skip
     return xr.Dataset(data, coords, about)
+
+
+def any_archive(random: Random) -> xr.Dataset:
+    """An archive that somebody may have made: any dimensions, sizes, texts and numbers."""
+    numbers = np.random.default_rng(random.randrange(10**6))
+    known = ["speed", "engine", "design", "cylinder", "direction", "crank_angle", "order", "tooth",
+             "an axis", "recorded_cycle"]  # fmt: skip
+    sizes = {
+        n: random.choice([0, 1, 1, 2, 3, 12]) for n in random.sample(known, random.randint(0, 5))
+    }
+    coords: dict[str, Any] = {}
+    for name, size in sizes.items():
+        if name == "engine" or random.random() < 0.2:
+            coords[name] = (name, np.array([random.choice(NASTY) for _ in range(size)], object))
+        elif random.random() < 0.8:
+            unit = random.choice(["rpm", "m", "percent", "", "W", "<b>", "rad s-1"])
+            scale = 10.0 ** random.randint(-3, 5)
+            coords[name] = (name, np.sort(numbers.normal(size=size)) * scale, {"units": unit})
+        if random.random() < 0.3:
+            column = numbers.normal(size=size) * random.choice([1.0, np.nan, 1e200])
+            coords[f"{name} of it"] = (name, column)
+    data: dict[str, Any] = {}
+    quantities = ["delta", "omega", "torque", "a b", "shaking_force", "delta_published", "x<y"]
+    for name in random.sample(quantities, random.randint(0, 5)):
+        dims = random.sample([*sizes], random.randint(0, min(4, len(sizes))))
+        values = numbers.normal(size=[sizes[d] for d in dims]) * 10.0 ** random.randint(-99, 99)
+        odd = random.choice([0.0, np.nan, np.inf, 1.0])
+        values = np.where(
+            numbers.random(values.shape) < random.choice([0.0, 0.4, 1.0]), odd, values
+        )
+        unit = random.choice(["rad s-1", "N m", "1", "bogus", "N", ""])
+        data[name] = (dims, values, {"units": unit, "long_name": random.choice(NASTY)})
+    if random.random() < 0.6:
+        dims = [d for d in sizes if d not in ("crank_angle", "order", "direction")][:3]
+        codes = numbers.integers(0, 7, size=[sizes[d] for d in dims])
+        data["status"] = (dims, codes.astype("i1"))
+    return xr.Dataset(data, coords, {"title": random.choice(NASTY)})

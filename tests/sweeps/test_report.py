@@ -7,6 +7,7 @@ import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from sweeps.presenting.report.embedding import embedded
 from sweeps.presenting.report.model_limits import model_limits
 from sweeps.presenting.report.page import page
 from tests.support.commands import ok, refused
-from tests.support.reports import SCENE, hostile, large
+from tests.support.reports import SCENE, any_archive, hostile, large
 
 pytestmark = pytest.mark.compiled
 
@@ -177,6 +178,22 @@ def test_archives_without_much_in_them() -> None:
         xr.Dataset({"delta": (("a", "b"), np.zeros((2, 2)))}),
     ):
         assert "</html>" in page(empty)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_any_archive_has_a_report(seed: int) -> None:
+    random = Random(seed)
+    written = page(any_archive(random), limit=random.choice([20e6, 1.65e6]))
+    assert "</html>" in written and len(written.encode()) < 20e6
+    data_of(written)
+
+
+def test_the_spread_over_recorded_cycles_is_told_beside_axes_of_words() -> None:
+    archive = xr.Dataset(
+        {"imep": (("engine", "recorded_cycle"), [[1.0, 3.0], [5.0, 5.0]])},
+        {"engine": ["in-line", "V"], "recorded_cycle": [1, 2]},
+    )
+    assert "imep at engine in-line: 2 ± 1.414" in section(page(archive), "results")
 
 
 def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import xarray as xr
 
 import sweeps
 from tests.support.browser import Browser, browser
-from tests.support.reports import SCENE, hostile, large
+from tests.support.reports import SCENE, any_archive, hostile, large
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -133,6 +134,21 @@ def test_hostile_texts_do_nothing(chromium: Browser, tmp_path: Path) -> None:
     assert chromium.run("return window.broken === undefined")
     moved(chromium, 0, 3)
     assert chromium.messages() == []
+
+
+def test_any_archive_can_be_explored(chromium: Browser, tmp_path: Path) -> None:
+    for seed in range(12):
+        opened(chromium, any_archive(Random(seed)), tmp_path, overwrite=True)
+        chromium.run(
+            "for (const c of document.querySelectorAll('.control input')) {"
+            "c.value = c.max; c.dispatchEvent(new Event('input')); }"
+            "for (const s of document.querySelectorAll('select')) {"
+            "s.value = s.options[s.options.length - 1].value;"
+            "s.dispatchEvent(new Event('change')); }"
+        )
+        chromium.settled()
+        assert chromium.messages() == [], seed
+        assert chromium.run("return window.broken === undefined")
 
 
 @pytest.mark.parametrize("width", [400, 1280])

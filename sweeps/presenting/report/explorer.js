@@ -142,7 +142,7 @@
     for (const dim of q.dims) {
       const axis = axes.get(dim)
       if (axis.of_curves || axis.count < 2) continue
-      if (!axis.list || axis.count > MOST_NAMES || !axis.named_by) found.push(dim)
+      if (!axis.list || axis.count > MOST_NAMES || !axis.named_by || axis.named_by === dim) found.push(dim)
       for (const key of axis.columns) {
         const column = columns.get(key)
         if (column.words ? column.words.length <= MOST_NAMES : true) found.push(key)
