@@ -123,7 +123,9 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
     where = {}
     for dim in omega["dims"]:
         values = np.frombuffer(base64.b64decode(columns[dim]["values"]), "<f8")
-        where[dim] = values[omega["at"].get(dim, slice(None))]
+        if dim in omega["at"]:
+            values = values[np.frombuffer(base64.b64decode(omega["at"][dim]), "<i4")]
+        where[dim] = values
     np.testing.assert_allclose(numbers, archive.omega.sel(where), rtol=1e-6)
     np.testing.assert_allclose(numbers_of(found["quantities"]["delta"]), archive.delta, rtol=1e-6)
 
@@ -141,6 +143,13 @@ def test_a_list_of_designs_is_sampled_in_its_order() -> None:
     np.testing.assert_allclose(numbers_of(found.quantities["delta"]), kept / 7.0, rtol=1e-6)
     assert found.columns["case"]["words"][5] == f"number {kept[5]:.0f}"
     assert any("a random sample" in line for line in found.left_out)
+
+
+def test_long_names_keep_the_limit() -> None:
+    size = 20_000
+    names = [f"Κινητήρας {i} {'long ' * 15}" for i in range(size)]
+    archive = xr.Dataset({"delta": ("design", np.ones(size))}, {"case": ("design", names)})
+    assert 2.0e6 < len(page(archive, limit=2.5e6).encode()) <= 2.5e6
 
 
 def test_too_small_a_limit_is_refused(archive: xr.Dataset) -> None:

@@ -17,7 +17,8 @@ const report = (() => {
     const raw = atob(text)
     const bytes = new Uint8Array(raw.length)
     for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i)
-    return type === "u1" ? bytes : type === "f4" ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer)
+    if (type === "u1") return bytes
+    return new { f4: Float32Array, f8: Float64Array, i4: Int32Array }[type](bytes.buffer)
   }
 
   const columns = new Map(Object.entries(data.columns))
@@ -28,6 +29,7 @@ const report = (() => {
     q.name = name
     q.data = decoded(q.data, q.type)
     q.strides = q.shape.map((_, i) => q.shape.slice(i + 1).reduce((a, b) => a * b, 1))
+    for (const dim in q.at) q.at[dim] = Array.from(decoded(q.at[dim], "i4"))
     // A curve may have fewer values of an axis than the axis has: the nearest one stands for each.
     q.nearest = q.dims.map((dim) => (dim in q.at ? nearestOf(q.at[dim], axes.get(dim).count) : null))
   }

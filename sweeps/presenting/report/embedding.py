@@ -346,7 +346,7 @@ def _quantity(
         "dims": [str(d) for d in variable.dims],
         "shape": list(read.shape),
         "at": {
-            d: np.searchsorted(of_axes[d], picked).tolist()
+            d: _base64(np.searchsorted(of_axes[d], picked), "<i4")
             for d, picked in places.items()
             if len(picked) < len(of_axes[d])
         },

@@ -106,14 +106,19 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; so much "
             "are the texts, tables and program of this report"
         )
-    found = embedded(archive, choices, room)
-    data = {**found.json(), "figures": key_figures(found), "start": starting_places(found)}
     template = Template(_resource("page.html"))
-    return template.substitute(
-        title=text(title), style=_resource("page.css"), code=code, data=_json(data),
-        before=parts["before"], after=parts["after"], figures=_figures(data), left=_left(found),
-        contents=_contents(),
-    )  # fmt: skip
+    while True:
+        found = embedded(archive, choices, room)
+        data = {**found.json(), "figures": key_figures(found), "start": starting_places(found)}
+        written = template.substitute(
+            title=text(title), style=_resource("page.css"), code=code, data=_json(data),
+            before=parts["before"], after=parts["after"], figures=_figures(data),
+            left=_left(found), contents=_contents(),
+        )  # fmt: skip
+        over = len(written.encode(errors="replace")) - limit
+        if over <= 0 or room < 1.0:
+            return written
+        room *= 0.97 * room / (room + over)  # names of designs may be long
 
 
 def _choices(archive: xr.Dataset, units: str | None) -> dict[str, str]:
