@@ -188,3 +188,24 @@ def test_a_finger_scrolls_the_page_over_figures(tmp_path: Path) -> None:
 def finger(phone: Browser, kind: str, points: list[dict[str, Any]]) -> None:
     event = {"type": kind, "touchPoints": points}
     phone.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)
+
+
+def test_pointing_at_a_cell_tells_the_values_of_all_axes(chromium: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+
+    opened(chromium, sweeps.run(SCENE), tmp_path)
+    place = chromium.driver.find_element(By.CSS_SELECTOR, card("Map over two axes") + " .plot")
+    chromium.run("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", place)
+    chromium.settled()
+    ActionChains(chromium.driver).move_to_element_with_offset(place, 20, 20).perform()
+    chromium.settled()
+    told = chromium.run(
+        "const found = [];"
+        "(function walk(node) { for (const e of node.querySelectorAll('*')) {"
+        "  if (e.classList.contains('bk-tooltip-row-value')) found.push(e.textContent);"
+        "  if (e.classList.contains('bk-tooltip-row-label')) found.push(e.textContent);"
+        "  if (e.shadowRoot) walk(e.shadowRoot); } })(document);"
+        "return found.join('')"
+    )
+    assert "delta" in told and "inertia" in told and "load" in told and "%" in told

@@ -144,8 +144,8 @@ const report = (() => {
     figure.xgrid.grid_line_color = figure.ygrid.grid_line_color = "#e5e5e5"
     if (xLog) figure.xaxis.ticker = new Bokeh.LogTicker({ mantissas: [1, 2, 3, 5] })
     if (yLog) figure.yaxis.ticker = new Bokeh.LogTicker({ mantissas: [1, 2, 3, 5] })
-    words(figure.xaxis, xKey)
-    words(figure.yaxis, yKey)
+    words(figure.xaxis, figure.xgrid, xKey)
+    words(figure.yaxis, figure.ygrid, yKey)
     const place = element("div", { class: "plot" })
     const legend = element("div", { class: "legend" })
     card.append(place, legend)
@@ -180,11 +180,11 @@ const report = (() => {
   }
 
   // Names instead of numbers along an axis of words.
-  function words(axis, key) {
+  function words(axis, grid, key) {
     const column = columns.get(key)
     if (!column?.words) return
     const places = spread(column.words.map((_, i) => i), 40)
-    axis.ticker = new window.Bokeh.FixedTicker({ ticks: places, minor_ticks: [] })
+    axis.ticker = grid.ticker = new window.Bokeh.FixedTicker({ ticks: places, minor_ticks: [] })
     axis.major_label_overrides = new Map(places.map((i) => [i, plain(short(column.words[i], 26))]))
   }
 
@@ -193,12 +193,19 @@ const report = (() => {
     return column.words ? place : column.values[place]
   }
 
+  // An axis and its columns of designs; designs with names need no number.
+  function keysOf(dim) {
+    const axis = axes.get(dim)
+    const own = axis.list && axis.named_by ? [] : [dim]
+    return [...new Set([...(axis.named_by ? [axis.named_by] : []), ...own, ...axis.columns])].slice(0, 12)
+  }
+
   // Tooltips of all axes: constant ones as text, those in `varying` out of the source's columns.
   function tooltipsOf(dims, at, varying, first) {
     const found = [...first]
-    for (const dim of dims) {
-      const keys = [dim, ...axes.get(dim).columns]
-      for (const key of keys.slice(0, 12)) {
+    const sorted = [...dims.filter((d) => varying.has(d)), ...dims.filter((d) => !varying.has(d))]
+    for (const dim of sorted) {
+      for (const key of keysOf(dim)) {
         const column = columns.get(key)
         if (varying.has(dim)) {
           const name = `k${[...columns.keys()].indexOf(key)}`
@@ -219,7 +226,7 @@ const report = (() => {
   // Columns of a source that hold the axes' values at some places along one dimension.
   function columnsAlong(dim, places) {
     const found = {}
-    for (const key of [dim, ...axes.get(dim).columns].slice(0, 12)) {
+    for (const key of keysOf(dim)) {
       const column = columns.get(key)
       found[`k${[...columns.keys()].indexOf(key)}`] = places.map((place) => column.values[place])
     }
