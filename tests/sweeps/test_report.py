@@ -107,6 +107,7 @@ def test_failed_designs_are_told(archive: xr.Dataset, written: str) -> None:
     told = section(written, "outcomes")
     assert f'<td>stalled</td><td class="number">{lost}</td>' in told
     assert "<td>inertia</td><td>0.05 kg m²</td><td>0.05 kg m² to 5 kg m²</td>" in told
+    assert f"<td>0.05 kg m²: {lost} of 3</td>" in told
     assert told.count("<td>stalled</td>") == 1 + lost
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.errors import one_line
-from sweeps.exploring.columns import columns_of
-from sweeps.exploring.ranges import ranges
 from sweeps.presenting.archives import outcome_counts
 from sweeps.presenting.readable_units import converted
+from sweeps.presenting.report.failures import failures
 from sweeps.presenting.report.html import details, listed, paragraph, preformatted, table
 from sweeps.presenting.report.key_results import results
 from sweeps.presenting.report.model_limits import model_limits
@@ -85,9 +84,9 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     title = one_line(attrs.get("engine_title", ""), 400)
     if engine or title:
         facts.append(("engine", f"{title} ({engine})" if title and engine else title or engine))
-    arrangement = members(archive, "arrangement").get("name")
-    if arrangement:
-        facts.append(("arrangement", str(arrangement)))
+    arrangements = _arrangements(archive)
+    if arrangements:
+        facts.append(("arrangement", ", ".join(arrangements)))
     varying = [d for d in archive.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
     designs = math.prod(archive.sizes[d] for d in varying)
     over = f", over {', '.join(map(str, varying))}" if varying else ""
@@ -118,13 +117,30 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
         head = ("column", "what it is", "along", "values")
         parts.append(details("Columns of designs", table(head, columns)))
     quantities = [
-        (name, _unit(v, choices.get(str(name))), v.attrs.get("long_name", ""),
+        (name, _unit(v, choices.get(str(name))), _meaning(v),
          ", ".join(map(str, v.dims)) or "one number", v.attrs.get("references", ""))
         for name, v in archive.data_vars.items()
     ]  # fmt: skip
     shown = table(("quantity", "unit", "what it is", "over", "source"), quantities)
     count = f"{len(quantities)} quantities" if len(quantities) != 1 else "1 quantity"
     return "".join([*parts, details(count, shown)])
+
+
+def _arrangements(archive: xr.Dataset) -> list[str]:
+    """Names of the arrangements of the cylinders: of one engine, or of several."""
+    try:
+        found = json.loads(str(archive.attrs.get("arrangement", "{}")))
+    except (ValueError, RecursionError):
+        return []
+    names = [a.get("name") for a in (found if isinstance(found, list) else [found])
+             if isinstance(a, dict)]  # fmt: skip
+    return list(dict.fromkeys(one_line(name, 100) for name in names if name))
+
+
+def _meaning(variable: xr.DataArray) -> str:
+    """What a quantity is, and which engines do not have it."""
+    said = (variable.attrs.get("long_name"), variable.attrs.get("comment"))
+    return "; ".join(str(part) for part in said if part)
 
 
 def _setting(key: str, value: Any) -> str:
@@ -195,73 +211,15 @@ def outcomes(archive: xr.Dataset, choices: Choices) -> str:
     failed = sum(n for name, n in counts.items() if not has_numbers(MEANINGS.index(name)))
     if not failed:
         return "".join([*parts, paragraph("Every design has numbers.")])
-    head, first, spans = _failures(archive, choices)
+    found = failures(archive, choices)
     parts += [
         "<h3>Where designs failed</h3>",
-        table(("axis or column", "designs without numbers", "all designs"), spans),
+        table(("axis or column", "designs without numbers", "all designs", "failed"), found.where),
         "<h3>Designs without numbers</h3>" if failed <= FIRST_ROWS
         else f"<h3>{FIRST_ROWS} of {failed:,} designs without numbers</h3>",
-        table(head, first),
+        table(found.head, found.first),
     ]  # fmt: skip
     return "".join(parts)
-
-
-def _failures(
-    archive: xr.Dataset, choices: Choices
-) -> tuple[list[str], list[list[str]], list[tuple[str, str, str]]]:
-    """The first designs that failed, and from where to where each axis goes for them."""
-    import xarray as xr
-
-    status = archive["status"]
-    dims = [str(d) for d in status.dims]
-    columns = {n: v for n, v in columns_of(archive, dims, ["status"]).items() if v.ndim}
-    if "status" not in columns:
-        columns["status"] = xr.Variable(("design",), status.values[np.newaxis])
-        dims = ["design"]
-    sizes = [columns["status"].sizes[d] for d in dims]
-    good = np.array([has_numbers(code) for code in range(256)])
-    first: list[list[str]] = []
-    spans: dict[str, list[float]] = {}
-    given = [n for n in columns if n != "status"]
-    for _, extent, read in ranges(columns, dims, sizes):
-        codes = np.broadcast_to(read["status"], extent).astype(np.uint8)
-        lost = ~good[codes]
-        for name in given:
-            if columns[name].dtype.kind in "fiu":
-                values = np.broadcast_to(read[name], extent)
-                _widen(spans.setdefault(name, [np.inf, -np.inf, np.inf, -np.inf]), values, lost)
-        for flat in np.flatnonzero(lost)[: FIRST_ROWS - len(first)]:
-            at = np.unravel_index(flat, extent)
-            texts = [
-                value_text(columns[n], np.broadcast_to(read[n], extent)[at], choices.get(n))
-                for n in given
-            ]
-            code = int(codes[at])
-            why = MEANINGS[code] if code < len(MEANINGS) else str(code)
-            first.append([*texts, why.replace("_", " ")])
-    told = []
-    for name, span in spans.items():
-        if name != "design":
-            variable, choice = columns[name], choices.get(name)
-            told.append(
-                (name, _span(variable, span[:2], choice), _span(variable, span[2:], choice))
-            )
-    return [*given, "outcome"], first, told
-
-
-def _widen(span: list[float], values: Any, lost: Any) -> None:
-    for place, part in ((0, values[lost]), (2, values)):
-        if part.size and np.isfinite(part).any():
-            span[place] = min(span[place], float(np.nanmin(part)))
-            span[place + 1] = max(span[place + 1], float(np.nanmax(part)))
-
-
-def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> str:
-    low, high = span
-    if not low <= high:
-        return "no value"
-    one, other = value_text(variable, low, choice), value_text(variable, high, choice)
-    return one if low == high else f"{one} to {other}"
 
 
 def warned(archive: xr.Dataset, choices: Choices) -> str:
