@@ -149,7 +149,6 @@ const report = (() => {
     const place = element("div", { class: "plot" })
     const legend = element("div", { class: "legend" })
     card.append(place, legend)
-    const shown = []
     return {
       figure,
       legend,
@@ -174,7 +173,8 @@ const report = (() => {
         return button
       },
       show() {
-        shown.push(Bokeh.Plotting.show(figure, place))
+        const shown = Bokeh.Plotting.show(figure, place)
+        place.forget = () => shown.then((view) => view.remove())
       },
     }
   }

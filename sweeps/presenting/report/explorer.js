@@ -112,6 +112,7 @@
     made.append(place)
     let update = null
     const again = () => {
+      for (const plot of place.querySelectorAll(".plot")) plot.forget?.()
       place.replaceChildren()
       update = draw(place, choices.map((c) => c.select.value)) ?? null
     }
