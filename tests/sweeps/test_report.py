@@ -101,6 +101,22 @@ def test_the_page_holds_the_archives_numbers(archive: xr.Dataset, written: str) 
     assert {f["kind"] for f in found["figures"]} == {"numbers", "map", "curves"}
 
 
+def test_paths_of_forces_have_both_components() -> None:
+    angle = np.linspace(0.0, 350.0, 36)
+    wave = np.cos(np.radians(angle))
+    archive = xr.Dataset(
+        {"crank_pin_x": ("crank_angle", wave), "crank_pin_y": ("crank_angle", 2.0 * wave),
+         "shaking_force": (("direction", "crank_angle"), [wave, wave**2]),
+         "balanced": (("direction", "crank_angle"), [wave, 1e-12 * wave])},
+        {"crank_angle": angle, "direction": [0.0, 90.0]},
+    )  # fmt: skip
+    found = data_of(page(archive))["paths"]
+    assert [(p["right"], p["up"]) for p in found] == [
+        (["crank_pin_x", None], ["crank_pin_y", None]),
+        (["shaking_force", 0], ["shaking_force", 1]),
+    ]
+
+
 def test_failed_designs_are_told(archive: xr.Dataset, written: str) -> None:
     lost = int((archive.status == 1).sum())
     assert 0 < lost < archive.status.size

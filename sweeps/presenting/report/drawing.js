@@ -510,30 +510,37 @@ const report = (() => {
     return `Drawn at the nearest design in this page: ${other.map((d) => `${d} ${nameAt(d, real[d])}`).join(", ")}.`
   }
 
-  // Two components across the shaft against each other, in scale.
+  // Two components of a force against each other, in scale; a loop for each value of an axis.
+  // A component is a quantity, or a quantity and one of its directions.
   function drawPolar(card, spec, at) {
-    const q = quantities.get(spec.quantity)
-    const chart = plot(card, { x: heading(q, `along ${nameAt("direction", 0)}`), y: heading(q, `along ${nameAt("direction", 1)}`), height: 400 })
+    const [right, up] = [spec.right, spec.up].map(([name, direction]) => {
+      const q = quantities.get(name)
+      return { q, direction, label: heading(q, direction === null ? name : `${name} along ${nameAt("direction", direction)}`) }
+    })
+    const q = right.q
+    const over = spec.lines ? spread(placesOf(q, spec.lines), MOST_LINES) : [null]
+    const chart = plot(card, { x: right.label, y: up.label, height: 420 })
     chart.figure.match_aspect = true
-    const source = new window.Bokeh.ColumnDataSource({ data: {} })
-    const line = chart.figure.line({ field: "x" }, { field: "y" }, { source, line_color: COLOURS[0], line_width: 2 })
+    const places = placesOf(q, "crank_angle")
+    const closed = [...places, places[0]]
+    const series = over.map((place, i) => {
+      const source = new window.Bokeh.ColumnDataSource({ data: {} })
+      const colour = over.length > 1 ? colourOf(i, over.length) : COLOURS[0]
+      const line = chart.figure.line({ field: "x" }, { field: "y" }, { source, line_color: colour, line_width: 2 })
+      if (over.length > 1) chart.entry(nameAt(spec.lines, place), colour, [line])
+      return { place, source, hover: chart.hover([line], []) }
+    })
     chart.figure.scatter([0], [0], { marker: "cross", size: 12, line_color: "#666" })
-    const hover = chart.hover([line], [])
     const update = (now) => {
-      const places = placesOf(q, "crank_angle")
-      const part = (direction) => {
-        const found = places.map((p) => valueOf(q, { ...now, direction, crank_angle: p }))
-        return [...found, found[0]]
+      for (const { place, source, hover } of series) {
+        const here = place === null ? now : { ...now, [spec.lines]: place }
+        const values = ({ q, direction }) => closed.map((p) => valueOf(q, { ...here, direction: direction ?? 0, crank_angle: p }))
+        source.data = { x: values(right), y: values(up), ...columnsAlong("crank_angle", closed) }
+        const told = [[right.label, "@{x}{%.5g}"], [up.label, "@{y}{%.5g}"]]
+        const dims = q.dims.filter((d) => d !== "direction")
+        hover.tooltips = tooltipsOf(dims, nearestPlaces(q, here), new Set(["crank_angle"]), told)
+        hover.formatters = formattersOf(hover.tooltips)
       }
-      const closed = [...places, places[0]]
-      source.data = { x: part(0), y: part(1), ...columnsAlong("crank_angle", closed) }
-      const values = [
-        [heading(q, `along ${nameAt("direction", 0)}`), "@{x}{%.5g}"],
-        [heading(q, `along ${nameAt("direction", 1)}`), "@{y}{%.5g}"],
-      ]
-      const dims = q.dims.filter((d) => d !== "direction")
-      hover.tooltips = tooltipsOf(dims, nearestPlaces(q, now), new Set(["crank_angle"]), values)
-      hover.formatters = formattersOf(hover.tooltips)
     }
     update(at)
     chart.show()

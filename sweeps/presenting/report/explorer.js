@@ -58,13 +58,7 @@
     for (const over of ["crank_angle", "order"]) {
       if (axes.has(over)) curveViews(views, curves(over), over, at, drawn)
     }
-    if (axes.get("direction")?.count >= 2) {
-      const polar = curves("crank_angle").filter((q) => q.dims.includes("direction"))
-      if (polar.length) {
-        redrawn(card(views, "Path of a force over the cycle"), [choice("quantity", polar.map((q) => q.name))], at, drawn,
-          (place, [quantity]) => drawPolar(place, { quantity }, at))
-      }
-    }
+    if (data.paths.length) pathView(views, at, drawn)
   }
 
   // A slider, or a selector for words.
@@ -196,8 +190,10 @@
     })
   }
 
+  // What the figures above begin with: it varies.
   function preferred(list) {
-    return list.find((q) => q.name === "delta")?.name ?? list[0].name
+    const wanted = [...data.figures.flatMap((f) => f.quantities ?? [f.quantity]), "delta"]
+    return wanted.find((name) => list.some((q) => q.name === name)) ?? list[0].name
   }
 
   function mapView(views, varied, at, drawn) {
@@ -242,6 +238,19 @@
       const useful = quantities.get(name).dims.includes(lines)
       if (!useful) place.append(element("p", { class: "note" }, `${name} does not depend on ${lines}.`))
       return drawCurves(place, { quantities: [name], over, lines: useful ? lines : null }, at)
+    })
+  }
+
+  function pathView(views, at, drawn) {
+    const made = card(views, "Path of a force over the cycle")
+    const path = choice("path", data.paths.map((p, i) => [String(i), p.title]))
+    const dims = [...new Set(data.paths.flatMap((p) => quantities.get(p.right[0]).dims))]
+    const others = dims.filter((d) => !axes.get(d).of_curves && d !== "direction" && axes.get(d).count > 1)
+    const each = choice("a line for each", [["", "no other axis"], ...others])
+    redrawn(made, [path, each], at, drawn, (place, [number, lines]) => {
+      const chosen = data.paths[Number(number)]
+      const useful = quantities.get(chosen.right[0]).dims.includes(lines)
+      return drawPolar(place, { ...chosen, lines: useful ? lines : null }, at)
     })
   }
 

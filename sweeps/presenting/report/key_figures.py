@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from sweeps.figures.polar import POLAR
 from sweeps.presenting.report.embedding import Embedded
 
-__all__ = ["key_figures", "starting_places"]
+__all__ = ["key_figures", "paths", "starting_places"]
 
 Specification = dict[str, Any]
 
@@ -26,6 +27,12 @@ MOST_GROUPS = 3
 
 FEW_NAMES = 3
 """Curves whose names are the title of their figure."""
+
+MOST_STEMS = 4
+"""Designs whose orders stand beside each other."""
+
+MOST_PATHS = 2
+"""Figures of one component of a force against the other."""
 
 NAMED = 60
 """Designs of a list whose names stand beside a figure."""
@@ -158,7 +165,9 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
             title = kind.get(unit, _sentence(few) if len(group) <= FEW_NAMES else other)
         if over == "order":
             title += " over the order" if title != "Orders" else ""
-        alone = _compared(found, group[0]) if len(group) == 1 and over == "crank_angle" else []
+        alone = _compared(found, group[0])[:1] if len(group) == 1 else []
+        if over == "order" and alone and found.axes[alone[0]]["count"] > MOST_STEMS:
+            alone = []
         figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
                         "lines": alone[0] if alone else None, "title": title})  # fmt: skip
     return figures
@@ -173,14 +182,31 @@ def _compared(found: Embedded, name: str) -> list[str]:
     )
 
 
-def _polar(found: Embedded) -> list[Specification]:
-    if found.axes.get("direction", {}).get("count", 0) < 2:
-        return []
+def paths(found: Embedded) -> list[Specification]:
+    """Forces whose two components can be drawn against each other: to the right, and up."""
+    result: list[Specification] = []
     for name, quantity in found.quantities.items():
-        if name in found.planes and "crank_angle" in quantity["dims"]:
+        if "crank_angle" not in quantity["dims"]:
+            continue
+        if name in found.planes:
             title = f"{_sentence(quantity['title'])}, path over the cycle"
-            return [{"kind": "polar", "quantity": name, "title": title}]
-    return []
+            result.append({"title": title, "right": [name, 0], "up": [name, 1]})
+        for (right, up), said in POLAR.items():
+            load = name.removesuffix(f"_{right}")
+            other = f"{load}_{up}"
+            if load != name and _same_dims(found, name, other):
+                title = f"Path of the load: {load.replace('_', ' ')}, {said}"
+                result.append({"title": title, "right": [name, None], "up": [other, None]})
+    return result
+
+
+def _polar(found: Embedded) -> list[Specification]:
+    figures = []
+    for path in paths(found)[:MOST_PATHS]:
+        name = path["right"][0]
+        lines = next(iter(_compared(found, name)), None)
+        figures.append({"kind": "polar", "quantities": [name], "lines": lines, **path})
+    return figures
 
 
 def _sentence(title: str) -> str:

@@ -14,7 +14,7 @@ from sweeps.errors import SceneError, one_line, size_text
 from sweeps.presenting.readable_units import unit_choices
 from sweeps.presenting.report.embedding import Embedded, embedded
 from sweeps.presenting.report.html import listed, paragraph, text
-from sweeps.presenting.report.key_figures import key_figures, starting_places
+from sweeps.presenting.report.key_figures import key_figures, paths, starting_places
 from sweeps.presenting.report.sections import SECTIONS
 from sweeps.reading.libraries import library
 
@@ -109,7 +109,8 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     template = Template(_resource("page.html"))
     while True:
         found = embedded(archive, choices, room)
-        data = {**found.json(), "figures": key_figures(found), "start": starting_places(found)}
+        data = {**found.json(), "figures": key_figures(found), "paths": paths(found),
+                "start": starting_places(found)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
             before=parts["before"], after=parts["after"], figures=_figures(data),
