@@ -342,7 +342,10 @@ const report = (() => {
     const chart = plot(card, {
       x: heading(one, spec.x), y: heading(other, spec.y), xKey: spec.x, yKey: spec.y, xLog, yLog, height: 380,
     })
-    const mapper = new Bokeh.LinearColorMapper({ palette: viridis, low: 0, high: 1, nan_color: "#c8c8c8" })
+    // Where numbers go over more than a decade, most of a map would have one colour.
+    const colours = { palette: viridis, low: 0.1, high: 1, nan_color: "#c8c8c8" }
+    const decades = overDecades(q)
+    const mapper = decades ? new Bokeh.LogColorMapper(colours) : new Bokeh.LinearColorMapper(colours)
     const source = new Bokeh.ColumnDataSource({ data: {} })
     const fill = { field: "v", transform: mapper }
     const common = { source, fill_color: fill, line_color: fill, line_width: 1 }
@@ -356,7 +359,10 @@ const report = (() => {
     chart.figure.scatter({ field: "x" }, { field: "y" }, {
       source: mark, marker: "cross", size: 14, line_color: "black", line_width: 2,
     })
-    const label = new Bokeh.ColorBar({ color_mapper: mapper, title: plain(heading(q, spec.quantity)), width: 14, padding: 4 })
+    const ticker = decades ? new Bokeh.FixedTicker({ ticks: [], minor_ticks: [] }) : new Bokeh.BasicTicker()
+    const formatter = new Bokeh.BasicTickFormatter()
+    const title = plain(heading(q, spec.quantity))
+    const label = new Bokeh.ColorBar({ color_mapper: mapper, ticker, formatter, title, width: 14, padding: 4 })
     chart.figure.add_layout(label, "right")
     const hover = chart.hover([cells], [])
     const xs = scattered ? spread(placesOf(q, one.dim), MOST_POINTS) : spread(placesOf(q, one.dim), MOST_CELLS)
@@ -392,9 +398,10 @@ const report = (() => {
       found.y = py.map((p) => coordinate(spec.y, p))
       let [low, high] = [Infinity, -Infinity]
       for (const v of found.v) if (v === v) { low = Math.min(low, v); high = Math.max(high, v) }
-      if (!(low <= high)) [low, high] = [0, 1]
+      if (!(low <= high)) [low, high] = [0.1, 1]
       mapper.low = low
       mapper.high = high > low ? high : low + (Math.abs(low) || 1) * 1e-6
+      if (decades) ticker.ticks = roundNumbers(mapper.low, mapper.high)
       source.data = { ...found, ...columnsAlong(one.dim, px), ...(scattered ? {} : columnsAlong(other.dim, py)) }
       const value = [spec.quantity, `@{s} ${escapePlaceholders(q.unit)}`]
       hover.tooltips = tooltipsOf(dimsOf(q), now, new Set([one.dim, other.dim]), [value])
@@ -408,6 +415,27 @@ const report = (() => {
     update(at)
     chart.show()
     return update
+  }
+
+  // 1, 2, 5, 10 ... between two numbers; of many decades the powers of ten.
+  function roundNumbers(low, high) {
+    const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))]
+    const found = []
+    for (let power = first; power <= last; power += Math.max(1, Math.ceil((last - first) / 12))) {
+      for (const digit of last - first > 3 ? [1] : [1, 2, 5]) found.push(Number(`${digit}e${power}`))
+    }
+    return found.filter((v) => v >= low && v <= high)
+  }
+
+  function overDecades(q) {
+    let [low, high] = [Infinity, -Infinity]
+    for (const v of q.data) {
+      if (!Number.isFinite(v)) continue
+      if (v <= 0) return false
+      low = Math.min(low, v)
+      high = Math.max(high, v)
+    }
+    return high / low > 20
   }
 
   // Edges of cells half-way between their points.

@@ -404,7 +404,9 @@ def _map(
     made = _figure(x_head, y_head, **options)
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    mapper = models.LinearColorMapper("Viridis256", low=low, high=high, nan_color="#c8c8c8")
+    # Where numbers go over more than a decade, most of a map would have one colour.
+    scale = models.LogColorMapper if low > 0.0 and high / low > 20.0 else models.LinearColorMapper
+    mapper = scale("Viridis256", low=low, high=high, nan_color="#c8c8c8")
     fill = {"field": "value", "transform": mapper}
     source = models.ColumnDataSource({"x": x, "y": y, "value": values})
     if cells and not options and np.isfinite(x).all() and np.isfinite(y).all():
