@@ -79,9 +79,36 @@ ALWAYS = (
 )
 
 
-def model_limits(quantities: Iterable[str]) -> list[str]:
-    """Return the limits of the model that apply to some quantities, a sentence or two each."""
+TWO_STROKE = (
+    "Two-stroke engines are solved by the same program; no measured two-stroke diagram has been "
+    "compared."
+)
+
+EULER = (
+    "Method thesis steps by one degree with Euler's explicit method, to reproduce the thesis: it "
+    "is of first order and drifts."
+)
+
+
+def model_limits(
+    quantities: Iterable[str], *, two_stroke: bool = False, methods: Iterable[str] = ()
+) -> list[str]:
+    """Return the limits of the model that apply to some quantities, a sentence or two each.
+
+    Parameters
+    ----------
+    quantities : iterable of str
+        Names.
+    two_stroke : bool
+        Whether a cycle of an engine is one revolution.
+    methods : iterable of str
+        Of the solution.
+    """
     names = set(quantities)
     subjects = {s for s, nodes in SUBJECTS.items() if names & {node.name for node in nodes}}
     found = [limit for of, limit in LIMITS if subjects & set(of)]
+    if two_stroke and subjects & set(GAS):
+        found.append(TWO_STROKE)
+    if "thesis" in methods and SPEED in subjects:
+        found.append(EULER)
     return [*found, ALWAYS] if found else []

@@ -84,9 +84,9 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     title = one_line(attrs.get("engine_title", ""), 400)
     if engine or title:
         facts.append(("engine", f"{title} ({engine})" if title and engine else title or engine))
-    arrangements = _arrangements(archive)
-    if arrangements:
-        facts.append(("arrangement", ", ".join(arrangements)))
+    names = [one_line(a["name"], 100) for a in _arrangements(archive) if a.get("name")]
+    if names:
+        facts.append(("arrangement", ", ".join(dict.fromkeys(names))))
     varying = [d for d in archive.sizes if d not in (*DIMENSIONS, "interval", "tooth")]
     designs = math.prod(archive.sizes[d] for d in varying)
     over = f", over {', '.join(map(str, varying))}" if varying else ""
@@ -126,15 +126,13 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     return "".join([*parts, details(count, shown)])
 
 
-def _arrangements(archive: xr.Dataset) -> list[str]:
-    """Names of the arrangements of the cylinders: of one engine, or of several."""
+def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
+    """Arrangements of the cylinders: of one engine, or of several."""
     try:
         found = json.loads(str(archive.attrs.get("arrangement", "{}")))
     except (ValueError, RecursionError):
         return []
-    names = [a.get("name") for a in (found if isinstance(found, list) else [found])
-             if isinstance(a, dict)]  # fmt: skip
-    return list(dict.fromkeys(one_line(name, 100) for name in names if name))
+    return [a for a in (found if isinstance(found, list) else [found]) if isinstance(a, dict)]
 
 
 def _meaning(variable: xr.DataArray) -> str:
@@ -256,7 +254,12 @@ def _about(key: str) -> tuple[str, str]:
 
 def limited(archive: xr.Dataset, choices: Choices) -> str:
     """Limits of the model that apply to what was computed."""
-    found = model_limits(str(n) for n in archive.data_vars)
+    methods = members(archive, "solver").get("method")
+    found = model_limits(
+        (str(n) for n in archive.data_vars),
+        two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
+        methods=map(str, methods) if isinstance(methods, list) else (),
+    )
     return listed(found) if found else paragraph("No limit of the model is known for these.")
 
 
