@@ -18,15 +18,15 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
-from sweeps.errors import one_line
+from sweeps.errors import SceneError, one_line
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import words_of
-from sweeps.presenting.readable_units import converted
+from sweeps.presenting.readable_units import converted, unit_choices
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Embedded", "columns_along", "embedded", "is_list", "is_words", "text_of"]
+__all__ = ["Embedded", "choices_of", "columns_along", "embedded", "is_list", "is_words", "text_of"]
 
 Places = npt.NDArray[np.int64]
 
@@ -98,6 +98,25 @@ class Embedded:
             "quantities": self.quantities,
             "outcomes": [word.replace("_", " ") for word in MEANINGS],
         }
+
+
+def choices_of(archive: xr.Dataset, units: str | None) -> dict[str, str]:
+    """Return the units that axes, columns and quantities are shown in.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit; it is said so that it holds for the command and for Python.
+    """
+    known = {
+        str(name): str(variable.attrs.get("units", "1"))
+        for name, variable in archive.variables.items()
+        if variable.dtype.kind in "fiu" and "flag_meanings" not in variable.attrs
+    }
+    try:
+        return unit_choices(units, known)
+    except SceneError as error:
+        raise SceneError(str(error).removeprefix("--")) from None
 
 
 def text_of(variable: xr.Variable | xr.DataArray, name: str) -> str:

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.errors import SceneError, one_line
-from sweeps.presenting.readable_units import converted, unit_choices
-from sweeps.presenting.report.embedding import columns_along, is_list, is_words, text_of
+from sweeps.presenting.readable_units import converted
+from sweeps.presenting.report.embedding import choices_of, columns_along, is_list, is_words, text_of
 from sweeps.presenting.tables import number_text
 from sweeps.reading.libraries import library
 
@@ -92,12 +92,7 @@ class _Explorer:
         if not self.names:
             raise SceneError("explore: the archive has no numbers")
         self.columns = columns_along(archive, self.names)
-        known = {
-            str(n): str(v.attrs.get("units", "1"))
-            for n, v in archive.variables.items()
-            if v.dtype.kind in "fiu" and n != "status"
-        }
-        self.choices = unit_choices(units, known)
+        self.choices = choices_of(archive, units)
         self.axes = {
             d: self._slider(d) for d in dict.fromkeys(dim for dim, _ in self.columns.values())
             if d not in OF_CURVES and archive.sizes[d] > 1

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.archive.netcdf import replaced
 from sweeps.errors import SceneError, one_line, size_text
-from sweeps.presenting.readable_units import unit_choices
-from sweeps.presenting.report.embedding import Embedded, embedded
+from sweeps.presenting.report.embedding import Embedded, choices_of, embedded
 from sweeps.presenting.report.html import listed, paragraph, text
 from sweeps.presenting.report.key_figures import key_figures, paths, starting_places
 from sweeps.presenting.report.sections import SECTIONS
@@ -92,7 +91,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     SceneError
         As `report`.
     """
-    choices = _choices(archive, units)
+    choices = choices_of(archive, units)
     parts = {
         place: "".join(_section(key, title, make(archive, choices)) for key, title, make in found)
         for place, found in SECTIONS.items()
@@ -120,16 +119,6 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         if over <= 0 or room < 1.0:
             return written
         room *= 0.97 * room / (room + over)  # names of designs may be long
-
-
-def _choices(archive: xr.Dataset, units: str | None) -> dict[str, str]:
-    """Units of quantities and of axes."""
-    known = {
-        str(name): str(variable.attrs.get("units", "1"))
-        for name, variable in archive.variables.items()
-        if variable.dtype.kind in "fiu" and "flag_meanings" not in variable.attrs
-    }
-    return unit_choices(units, known)
 
 
 def _section(key: str, title: str, body: str) -> str:
