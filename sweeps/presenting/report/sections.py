@@ -83,7 +83,9 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     engine = one_line(attrs.get("engine", ""), 200)
     title = one_line(attrs.get("engine_title", ""), 400)
     if engine or title:
-        facts.append(("engine", f"{title} ({engine})" if title and engine else title or engine))
+        facts.append(
+            ("engine", f"{title} ({engine})" if title and engine not in title else title or engine)
+        )
     names = [one_line(a["name"], 100) for a in _arrangements(archive) if a.get("name")]
     if names:
         facts.append(("arrangement", ", ".join(dict.fromkeys(names))))
@@ -112,7 +114,7 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     axes = [_axis_row(archive, str(d), choices) for d in archive.sizes]
     parts += ["<h3>Axes</h3>", table(("axis", "what it is", "number", "values"), axes, (2,))]
     columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
-               if c.ndim == 1 and n != c.dims[0]]  # fmt: skip
+               if c.ndim == 1 and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
     if columns:
         head = ("column", "what it is", "along", "values")
         parts.append(details("Columns of designs", table(head, columns)))
@@ -144,7 +146,7 @@ def _meaning(variable: xr.DataArray) -> str:
 def _setting(key: str, value: Any) -> str:
     unit = PARAMETERS[key].unit if key in PARAMETERS else ""
     number = f"{value:.6g}" if isinstance(value, int | float) else one_line(value, 80)
-    return f"{one_line(key, 60)} {number} {'' if unit == '1' else unit}".strip()
+    return f"{one_line(key, 60)} {number} {converted(unit, None)[1]}".strip()
 
 
 def _unit(variable: xr.Variable | xr.DataArray, choice: str | None) -> str:
@@ -175,11 +177,13 @@ def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...
     if dim not in archive.coords:
         return dim, "", size, ""
     coordinate = archive[dim]
+    long_name = coordinate.attrs.get("long_name", "")
     words = f"{dim}_name"
     if words in archive.coords and archive[words].dims == (dim,):
         coordinate = archive[words]
+        long_name = archive[words].attrs.get("long_name", "")
     told = _values_text(coordinate, choices.get(dim)) if dim != "design" else ""
-    return dim, archive[dim].attrs.get("long_name", ""), size, told
+    return dim, long_name, size, told
 
 
 def _column_row(coordinate: xr.DataArray, name: str, choices: Choices) -> tuple[Any, ...]:
