@@ -5,7 +5,9 @@ Scenes, plans and archives use the same names; each stands here alone.
 
 from __future__ import annotations
 
-__all__ = ["ARRANGEMENT", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER", "PUBLISHED"]
+__all__ = [
+    "ARRANGEMENT", "COMPARED", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER", "PUBLISHED",
+]  # fmt: skip
 
 DESIGN = "design"
 """Dimension of [designs]: parameters that vary together."""
@@ -24,3 +26,6 @@ PARAMETER = "parameter"
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], beside the quantities' own."""
+
+COMPARED = "_compared"
+"""Ending of the variables of a second archive beside those of the first."""

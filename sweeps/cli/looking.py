@@ -138,22 +138,50 @@ def show(
     help="End with status 1 if a relative difference is larger than NUMBER, or if an axis or a "
     "quantity differs.",
 )
+@click.option(
+    "--figures",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for figures: both archives in one chart, and their difference in percent.",
+)
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(["png", "svg", "pdf"]),
+    default="png",
+    show_default=True,
+    help="Format of the figures.",
+)
 @untrusted_option
 @guarded
-def compare(first: Path, second: Path, tolerance: str | None) -> None:
+def compare(
+    first: Path, second: Path, tolerance: str | None, folder: Path | None, file_format: str
+) -> None:
     """Compare two archives: axes, quantities, and the largest differences and where they are.
 
     Where axes differ, the values that both archives have are compared. A relative difference is
-    taken over the greater of the two magnitudes.
+    taken over the greater of the two magnitudes; that of the figures is over the first.
     """
     limit = None if tolerance is None else difference(tolerance)
+    if folder is not None:
+        check_folder(folder)
+    paths: list[Path] = []
     with opened(first) as one, opened(second) as two:
         from sweeps.exploring.compare import compare as compare_archives
         from sweeps.presenting.comparison import comparison_text
 
         found = compare_archives(one, two)
         described = comparison_text(found)
+        if folder is not None:
+            from sweeps.presenting.comparison import draw_comparison
+
+            with writing(folder):
+                paths = draw_comparison(one, two, folder, file_format, (first, second))
     say(described)
+    for path in paths:
+        say(path)
+    if folder is not None and not paths:
+        click.echo("nothing to draw: what both archives have is the same", err=True)
     if limit is not None and not found.within(limit):
         end(f"{first} and {second} differ by more than {limit:g}, relative", FAILURE)
 

@@ -109,12 +109,12 @@ def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
     """Compare two archives as `sweeps.open` or `sweeps.run` returns them."""
     names = [str(n) for n in first.data_vars]
     others = [str(n) for n in second.data_vars]
-    axes, one, two = _common(first, second)
+    axes, one, two = common_part(first, second)
     not_compared, quantities = [], []
     for name in names:
         if name not in others:
             continue
-        why = _unlike(one[name], two[name])
+        why = unlike(one[name], two[name])
         if why:
             not_compared.append(f"{name}: {why}")
         else:
@@ -129,14 +129,14 @@ def compare(first: xr.Dataset, second: xr.Dataset) -> Comparison:
     )
 
 
-def _common(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+def common_part(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
     """How axes differ, and both archives at the values that both have."""
-    unlike: list[str] = []
+    different: list[str] = []
     places: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
     for dimension in dict.fromkeys((*first.dims, *second.dims)):
         name = str(dimension)
         if (name in first.dims) != (name in second.dims):
-            unlike.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
+            different.append(f"{name}: only in the {'first' if name in first.dims else 'second'}")
             continue
         if first.sizes[name] == second.sizes[name] and _equal(
             _columns(first, name), _columns(second, name)
@@ -148,12 +148,12 @@ def _common(first: xr.Dataset, second: xr.Dataset) -> tuple[list[str], xr.Datase
         places[0][name] = np.array([i for i, _ in pairs], dtype=np.int64)
         places[1][name] = np.array([i for _, i in pairs], dtype=np.int64)
         if len(pairs) == len(one) == len(two):
-            unlike.append(f"{name}: the same {counted(len(one), 'value')} in another order")
+            different.append(f"{name}: the same {counted(len(one), 'value')} in another order")
         else:
-            unlike.append(
+            different.append(
                 f"{name}: {len(pairs)} in both of {counted(len(one), 'value')} and {len(two)}"
             )
-    return unlike, first.isel(places[0]), second.isel(places[1])
+    return different, first.isel(places[0]), second.isel(places[1])
 
 
 def _keys(dataset: xr.Dataset, dimension: str) -> list[Any]:
@@ -178,7 +178,7 @@ def _equal(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
     return len(one) == len(two) and all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
 
 
-def _unlike(one: xr.DataArray, two: xr.DataArray) -> str:
+def unlike(one: xr.DataArray, two: xr.DataArray) -> str:
     """Why values of two variables cannot be compared; empty where they can."""
     if set(one.dims) != set(two.dims):
         return f"over ({', '.join(map(str, one.dims))}) and over ({', '.join(map(str, two.dims))})"

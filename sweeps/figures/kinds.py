@@ -47,6 +47,7 @@ from sweeps.dimensions import PUBLISHED
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
+from sweeps.figures.compared import compared, compared_names
 from sweeps.figures.crank_star import crank_stars, star_names
 from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
@@ -214,6 +215,8 @@ KINDS = (
          "Sobol' indices (engine-dyn sensitivities)", index_names, sensitivities, own_angle=True),
     Kind("outcomes", "status of the designs over two axes",
          "two axes, and designs that failed", outcome_names, outcomes_map),
+    Kind("compared", "two archives in one chart, and their difference in percent",
+         "a second archive (engine-dyn compare --figures)", compared_names, compared),
     Kind("published", "computed against published values", "a scene's [reference]",
          published_names, published, shared=True),
 )  # fmt: skip

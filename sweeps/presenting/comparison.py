@@ -2,12 +2,52 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from sweeps.errors import counted, one_line
+from sweeps.exploring.beside import beside
 from sweeps.exploring.compare import Comparison, Difference
 
-__all__ = ["comparison_text"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["comparison_text", "draw_comparison"]
+
+
+def draw_comparison(
+    first: xr.Dataset, second: xr.Dataset, folder: Path, file_format: str, files: Sequence[Path]
+) -> list[Path]:
+    """Draw what two archives have in common, in one chart with the difference in percent.
+
+    Parameters
+    ----------
+    first, second : Dataset
+        The archives.
+    folder : Path
+        Where the figures go.
+    file_format : str
+        png, svg or pdf.
+    files : sequence of Path
+        Files of both, which legends name them by.
+
+    Returns
+    -------
+    list of Path
+        The figures; none where all is the same.
+    """
+    from sweeps.figures import draw
+    from sweeps.figures.options import options_of
+    from sweeps.presenting.readable_dataset import readable_dataset
+
+    names = [path.stem for path in files]
+    if names[0] == names[1]:
+        names = [str(path.with_suffix("")) for path in files]
+    if names[0] == names[1]:
+        names = ["first", "second"]
+    both = readable_dataset(beside(first, second, names))
+    return draw(both, folder, file_format, options=options_of(only="compared"))
 
 
 def comparison_text(found: Comparison) -> str:
