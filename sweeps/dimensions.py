@@ -6,7 +6,8 @@ Scenes, plans and archives use the same names; each stands here alone.
 from __future__ import annotations
 
 __all__ = [
-    "ARRANGEMENT", "COMPARED", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER", "PUBLISHED",
+    "ARRANGEMENT", "COMPARED", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER",
+    "PUBLISHED",
 ]  # fmt: skip
 
 DESIGN = "design"
