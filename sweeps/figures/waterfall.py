@@ -23,8 +23,8 @@ SPEED, ORDER = "speed", "order"
 LEAST_ROWS, MOST_ROWS = 3, 24
 """Speeds: fewer are told apart as stems side by side, more hide each other."""
 
-OVERLAP = 1.8
-"""Rows that the largest stem reaches over."""
+STEM = 0.95
+"""Of the usual distance of two rows: the height of the largest stem, so that none hides another."""
 
 DRAWN = 2e-3
 """Share of the largest amplitude below which a stem is no more than its base line."""
@@ -75,7 +75,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
 def _height(speeds: Floats, amplitudes: Floats) -> float:
     """Speed that one unit of amplitude is drawn as."""
     gap = float(np.median(np.diff(np.sort(speeds))))
-    return OVERLAP * gap / float(np.nanmax(amplitudes))
+    return STEM * gap / float(np.nanmax(amplitudes))
 
 
 def _rows(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats) -> None:
