@@ -6,7 +6,7 @@ Scenes, plans and archives use the same names; each stands here alone.
 from __future__ import annotations
 
 __all__ = [
-    "ARRANGEMENT", "COMPARED", "DESIGN", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER",
+    "ARRANGEMENT", "COMPARED", "DESIGN", "ENGINE", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER",
     "PUBLISHED",
 ]  # fmt: skip
 
@@ -16,11 +16,14 @@ DESIGN = "design"
 ARRANGEMENT = "arrangement"
 """Dimension of [axes] arrangement, an axis of words."""
 
+ENGINE = "engine"
+"""Dimension of [axes] engine, an axis of words."""
+
 METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
 
-LABELS = ("case",)
-"""Columns of [designs] that hold texts and name the designs."""
+LABELS = ("case", ENGINE, ARRANGEMENT)
+"""Columns of [designs] that hold texts: the name of each design, its engine and arrangement."""
 
 PARAMETER = "parameter"
 """Dimension of elasticities: the parameters that derivatives are taken by, by their keys."""

@@ -23,6 +23,7 @@ from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
+from sweeps.archive.several_engines import about_several, engine_of
 from sweeps.archive.warnings import ATTRIBUTE, Watch
 from sweeps.dimensions import DESIGN, PARAMETER, PUBLISHED
 from sweeps.errors import printable
@@ -47,8 +48,13 @@ __all__ = [
     "to_file_units",
 ]
 
-_LABEL_NAMES = {"case": "name of the design"}
+_LABEL_NAMES = {
+    "case": "name of the design",
+    "engine": "engine",
+    "arrangement": "arrangement of the cylinders",
+}
 _WORD_NAMES = {
+    "engine": "engine",
     "method": "method of the periodic speed",
     "inertia_model": "model of the moment of inertia",
     "arrangement": "arrangement of the cylinders",
@@ -109,6 +115,10 @@ class Labels:
             for name, axis in self.coordinates.items()
             if axis.data is not None and axis.data.dtype.kind in "if"
         }
+        for name in axes:
+            words = self.coordinates.get(f"{name}_name")
+            if words is not None and words.data is not None:
+                axes[name] = "", words.data
         return Watch(self.warnings, self.watched, sizes, axes)
 
 
@@ -144,7 +154,8 @@ def describe(
             variables[name] = Variable(dims, _flags(node, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
-            variables[name] = Variable(dims, _attributes(plan, node), kind=kind, si=node.si)
+            about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
+            variables[name] = Variable(dims, about, kind=kind, si=node.si)
     for name, column in (scene.reference.columns if scene.reference else {}).items():
         node = select(name, *variant_words(scene))
         attributes = _attributes(plan, node)
@@ -176,6 +187,21 @@ def describe(
         plausibility_warnings(plan),
         implausible_results(plan),
     )
+
+
+def _about_several(plan: Plan, name: str) -> dict[str, Any]:
+    """Attributes of a result of several engines: those of the first that has it."""
+    parts = (plan.whole or plan).parts
+    plans = [part.plan for part in parts if name in part.plan.outputs]
+    each = [_attributes(one, select(name, *variant_words(one.scene))) for one in plans]
+    attributes = each[0]
+    if any(other.get("units") != attributes.get("units") for other in each):
+        attributes.pop("units", None)
+        attributes["comment"] = "its unit follows an exponent that the engines do not share"
+    lacking = [engine_of(part) for part in parts if name not in part.plan.outputs]
+    if lacking:
+        attributes["comment"] = f"not of {', '.join(dict.fromkeys(lacking))}"
+    return attributes
 
 
 def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -343,22 +369,12 @@ def _dimension_attributes(node: Node | Dimension) -> dict[str, str]:
 
 def _about(plan: Plan) -> dict[str, Any]:
     """Attributes that say what was computed."""
-    scene, engine = plan.scene, plan.scene.engine
-    given = {
-        name: float(plan.leaves[name].data)
-        for name in PARAMETERS
-        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
-    }
+    scene = plan.scene
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "archive_format": str(ARCHIVE_FORMAT),
         "title": scene.title,
-        "references": "; ".join(engine.sources),
-        "engine": engine.name,
-        "engine_title": engine.title,
-        "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
-        "parameters": json.dumps(given),
-        "arrangement": _arrangements(scene),
+        **(about_several(plan, _about_engine) if plan.parts else _about_engine(plan)),
         "solver": json.dumps(
             {
                 "method": list(scene.methods),
@@ -370,6 +386,24 @@ def _about(plan: Plan) -> dict[str, Any]:
         "axes_without_effect": ", ".join(plan.unused),
     }
     return {key: value for key, value in attributes.items() if value != ""}
+
+
+def _about_engine(plan: Plan) -> dict[str, str]:
+    """Attributes that say what the engine of a plan is."""
+    engine = plan.scene.engine
+    given = {
+        name: float(plan.leaves[name].data)
+        for name in PARAMETERS
+        if name in plan.leaves and not plan.leaves[name].dims and name not in _MARCHING
+    }
+    return {
+        "references": "; ".join(engine.sources),
+        "engine": engine.name,
+        "engine_title": engine.title,
+        "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
+        "parameters": json.dumps(given),
+        "arrangement": _arrangements(plan.scene),
+    }
 
 
 def _arrangements(scene: Scene) -> str:

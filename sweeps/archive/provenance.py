@@ -25,6 +25,7 @@ import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash, threading_layer
 from sweeps.catalogue import PACKAGE
+from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import counted, one_line, printable
 
 if TYPE_CHECKING:
@@ -63,7 +64,12 @@ def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
     return {
         "scene": scene.source,
         "values": {
-            name: _hash_of(values) for name, values in (*scene.axes.items(), *scene.designs.items())
+            name: _hash_of(values)
+            for name, values in (
+                *scene.axes.items(),
+                *scene.designs.items(),
+                *((key, scene.labels[key]) for key in (ENGINE, ARRANGEMENT) if key in scene.labels),
+            )
         },
         "files": {name: sha256(data) for name, data in _by_name(scene).items()},
         "versions": versions(),
@@ -354,6 +360,8 @@ def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
     """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa]."""
+    if scene.beside:
+        return [one for part in scene.beside for one in _diagrams(part.scene)]
     diagrams = scene.engine.family.diagrams if scene.indicator is None else (scene.indicator,)
     return [
         {

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.plausibility.usual_ranges import RESULT_CHECKS, Check
 from sweeps.dimensions import DESIGN
-from sweeps.errors import counted
+from sweeps.errors import counted, one_line
 from sweeps.reading.netcdf_files import opened_archive
 
 __all__ = ["ATTRIBUTE", "Watch", "lines_of", "of_results"]
@@ -118,5 +118,7 @@ class Watch:
                 at.append(f"design {index + 1}")
             elif dimension in self._axes:
                 unit, values = self._axes[dimension]
-                at.append(f"{dimension} = {values[index]:.6g} {unit}".rstrip())
+                value = values[index]
+                shown = one_line(value) if isinstance(value, str) else f"{value:.6g}"
+                at.append(f"{dimension} = {shown} {unit}".rstrip())
         return f"{seen.count} of {counted(size, 'value')}, the worst at {', '.join(at)}"

@@ -14,6 +14,7 @@ from typing import Any
 
 import click
 
+from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import SceneError, one_line, plain_number
 from sweeps.ratios import number_or_ratio
 
@@ -130,6 +131,11 @@ def new_points(text: str) -> tuple[str, list[float]]:
         found = [number_or_ratio(value) for value in values.split(",")]
     except ValueError:
         found = []
+    if name.strip() in (ENGINE, ARRANGEMENT):
+        raise SceneError(
+            f"--axis {name.strip()}: an archive gets no further {name.strip()}; run a scene with "
+            "all of them"
+        )
     if not name.strip() or not found or not all(math.isfinite(value) for value in found):
         raise SceneError(
             f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"

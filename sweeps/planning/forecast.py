@@ -15,7 +15,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.speed.methods import CLOSURES, METHOD_NAMES, STEPPING
 from engine_dyn.speed.results import CURVE_NAMES
-from sweeps.dimensions import DESIGN
+from sweeps.dimensions import ARRANGEMENT, DESIGN, ENGINE
 from sweeps.errors import counted, size_text
 from sweeps.planning.blocks import block_count, cut
 from sweeps.planning.leaves import LOOKED_AT, cycles_known
@@ -47,6 +47,8 @@ WIDTH = 100
 
 def text(plan: Plan) -> str:
     """Describe a plan for people: how often each stage is computed, what is skipped and why."""
+    if plan.parts:
+        return _text_of_several(plan)
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions) or "none"
     wide = max(22, *(len(stage.node.name) + 1 for stage in plan.stages))
@@ -67,6 +69,37 @@ def text(plan: Plan) -> str:
         "",
         f"archive about {size_text(plan.output_bytes)} uncompressed, "
         f"memory for all of it at once about {size_text(memory_bytes(plan))}{block}, "
+        f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
+    ]
+    return "\n".join(lines)
+
+
+def _text_of_several(plan: Plan) -> str:
+    """Describe a plan of several engines: what each takes, and all of them together."""
+    scene = plan.scene
+    axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions)
+    lines = [
+        f"{scene.title}: {counted(plan.designs, 'design')} of "
+        f"{len(plan.parts)} engines or arrangements, each computed as if it were alone",
+        f"axes: {axes}",
+    ]
+    for part in plan.parts:
+        place = [f"{key} {scene.axes[key][number]}" for key, number in part.at.items()]
+        if part.rows is not None:
+            place += [f"{key} {scene.labels[key][part.rows[0]]}" for key in (ENGINE, ARRANGEMENT)
+                      if key in scene.labels]  # fmt: skip
+        lines += ["", f"{', '.join(place)}:", *(f"  {line}".rstrip() for line in
+                                                text(part.plan).splitlines()[1:])]  # fmt: skip
+        lacking = [name for name in plan.outputs if name not in part.plan.outputs]
+        if lacking:
+            lines.append(f"  missing, because this engine has not what they need: "
+                         f"{', '.join(lacking)}")  # fmt: skip
+    pieces = block_count(plan, cut(plan))
+    lines += [
+        "",
+        f"all together: archive about {size_text(plan.output_bytes)} uncompressed, memory for all "
+        f"of it at once about {size_text(memory_bytes(plan))}"
+        f"{f' in {pieces} blocks' if pieces > 1 else ''}, "
         f"time about {seconds(plan):.1g} s (first run of this version: compiling besides)",
     ]
     return "\n".join(lines)
@@ -96,6 +129,8 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     The work of a plan times the seconds that a piece of it takes, see `sweeps.planning.rates`.
     """
     cores = cores or psutil.cpu_count() or 1
+    if plan.parts:
+        return sum(seconds_of_computing(part.plan, cores) for part in plan.parts)
     return sum(
         count * SECONDS[name] / (1 if name in SERIAL else cores)
         for name, count in work_of(plan).items()

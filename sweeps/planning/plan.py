@@ -19,6 +19,7 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
+from engine_dyn.types import Integers
 from sweeps.dimensions import DESIGN, PARAMETER
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import (
@@ -28,13 +29,15 @@ from sweeps.planning.elasticities import (
     plan_elasticities,
 )
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
+from sweeps.planning.points_of_several import points_of_several
 from sweeps.scene.keywords import Tables, tables_in_signature
+from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 from sweeps.scene.representations import html_tables, named_some
 from sweeps.scene.variants import variant_words
 
-__all__ = ["Plan", "Stage", "make_plan", "plan"]
+__all__ = ["Part", "Plan", "Stage", "make_plan", "plan"]
 
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
@@ -88,6 +91,9 @@ class Plan:
         Which part: JSON; see `sweeps.planning.shards`.
     elasticities : Elasticities, optional
         What is computed for elasticities; their variables are among stages and outputs.
+    parts : tuple of Part
+        Plans of the ordinary scenes that a scene of several engines consists of; empty for an
+        ordinary one. Stages are then those of all parts, and it is the parts that are computed.
     """
 
     scene: Scene
@@ -102,10 +108,11 @@ class Plan:
     whole: Plan | None = None
     piece: str = ""
     elasticities: Elasticities | None = None
+    parts: tuple[Part, ...] = ()
 
     def __repr__(self) -> str:
         return (
-            f"<Plan of '{one_line(self.scene.title, 60)}': engine {self.scene.engine.name}; "
+            f"<Plan of '{one_line(self.scene.title, 60)}': engine {self.scene.engine_names}; "
             f"{self.scene.varying}; {named_some(self.outputs)}, "
             f"{size_text(self.output_bytes)} uncompressed>"
         )
@@ -113,7 +120,7 @@ class Plan:
     def _repr_html_(self) -> str:
         unused = ", ".join((*self.unused, *self.unused_settings))
         rows = [
-            ("engine", f"{self.scene.engine.name}: {self.scene.engine.title}"),
+            *(("engine", f"{engine.name}: {engine.title}") for engine in self.scene.engines),
             ("varies", self.scene.varying),
             ("archive", f"{', '.join(self.outputs)}; {size_text(self.output_bytes)} uncompressed"),
             *([("nothing depends on", unused)] if unused else []),
@@ -153,6 +160,28 @@ class Plan:
     def wanted(self, stage: Stage) -> tuple[str, ...]:
         """Results of a stage that the plan uses."""
         return tuple(name for name in stage.node.gives if self.has(name))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One ordinary scene out of several, and where its results belong.
+
+    Attributes
+    ----------
+    plan : Plan
+        Its plan.
+    at : mapping of int
+        Its place along the axes `engine` and `arrangement`, those of them that there are.
+    rows : ndarray of int, optional
+        Its rows along `design`, rising; None where it has all of them.
+    points : dict of ndarray
+        Places of its points among those of all parts, along the dimensions that quantities add.
+    """
+
+    plan: Plan
+    at: Mapping[str, int]
+    rows: Integers | None
+    points: Mapping[str, Integers]
 
 
 def _bytes(name: str, size: int) -> int:
@@ -201,6 +230,8 @@ def make_plan(scene: Scene) -> Plan:
         Where a value that is needed is given by neither scene nor engine, or a quantity needs
         throws and no firing order is known.
     """
+    if scene.beside:
+        return _plan_of_several(scene)
     words = variant_words(scene)
     given = given_values(scene, words)
     points = points_of(scene, given)
@@ -253,6 +284,69 @@ def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
         outputs=(*plan.outputs, *(stage.node.name for stage in more)),
         elasticities=found,
     )
+
+
+def _plan_of_several(scene: Scene) -> Plan:
+    """Plan of a scene of several engines: the plans of all, and the dimensions of what they give.
+
+    Quantities that one of them has not are left out there; one that none has is refused.
+    """
+    plans: list[Plan] = []
+    refused: dict[str, SceneError] = {}
+    for one in scene.beside:
+
+        def planned(asked: Sequence[str], ordinary: Scene = one.scene) -> Plan:
+            return make_plan(replace(ordinary, quantities=tuple(asked)))
+
+        made, missing = those_possible(one.scene.quantities, planned)
+        refused = {**missing, **refused}
+        plans.append(made)
+    for quantity, error in refused.items():
+        if not any(quantity in made.outputs for made in plans):
+            raise error
+    points, places = points_of_several([made.points for made in plans])
+    sizes = _sizes(scene) | {name: len(values) for name, values in points.items()}
+    stages = _stages_of_several(scene, plans, sizes)
+    outputs = [name for name in scene.quantities if name in stages]
+    if any("status" in made.outputs for made in plans):
+        outputs += [] if "status" in outputs else ["status"]
+    names = {name: None for made in plans for name in made.leaves}
+    leaves = {name: next(p.leaves[name] for p in plans if name in p.leaves) for name in names}
+    return Plan(
+        scene, leaves, tuple(stages.values()), points, sizes, tuple(outputs),
+        tuple(n for n in plans[0].unused if all(n in made.unused for made in plans)),
+        tuple(n for n in plans[0].unused_settings
+              if n in scene.settings and all(n in made.unused_settings for made in plans)),
+        frozenset(d for made in plans for d in made.of_tables) | _telling_apart(scene),
+        parts=tuple(
+            Part(made, one.at, one.rows, own)
+            for made, one, own in zip(plans, scene.beside, places, strict=True)
+        ),
+    )  # fmt: skip
+
+
+def _telling_apart(scene: Scene) -> frozenset[str]:
+    """Dimensions along which the ordinary scenes lie."""
+    found = {key for one in scene.beside for key in one.at}
+    return frozenset(found | ({DESIGN} if scene.beside[0].rows is not None else set()))
+
+
+def _stages_of_several(
+    scene: Scene, plans: Sequence[Plan], sizes: Mapping[str, int]
+) -> dict[str, Stage]:
+    """Stages of all plans, each on the dimensions that it has in any of them."""
+    own = _telling_apart(scene)
+    dims: dict[str, set[str]] = {}
+    nodes: dict[str, Node] = {}
+    for made in plans:
+        for stage in made.stages:
+            nodes.setdefault(stage.node.name, stage.node)
+            dims.setdefault(stage.node.name, set(own)).update(stage.dims)
+    found = {}
+    for name, node in nodes.items():
+        ordered = tuple(d for d in (*scene.dimensions, *DIMENSIONS) if d in dims[name])
+        found[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
+    return found
 
 
 class _Ancestors:

@@ -38,7 +38,8 @@ _known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
 
 def silenced(scene: Scene) -> frozenset[str]:
     """Names of measures that scene or engine silence; `all` is every one."""
-    return frozenset((*scene.silenced_warnings, *scene.engine.silenced_warnings))
+    of_engines = [frozenset(engine.silenced_warnings) for engine in scene.engines]
+    return frozenset(scene.silenced_warnings).union(frozenset.intersection(*of_engines))
 
 
 def implausible_results(plan: Plan) -> dict[str, Check]:
@@ -59,6 +60,14 @@ def plausibility_warnings(plan: Plan) -> tuple[str, ...]:
 
 
 def _lines(plan: Plan) -> list[str]:
+    if plan.parts:
+        return list(dict.fromkeys(
+            f"{line}; engine {part.plan.scene.engine.name}"
+            if f"engine {part.plan.scene.engine.name}" not in line
+            else line
+            for part in plan.parts
+            for line in plausibility_warnings(part.plan)
+        ))  # fmt: skip
     off = silenced(plan.scene)
     if "all" in off:
         return []

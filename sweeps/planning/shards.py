@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +19,7 @@ from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, counted
 from sweeps.planning.elasticities import Elasticities
 from sweeps.planning.leaves import Value
-from sweeps.planning.plan import Plan
+from sweeps.planning.plan import Part, Plan
 
 __all__ = ["part", "shard"]
 
@@ -54,6 +55,14 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
         return np.take(data, places, axis=dims.index(axis)) if axis in dims else data
 
     sizes = {**plan.sizes, axis: len(places)}
+    if plan.parts:
+        stages = tuple(
+            replace(stage, size=math.prod(sizes[d] for d in stage.dims)) for stage in plan.stages
+        )
+        return replace(
+            plan, scene=_scene_of(plan, axis, places), stages=stages, sizes=sizes, whole=plan,
+            piece=piece, parts=_parts_of(plan.parts, axis, places),
+        )  # fmt: skip
     return replace(
         plan,
         scene=_scene_of(plan, axis, places),
@@ -96,6 +105,29 @@ def _elasticities_of(plan: Plan, axis: str, places: Integers) -> Elasticities | 
         for one in found.changed
     )
     return replace(found, changed=tuple(changed))
+
+
+def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:
+    """Of several engines: those that lie in a part of all designs, and their part of it."""
+    found = []
+    for one in parts:
+        if axis in one.at:
+            here = np.flatnonzero(places == one.at[axis])
+            if here.size:
+                found.append(replace(one, at={**one.at, axis: int(here[0])}))
+        elif axis == DESIGN and one.rows is not None:
+            rows = np.flatnonzero(np.isin(places, one.rows))
+            if not rows.size:
+                continue
+            own = np.searchsorted(one.rows, places[rows])
+            varies = DESIGN in one.plan.scene.dimensions
+            made = part(one.plan, DESIGN, own, "") if varies else one.plan
+            found.append(replace(one, rows=rows, plan=made))
+        elif axis in one.plan.scene.dimensions:
+            found.append(replace(one, plan=part(one.plan, axis, places, "")))
+        else:
+            found.append(one)
+    return tuple(found)
 
 
 def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:

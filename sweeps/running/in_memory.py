@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -25,6 +26,7 @@ from sweeps.planning.memory import check_memory
 from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.running.elasticities import Results, differences
 from sweeps.running.progress import progress_bar
+from sweeps.running.side_by_side import computed_side_by_side
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -129,6 +131,7 @@ def computed(
     *,
     progress: bool = False,
     threads: int | None = None,
+    all_in_each: bool = False,
 ) -> Iterator[tuple[Block, dict[str, npt.NDArray[Any]]]]:
     """Compute some blocks of a plan, one after the other.
 
@@ -145,6 +148,8 @@ def computed(
         Show a progress bar.
     threads : int, optional
         As many as the machine has processors, unless given.
+    all_in_each : bool
+        Whether every block has all outputs, also those that are the same in several blocks.
 
     Yields
     ------
@@ -152,6 +157,10 @@ def computed(
         The block, and the outputs that it contains (see `blocks.holds`), in SI units: the same
         bits however the plan is cut.
     """
+    if plan.parts:
+        compute_part = partial(computed, progress=progress, threads=threads, all_in_each=True)
+        yield from computed_side_by_side(plan, lengths, chosen, compute_part)
+        return
     family = plan.leaves["family"].data
     if isinstance(family, CycleTable):
         family.use_threads(threads)
@@ -166,12 +175,12 @@ def computed(
         values = _computed(plan, once, plan.leaves, {}, bars, threads)
         for block in chosen:
             here = _computed(plan, each, values, block, bars, threads)
-            if not each:
+            if not (each or all_in_each):
                 values = {}
             results = {
                 name: _filled(here.pop(name).si, dims[name], block, plan)
                 for name in outputs
-                if holds(block, dims[name])
+                if all_in_each or holds(block, dims[name])
             }
             here = {}  # only the outputs stay in memory while the caller uses them
             if elasticities is not None:

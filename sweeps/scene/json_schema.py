@@ -68,6 +68,7 @@ def scene_schema() -> Schema:
         {
             **{name: _axis(name) for name in free},
             "arrangement": {**several, "description": CYLINDER_KEYS["arrangement"]},
+            "engine": {**list_of(text_schema(ENGINE_TEXT)), "uniqueItems": True},
         }
     )
     properties["designs"] = {
@@ -105,6 +106,15 @@ def scene_schema() -> Schema:
         "required": ["number"],
     }
 
+    schema["anyOf"] = [
+        {"required": ["engine"]},
+        *(
+            {"required": [table], "properties": {table: {"required": ["engine"]}}}
+            for table in ("axes", "designs")
+        ),
+        # The columns of a file are not known here.
+        {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
+    ]
     solver = tables["Solver"]["properties"]
     solver["method"] |= _one_or_several(METHOD_NAMES)
     solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
@@ -138,6 +148,9 @@ def scene_schema() -> Schema:
         **schema,
         "$defs": {**tables, **parameters},
     }
+
+
+ENGINE_TEXT = "an engine of the catalogue or the path of an engine file"
 
 
 def _axis(name: str) -> Schema:

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.pressure.diagram import Diagram
-from engine_dyn.types import Floats
+from engine_dyn.types import Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import counted, one_line
 from sweeps.reading.torque_tables import TorqueTables
@@ -23,7 +24,7 @@ from sweeps.scene.representations import ends, html_tables, named_some, unit_aft
 from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
 
-__all__ = ["Reference", "Scene"]
+__all__ = ["Beside", "Reference", "Scene"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +113,9 @@ class Scene(GivenValues):
     files : dict of bytes
         The engine's file and all others that were read, but tables of designs: their columns are
         coordinates.
+    beside : tuple of Beside
+        The ordinary scenes that a scene of several engines or arrangements consists of; empty for
+        an ordinary one. Then `engine` is the first of them.
     """
 
     title: str
@@ -145,14 +149,15 @@ class Scene(GivenValues):
     path: Path | None
     folder: str
     files: Mapping[str, bytes]
+    beside: tuple[Beside, ...] = ()
 
     def __repr__(self) -> str:
-        title, engine = one_line(self.title, 60), one_line(self.engine.name, 60)
+        title, engine = one_line(self.title, 60), one_line(self.engine_names, 60)
         asked = named_some(self.quantities)
         return f"<Scene '{title}': engine {engine}; {self.varying}; {asked}>"
 
     def _repr_html_(self) -> str:
-        rows = [("engine", f"{self.engine.name}: {self.engine.title}")]
+        rows = [("engine", f"{engine.name}: {engine.title}") for engine in self.engines]
         rows += [(key, f"{v:.10g}{unit_after(key)}") for key, v in self.settings.items()]
         rows += [(key, ends(values) + unit_after(key)) for key, values in self.axes.items()]
         rows += [(key, named_some(texts)) for key, texts in self.labels.items()]
@@ -163,6 +168,17 @@ class Scene(GivenValues):
             ("method", ", ".join(self.methods)),
         ]
         return html_tables(f"Scene: {self.title}", rows)
+
+    @property
+    def engines(self) -> tuple[Engine, ...]:
+        """Engines of the scene, each once; one for an ordinary scene."""
+        found = {one.scene.engine.name: one.scene.engine for one in self.beside}
+        return tuple(found.values()) or (self.engine,)
+
+    @property
+    def engine_names(self) -> str:
+        """Names of the engines, with commas."""
+        return ", ".join(engine.name for engine in self.engines)
 
     @property
     def varying(self) -> str:
@@ -177,3 +193,22 @@ class Scene(GivenValues):
     def described(self) -> tuple[Cylinders, ...]:
         """Cylinders that scene or engine say more of than their number."""
         return (*filter(None, (self.own_cylinders,)), *self.arrangements)
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """One of the ordinary scenes that a scene of several engines or arrangements consists of.
+
+    Attributes
+    ----------
+    scene : Scene
+        It asks for the quantities that its engine has.
+    at : mapping of int
+        Its place along the axes `engine` and `arrangement`, those of them that there are.
+    rows : ndarray of int, optional
+        Its rows of [designs], rising; None where it has all of them.
+    """
+
+    scene: Scene
+    at: Mapping[str, int]
+    rows: Integers | None

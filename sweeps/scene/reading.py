@@ -8,15 +8,16 @@ key, the value and what is allowed.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
+from engine_dyn.types import Floats
 from sweeps.catalogue import SCENES
 from sweeps.checks import check_structure, plain, shortened
-from sweeps.dimensions import DESIGN
+from sweeps.dimensions import DESIGN, INERTIA_MODEL, METHOD
 from sweeps.errors import SceneError, not_known, one_line, shown
 from sweeps.reading.cylinder_keys import read_cylinder_keys
 from sweeps.reading.engine_files import load_engine
@@ -33,10 +34,17 @@ from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.designs import read_designs_table
+from sweeps.scene.engine_choices import (
+    EngineChoice,
+    EngineChoices,
+    check_engine_given,
+    engine_choices,
+)
 from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
-from sweeps.scene.model import Scene
+from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.model import Beside, Scene
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reference import read_reference
 from sweeps.scene.sample import with_sample
@@ -160,8 +168,18 @@ def scene_of(
     """
     with kept_files(files, base, instead) as read, _sample_named(raw):
         tables, sample = with_sample(raw, name, columns)
+        check_engine_given(raw, name)
         given = check_structure(SceneFile, tables, name)
-        scene = _assembled(given, tables, name, base, path)
+        designs, labels = read_designs_table(given.designs, name, base)
+        choices = engine_choices(given, tables, name, base, designs, labels)
+        if choices is not None:
+
+            def read_one(one: dict[str, Any], its_name: str) -> Scene:
+                return scene_of(one, its_name, base, path, files, instead)
+
+            scene = _together(choices, given, tables, read_one, designs, labels)
+            return replace(scene, sample=sample, source=shortened(raw))
+        scene = _assembled(given, tables, name, base, path, designs, labels)
         check_scene(scene, name)
         if given.reference is not None:
             published = read_reference(given.reference.file, scene, base, name)
@@ -198,16 +216,57 @@ def _find(scene: str | Path) -> tuple[Path, str]:
     return path, text
 
 
+def _together(
+    choices: EngineChoices, given: SceneFile, raw: Mapping[str, Any],
+    read_one: Callable[[dict[str, Any], str], Scene],
+    designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
+) -> Scene:  # fmt: skip
+    """Scene of several engines or arrangements: an ordinary scene for each, and the axes of all."""
+    each: list[Beside] = []
+    refused: dict[str, SceneError] = {}
+    for choice in choices.each:
+
+        def read(asked: Sequence[str], choice: EngineChoice = choice) -> Scene:
+            output = {**choice.raw["output"], "quantities": list(asked)}
+            return read_one({**choice.raw, "output": output}, choice.name)
+
+        scene, missing = those_possible(given.output.quantities, read)
+        refused = {**missing, **refused}
+        each.append(Beside(scene, choice.at, choice.rows))
+    for quantity, error in refused.items():
+        if not any(quantity in one.scene.quantities for one in each):
+            raise error
+    first = each[0].scene
+    axes = {key: first.axes[key] if words is None else words for key, words in choices.axes.items()}
+    of_solver = {key: first.axes[key] for key in (METHOD, INERTIA_MODEL) if key in first.axes}
+    engines = {one.scene.engine.title: None for one in each}
+    return replace(
+        first,
+        title=one_line(given.title or f"Scene on {'; '.join(engines)}"),
+        settings={key: value for key, value in first.settings.items() if key in given.set},
+        axes={**axes, **of_solver},
+        dimensions=_dimensions(axes, raw, of_solver),
+        designs=designs,
+        labels=labels,
+        quantities=tuple(given.output.quantities),
+        files={key: data for one in each for key, data in one.scene.files.items()},
+        confidential=tuple(dict.fromkeys(n for one in each for n in one.scene.confidential)),
+        own_cylinders=None,
+        beside=tuple(each),
+    )
+
+
 def _assembled(
-    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path, path: Path | None
-) -> Scene:
+    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path, path: Path | None,
+    designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
+) -> Scene:  # fmt: skip
     """Read the tables one by one and put them together; references to published values are not."""
+    assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
     axes, arrangements = read_axes(given.axes, cylinder_keys, name)
-    designs, labels = read_designs_table(given.designs, name, base)
     solver = read_solver(given.solver, name)
     values = GivenValues(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs

@@ -117,8 +117,10 @@ class SceneFile(Strict):
     """Tables and keys of a scene, before parameters and quantities are looked at."""
 
     title: str | None = Field(default=None, description="a text")
-    engine: str = Field(
-        description="a text: an engine of the catalogue or the path of an engine file"
+    engine: str | list[str] | None = Field(
+        default=None,
+        description="a text: an engine of the catalogue or the path of an engine file; several as "
+        "a list, here or in [axes] or [designs]",
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")

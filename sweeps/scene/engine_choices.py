@@ -1,0 +1,345 @@
+"""Several engines or arrangements in one scene: one ordinary scene for each of them.
+
+`engine` and `arrangement` may be axes or columns of [designs]. The number of cylinders follows from
+each arrangement, and quantities that an engine has not are missing there. So such a scene is a list
+of ordinary scenes, which are put together at the labels; `EngineChoice` says what is another in
+each, and where its results belong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.engine import Engine
+from engine_dyn.types import Floats, Integers
+from sweeps.checks import mentioned
+from sweeps.dimensions import ARRANGEMENT, ENGINE
+from sweeps.errors import SceneError, counted, shown
+from sweeps.reading.cylinder_keys import (
+    ArrangementTable,
+    arrangement_of,
+    name_of,
+    read_arrangement,
+    read_cylinder_keys,
+)
+from sweeps.reading.engine_files import engine_path, load_engine
+from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.toml_tables import SceneFile
+
+__all__ = ["EngineChoice", "EngineChoices", "check_engine_given", "engine_choices"]
+
+MOST = 200
+"""Ordinary scenes that one scene may consist of."""
+
+_OF_ONE_ENGINE = ("reference", "measured")
+"""Tables that are about one engine."""
+
+
+@dataclass(frozen=True)
+class EngineChoice:
+    """One engine and one arrangement out of several.
+
+    Attributes
+    ----------
+    raw : dict
+        Tables of the ordinary scene.
+    name : str
+        What messages call it.
+    at : mapping of int
+        Its place along the axes `engine` and `arrangement`, those of them that there are.
+    rows : ndarray of int, optional
+        Its rows of [designs]; None where they are not told apart by engine or arrangement.
+    """
+
+    raw: dict[str, Any]
+    name: str
+    at: Mapping[str, int]
+    rows: Integers | None
+
+
+@dataclass(frozen=True)
+class EngineChoices:
+    """All of them, and the axes of words that they make, in the order of the scene's axes.
+
+    Attributes
+    ----------
+    each : tuple of EngineChoice
+        At least one.
+    axes : dict
+        Axes of the scene in order: texts of `engine` and `arrangement`, None for all others.
+    """
+
+    each: tuple[EngineChoice, ...]
+    axes: Mapping[str, tuple[str, ...] | None]
+
+
+@dataclass(frozen=True)
+class _One:
+    """An engine or an arrangement as given, and what it is called."""
+
+    given: Any
+    text: str
+
+
+def engine_choices(
+    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
+    designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]],
+) -> EngineChoices | None:  # fmt: skip
+    """Take a scene of several engines or arrangements apart; None for an ordinary scene.
+
+    Parameters
+    ----------
+    given : SceneFile
+        The scene, its structure checked.
+    raw : mapping
+        The same as it was read.
+    name : str
+        The scene as messages call it.
+    base : Path
+        Folder where paths in the scene start from.
+    designs, labels : mapping
+        Columns of [designs].
+
+    Raises
+    ------
+    SceneError
+        For engines that are unknown or given twice, arrangements that no engine has, and keys that
+        do not go with several of them.
+    """
+    engines = _engine_axis(given, name, base)
+    _check_once(given, labels, name)
+    of_rows = {key: labels[key] for key in (ENGINE, ARRANGEMENT) if key in labels}
+    if ENGINE in of_rows:
+        for row, text in _first_rows(of_rows[ENGINE]):
+            load_engine(text, base, f"{name}: [designs] engine, row {row}")
+    several = _arrangements(given, name)
+    if engines is None and not of_rows and not _differ(several, given, name, base):
+        return None
+    for table in _OF_ONE_ENGINE:
+        if getattr(given, table) is not None:
+            raise SceneError(f"{name}: [{table}]: is about one engine; the scene has several")
+    if several or ARRANGEMENT in of_rows:
+        _check_cylinders(given, designs, name)
+    axes: dict[str, tuple[str, ...] | None] = {}
+    if engines is not None and ENGINE not in given.axes:
+        axes[ENGINE] = tuple(one.text for one in engines)
+    for key in given.axes:
+        axes[key] = None
+        if key == ENGINE and engines is not None:
+            axes[key] = tuple(one.text for one in engines)
+        elif key == ARRANGEMENT:
+            axes[key] = tuple(one.text for one in several)
+    each = [
+        _choice(given, raw, name, base, designs, labels, engine, arrangement, rows)
+        for engine in (list(enumerate(engines)) if engines else [(-1, None)])
+        for arrangement in (list(enumerate(several)) if several else [(-1, None)])
+        for rows in _groups(of_rows)
+    ]
+    if len(each) > MOST:
+        raise SceneError(
+            f"{name}: {counted(len(each), 'combination')} of engines and arrangements; must be at "
+            f"most {MOST}"
+        )
+    return EngineChoices(tuple(each), axes)
+
+
+# --- what is given -------------------------------------------------------------------------------
+
+
+def _engine_axis(given: SceneFile, name: str, base: Path) -> list[_One] | None:
+    """Engines of a list at the top or of [axes]; None without one."""
+    where = f"{name}: engine"
+    texts: Any = given.engine if isinstance(given.engine, list) else None
+    if ENGINE in given.axes:
+        where, texts = f"{name}: [axes] engine", given.axes[ENGINE]
+    if texts is None:
+        return None
+    if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
+        raise SceneError(
+            f"{where} = {shown(texts)}: must be a list of texts: engines of the catalogue or paths "
+            "of engine files"
+        )
+    seen: dict[Path, int] = {}
+    for number, text in enumerate(texts, start=1):
+        path, _ = engine_path(text, base, f"{where} number {number}")
+        try:
+            real = path.resolve()
+        except (OSError, ValueError, RuntimeError):  # opening the file says what is wrong
+            real = path
+        if real in seen:
+            raise SceneError(
+                f"{where}: duplicate {shown(text)}: the same engine as number {seen[real]}; "
+                "engines must be unique"
+            )
+        seen[real] = number
+        load_engine(text, base, f"{where} number {number}")
+    return [_One(text, text) for text in texts]
+
+
+def _check_once(given: SceneFile, labels: Mapping[str, Sequence[str]], name: str) -> None:
+    """Check that engine and arrangement are each given in one place."""
+    engines = {
+        "at the top": given.engine is not None,
+        "in [axes]": ENGINE in given.axes,
+        "in [designs]": ENGINE in labels,
+    }
+    places = [place for place, is_there in engines.items() if is_there]
+    if len(places) > 1:
+        raise SceneError(f"{name}: engine: given {' and '.join(places)}; give it once")
+    if not places:
+        raise _no_engine(name)
+    arrangements = {
+        "[set]": ARRANGEMENT in given.set,
+        "[axes]": ARRANGEMENT in given.axes,
+        "[designs]": ARRANGEMENT in labels,
+    }
+    places = [place for place, is_there in arrangements.items() if is_there]
+    if len(places) > 1 and "[designs]" in places:
+        raise SceneError(f"{name}: arrangement: given in {' and '.join(places)}; give it once")
+
+
+def check_engine_given(raw: Mapping[str, Any], name: str) -> None:
+    """Check that a scene without wrong keys names an engine, as far as its tables tell.
+
+    Raises
+    ------
+    SceneError
+        Where it does not.
+    """
+    fields = SceneFile.model_fields
+    axes = raw.get("axes")
+    in_axes = isinstance(axes, Mapping) and ENGINE in axes
+    if set(raw) <= set(fields) and not (ENGINE in raw or "designs" in raw or in_axes):
+        raise _no_engine(name)
+
+
+def _no_engine(name: str) -> SceneError:
+    what = SceneFile.model_fields[ENGINE].description
+    return SceneError(f"{name}: engine: missing; must be {what}")
+
+
+def _arrangements(given: SceneFile, name: str) -> list[_One]:
+    """Arrangements of [axes]; those of one number of cylinders or of several."""
+    if ARRANGEMENT not in given.axes:
+        return []
+    keys = read_cylinder_keys(given.set, f"{name}: [set] ")
+    several = read_arrangement_axis(given.axes[ARRANGEMENT], keys, name)
+    raw = given.axes[ARRANGEMENT]
+    return [_One(r, name_of(one)) for r, one in zip(raw, several, strict=True)]
+
+
+def _differ(several: Sequence[_One], given: SceneFile, name: str, base: Path) -> bool:
+    """Whether arrangements have other numbers of cylinders than the scene, so that these follow.
+
+    A scene that gives numbers of cylinders itself is left as it is: these must fit.
+    """
+    if not several or "cylinders" in given.set or "cylinders" in given.axes:
+        return False
+    if isinstance((given.designs or {}).get("cylinders"), list | np.ndarray):
+        return False
+    assert isinstance(given.engine, str)
+    engine = load_engine(given.engine, base, f"{name}: engine")
+    try:
+        counts = {_count(one.given, engine, name) for one in several}
+    except SceneError:
+        return False  # the ordinary scene says what is wrong
+    return counts != {int(engine.values["cylinders"])}
+
+
+def _count(arrangement: Any, engine: Engine, where: str) -> int:
+    """Number of cylinders of an arrangement."""
+    read: str | ArrangementTable = read_arrangement(arrangement, where)
+    try:
+        return len(arrangement_of(read, engine.period).cylinders)
+    except ValueError as error:
+        raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def _check_cylinders(given: SceneFile, designs: Mapping[str, Floats], name: str) -> None:
+    """Check that nothing gives the number of cylinders beside arrangements that have several."""
+    for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
+        if "cylinders" in keys:
+            raise SceneError(
+                f"{name}: [{table}] cylinders: not allowed here; follows from each arrangement"
+            )
+
+
+def _first_rows(texts: Sequence[str]) -> list[tuple[int, str]]:
+    """Each text with the number of the first row that has it, from 1."""
+    first: dict[str, int] = {}
+    for row, text in enumerate(texts, start=1):
+        first.setdefault(text, row)
+    return [(row, text) for text, row in first.items()]
+
+
+def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[tuple[dict[str, str], Integers | None]]:
+    """Rows of [designs] with the same engine and arrangement, in the order in which they come."""
+    if not of_rows:
+        return [({}, None)]
+    found: dict[tuple[str, ...], list[int]] = {}
+    for row, texts in enumerate(zip(*of_rows.values(), strict=True)):
+        found.setdefault(texts, []).append(row)
+    return [
+        (dict(zip(of_rows, texts, strict=True)), np.array(rows, dtype=np.int64))
+        for texts, rows in found.items()
+    ]
+
+
+# --- ordinary scenes -----------------------------------------------------------------------------
+
+
+def _choice(
+    given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
+    designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]],
+    engine: tuple[int, _One | None], arrangement: tuple[int, _One | None],
+    group: tuple[dict[str, str], Integers | None],
+) -> EngineChoice:  # fmt: skip  # what varies, and the scene that it varies in
+    """One engine and one arrangement as an ordinary scene."""
+    words, rows = group
+    text: Any = engine[1].given if engine[1] is not None else words.get(ENGINE, given.engine)
+    own = arrangement[1].given if arrangement[1] is not None else words.get(ARRANGEMENT)
+    at = {
+        key: place for key, (place, one) in ((ENGINE, engine), (ARRANGEMENT, arrangement))
+        if one is not None
+    }  # fmt: skip
+    what = []
+    if engine[1] is not None or ENGINE in words:
+        what.append(f"engine {shown(text)}")
+    if own is not None:
+        what.append(f"arrangement {shown(name_of(read_arrangement(own, name)))}")
+    named = f"{name}, {', '.join(what)}"
+    made: dict[str, Any] = {"engine": text}
+    for key, table in raw.items():
+        if key == "axes":
+            made[key] = {k: v for k, v in table.items() if k not in (ENGINE, ARRANGEMENT)}
+        elif key == "designs" and table is not None:
+            columns = _rows_of(designs, labels, rows)
+            if columns:
+                made[key] = columns
+        elif key not in ("engine", "sample"):
+            made[key] = table
+    if own is not None:
+        loaded = load_engine(text, base, f"{name}: engine")
+        count = _count(own, loaded, named)
+        made["set"] = {**made.get("set", {}), "cylinders": count, ARRANGEMENT: own}
+    return EngineChoice(made, named, at, rows)
+
+
+def _rows_of(
+    designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]], rows: Integers | None
+) -> dict[str, Any]:
+    """[designs] with some rows; empty where only engine and arrangement are in it."""
+    if not designs:
+        return {}
+    columns: dict[str, Any] = {}
+    for key, column in designs.items():
+        columns[key] = column if rows is None else column[rows]
+    for key, texts in labels.items():
+        if key not in (ENGINE, ARRANGEMENT):
+            columns[key] = list(texts) if rows is None else [texts[row] for row in rows]
+    return columns
