@@ -42,13 +42,18 @@ def about_several(plan: Plan, about: Callable[[Plan], Mapping[str, str]]) -> dic
             dict.fromkeys(source for a in first.values() for source in a["references"].split("; "))
         ),
         "engine": ", ".join(first),
-        "engine_title": "; ".join(dict.fromkeys(a["engine_title"] for a in first.values())),
+        "engine_title": _title([a["engine_title"] for a in first.values()], list(first)),
         "engine_assumed": json.dumps(_of_each(assumed), ensure_ascii=False),
         "parameters": json.dumps(
             {k: v for k, v in given[0].items() if all(other.get(k) == v for other in given)}
         ),
         "arrangement": json.dumps(arrangements) if all(arrangements) else "",
     }
+
+
+def _title(titles: list[str], names: list[str]) -> str:
+    """Short enough for figures; a title of one engine names an arrangement that others have not."""
+    return f"cylinders of {names[0]}" if len(titles) == 1 else f"engines {', '.join(names)}"
 
 
 def _of_each(assumed: Mapping[str, Mapping[str, str]]) -> dict[str, str]:

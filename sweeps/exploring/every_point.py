@@ -188,10 +188,13 @@ class _Search:
 
     def text(self) -> str:
         """How many designs fulfil the conditions, and what was left out."""
-        what = " and ".join(map(str, self.conditions)) or "no condition"
+        what = " and ".join(map(str, self.conditions))
+        verb = "fulfil" if what else "have numbers"
+        if self.fulfilling == 1:
+            verb = "fulfils" if what else "has numbers"
         parts = [
             f"{self.fulfilling} of {counted(self.designs, 'design')} "
-            f"{'fulfils' if self.fulfilling == 1 else 'fulfil'} {what} {self._everywhere}"
+            f"{f'{verb} {what}'.rstrip()} {self._everywhere}"
         ]
         if self.equal > 1:
             parts.append(f"{self.equal} are equally good, this is the first")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["Rows", "rows"]
+__all__ = ["Rows", "fixed_of", "rows"]
 
 OUTCOMES = np.array(MEANINGS, dtype=object)
 
@@ -146,11 +146,7 @@ def rows(
         if variable.dtype.kind in "fiu" and name != "status"
     }
     texts = {name: str(v.attrs.get("long_name", "")) for name, v in columns.items()}
-    fixed = {
-        str(name): coordinate.item()
-        for name, coordinate in part.coords.items()
-        if coordinate.ndim == 0 and archive[name].ndim
-    }
+    fixed = fixed_of(archive, part)
     left = tuple(
         str(n)
         for n in part.data_vars
@@ -162,6 +158,16 @@ def rows(
         if str(name).endswith(ELASTICITY) and name not in names and PARAMETER in part[name].dims
     )
     return Rows(table, units, texts, given, fixed, math.prod(shape), left, changes, more)
+
+
+def fixed_of(archive: xr.Dataset, part: xr.Dataset) -> dict[str, Any]:
+    """What was taken of an archive, by the names of its axes; of axes of words the word."""
+    found = {}
+    for name, coordinate in part.coords.items():
+        if coordinate.ndim == 0 and archive[name].ndim and f"{name}_name" not in part.coords:
+            own = str(name).removesuffix("_name")
+            found[own if own in part.coords else str(name)] = coordinate.item()
+    return found
 
 
 def _first(

@@ -28,7 +28,8 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     **values : float or str
         A value of each axis to be cut, in the units of the archive, a fraction such as "1/200", or
         a word of an axis of words: `nearest(archive, load=50, method="newton")`. Of equally near
-        values the first is taken; a design may also be named, `case="B"`.
+        values the first is taken. Designs may also be named, `case="B"`, `engine="ntua"`: where
+        several have that label, all of them stay.
 
     Returns
     -------
@@ -41,13 +42,21 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
         For a name that is no axis, and for values that are neither numbers nor words of the axis.
     """
     check_dataset(archive)
-    places: dict[str, int] = {}
+    places: dict[str, list[int]] = {}
+    labelled: set[str] = set()
     for name, value in values.items():
-        dimension, place = _place_of(archive, name, value)
-        if dimension in places:
+        dimension, found = _places_of(archive, name, value)
+        both_labels = name != dimension and dimension in labelled
+        if dimension in places and not both_labels:
             raise SceneError(f"{name}: the axis {dimension} is cut twice; give one value of it")
-        places[dimension] = place
-    return archive.isel(places)
+        if both_labels:
+            found = [place for place in found if place in places[dimension]]
+            if not found:
+                raise SceneError(f"{name} = {shown(value)}: no design has this beside the others")
+        if name != dimension:
+            labelled.add(dimension)
+        places[dimension] = found
+    return archive.isel({d: found[0] if len(found) == 1 else found for d, found in places.items()})
 
 
 def words_of(archive: xr.Dataset) -> dict[str, str]:
@@ -61,13 +70,16 @@ def words_of(archive: xr.Dataset) -> dict[str, str]:
     }
 
 
-def _place_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, int]:
+def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, list[int]]:
+    """Dimension, and the places along it: one, or those of all designs of this label."""
     words = words_of(archive)
     if name in words:
         texts = [str(text) for text in archive[words[name]].values]
         if value not in texts:
-            raise SceneError(f"{name} = {shown(value)}: unknown{not_known(str(value), texts)}")
-        return str(archive[words[name]].dims[0]), texts.index(str(value))
+            known = list(dict.fromkeys(texts))
+            raise SceneError(f"{name} = {shown(value)}: unknown{not_known(str(value), known)}")
+        found = [place for place, text in enumerate(texts) if text == value]
+        return str(archive[words[name]].dims[0]), found
     axes = [str(d) for d in archive.dims if d in archive.coords]
     if name not in axes:
         known = [*words, *(a for a in axes if a not in words)]
@@ -79,4 +91,4 @@ def _place_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, 
         raise SceneError(f"{name} = {shown(value)}: must be a finite number")
     if not math.isfinite(value):
         raise SceneError(f"{name} = {value}: must be a finite number")
-    return name, int(np.argmin(np.abs(archive[name].values - value)))
+    return name, [int(np.argmin(np.abs(archive[name].values - value)))]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.errors import one_line
 from sweeps.exploring.every_point import TEXT
-from sweeps.exploring.rows import rows
+from sweeps.exploring.rows import fixed_of, rows
 from sweeps.presenting.tables import rows_text
 
 if TYPE_CHECKING:
@@ -44,11 +44,7 @@ def found_text(
     SceneError
         As `rows` and `rows_text`.
     """
-    place = {
-        str(name): coordinate.item()
-        for name, coordinate in found.coords.items()
-        if coordinate.ndim == 0 and archive[name].ndim
-    }
+    place = fixed_of(archive, found)
     lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
     shown = rows(found, quantities=quantities, limit=MOST)
     shown = replace(shown, fixed={**place, **shown.fixed})

@@ -31,13 +31,9 @@ def scene_text(scene: Scene, name: str) -> str:
     name : str
         The scene as the user named it.
     """
-    engine = scene.engine
     lines = [f"{name}: {scene.title}"]
     lines += [f"  {line}" for line in _comment(scene.path)]
-    assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
-    named = scene.source.get("engine", engine.name)
-    lines += ["", "engine", f"  {named}: {engine.title}"]
-    lines.append(f"  its values, sources and assumptions: engine-dyn info {named}{assumed}")
+    lines += ["", "engine" if len(scene.engines) == 1 else "engines", *_engine_lines(scene)]
     if scene.settings:
         lines += ["", "set"]
         for key, value in scene.settings.items():
@@ -57,9 +53,27 @@ def scene_text(scene: Scene, name: str) -> str:
         columns = ", ".join(scene.reference.columns)
         lines += ["", "published values beside them"]
         lines.append(f"  {one_line(scene.reference.file, 200)}: {columns}")
-    if engine.sources:
-        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    sources = dict.fromkeys(source for engine in scene.engines for source in engine.sources)
+    if sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in sources)]
     return "\n".join(lines)
+
+
+def _engine_lines(scene: Scene) -> list[str]:
+    """Lines of the engines as the scene names them."""
+    named: dict[str, Any] = {}
+    for one in scene.beside:
+        named.setdefault(one.scene.source["engine"], one.scene.engine)
+    if not named:
+        named = {scene.source.get("engine", scene.engine.name): scene.engine}
+    lines = []
+    for name, engine in named.items():
+        assumed = f", {counted(len(engine.assumed), 'value')} assumed" if engine.assumed else ""
+        lines += [
+            f"  {name}: {engine.title}",
+            f"  its values, sources and assumptions: engine-dyn info {name}{assumed}",
+        ]
+    return lines
 
 
 def _comment(path: Path | None) -> list[str]:
@@ -81,7 +95,7 @@ def _about(key: str) -> str:
 
 
 def _designs(scene: Scene) -> int:
-    columns = [*scene.designs.values()]
+    columns: list[Any] = [*scene.designs.values(), *scene.labels.values()]
     count = len(columns[0]) if columns else 1
     for values in scene.axes.values():
         count *= len(values)
@@ -94,8 +108,8 @@ def _varying(scene: Scene) -> list[str]:
     for key, values in scene.axes.items():
         about = _about(key) if key in PARAMETERS else ""
         lines.append(f"  {key} = {_listed(values)} {about}".rstrip())
-    if scene.designs:
-        first = next(iter(scene.designs.values()))
+    if scene.designs or scene.labels:
+        first: Any = next(iter([*scene.designs.values(), *scene.labels.values()]))
         how = "" if scene.sample is None else f"drawn as {METHODS[scene.sample.method]}, "
         lines.append(f"  together, {how}{counted(len(first), 'design')}:")
         for label, texts in scene.labels.items():

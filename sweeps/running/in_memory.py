@@ -169,8 +169,10 @@ def computed(
     each = tuple(stage for stage in of_stages if lengths.keys() & set(stage.dims))
     outputs = [name for name in plan.outputs if PARAMETER not in plan.dims(name)]
     dims = {name: plan.dims(name) for name in outputs}
-    chosen = list(chosen)
-    elasticities = _elasticities(plan, lengths, chosen, threads)
+    elasticities = None
+    if plan.elasticities is not None:
+        chosen = list(chosen)
+        elasticities = _elasticities(plan, lengths, chosen, threads)
     with _Bars(progress) as bars:
         values = _computed(plan, once, plan.leaves, {}, bars, threads)
         for block in chosen:

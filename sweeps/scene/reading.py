@@ -177,7 +177,7 @@ def scene_of(
             def read_one(one: dict[str, Any], its_name: str) -> Scene:
                 return scene_of(one, its_name, base, path, files, instead)
 
-            scene = _together(choices, given, tables, read_one, designs, labels)
+            scene = _together(choices, given, tables, name, read_one, designs, labels)
             return replace(scene, sample=sample, source=shortened(raw))
         scene = _assembled(given, tables, name, base, path, designs, labels)
         check_scene(scene, name)
@@ -217,11 +217,16 @@ def _find(scene: str | Path) -> tuple[Path, str]:
 
 
 def _together(
-    choices: EngineChoices, given: SceneFile, raw: Mapping[str, Any],
+    choices: EngineChoices, given: SceneFile, raw: Mapping[str, Any], name: str,
     read_one: Callable[[dict[str, Any], str], Scene],
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
 ) -> Scene:  # fmt: skip
     """Scene of several engines or arrangements: an ordinary scene for each, and the axes of all."""
+    for quantity in elasticities_in(given.output.quantities):
+        raise SceneError(
+            f"{name}: [output] quantities: elasticities of '{quantity}': are of one engine; the "
+            "scene has several engines or arrangements"
+        )
     each: list[Beside] = []
     refused: dict[str, SceneError] = {}
     for choice in choices.each:

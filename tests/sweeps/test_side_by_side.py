@@ -1,0 +1,397 @@
+"""Several engines or arrangements in one scene: the numbers of each alone, in one archive."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.catalogue import ENGINES
+from sweeps.errors import SceneError
+from sweeps.planning.forecast import text
+from sweeps.planning.plan import make_plan
+from sweeps.planning.points_of_several import points_of_several
+from sweeps.planning.shards import shard
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options
+from sweeps.scene import engine_choices
+from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.reading import read_scene
+from tests.support.archives import assert_same, interrupted
+from tests.support.commands import invoke, ok
+
+pytestmark = pytest.mark.compiled
+
+V6 = "V6 60 split-pin 1-4-3-6-2-5"
+OUTPUT = {
+    "quantities": ["delta", "brake_power", "torque_order", "main_journal_load_max", "omega"],
+    "angle_step": 30,
+    "highest_order": 3,
+}
+ENGINES_BESIDE: dict[str, Any] = {
+    "axes": {
+        "speed": [1300, 1500],
+        "engine": ["ntua", "v6_96x81", "marine_80x345"],
+        "inertia": [0.5, 2.0, 5.0],
+    },
+    "set": {"load": 50},
+    "silenced_warnings": ["all"],
+    "output": OUTPUT,
+}
+"""A one-cylinder engine, a six-cylinder engine, and a two-stroke engine of seven cylinders."""
+
+TABLE: dict[str, Any] = {
+    "designs": {
+        "case": ["A", "B", "C", "D"],
+        "engine": ["ntua", "v6_96x81", "ntua", "v6_96x81"],
+        "arrangement": ["in-line 1", V6, "in-line 2", "in-line 6"],
+        "inertia": [5.0, 0.3, 10.0, 0.5],
+    },
+    "axes": {"load": [50, 80]},
+    "output": OUTPUT,
+}
+
+
+def alone(raw: dict[str, Any], engine: str, **settings: Any) -> xr.Dataset:
+    """The same scene of one engine."""
+    axes = {k: v for k, v in raw["axes"].items() if k not in ("engine", "arrangement")}
+    given = {**raw.get("set", {}), **settings}
+    return sweeps.run({**raw, "engine": engine, "axes": axes, "set": given})
+
+
+def assert_numbers(found: xr.Dataset, expected: xr.Dataset) -> None:
+    """The same bits at the points of one engine, and nothing at those of others."""
+    for name, own in expected.data_vars.items():
+        values = found[name]
+        for dimension in own.dims:
+            inside = np.isin(values[dimension].values, own[dimension].values)
+            assert inside.sum() == own.sizes[dimension]
+            if not inside.all():
+                assert np.isnan(values.isel({dimension: ~inside}).values).all(), name
+                values = values.isel({dimension: inside})
+        for dimension in values.dims:
+            if dimension not in own.dims:
+                own = own.expand_dims({dimension: values.sizes[dimension]})
+        own = own.transpose(*values.dims)
+        assert values.dtype == own.dtype
+        np.testing.assert_array_equal(values.values, own.values, err_msg=str(name))
+
+
+@pytest.fixture(scope="module")
+def engines() -> xr.Dataset:
+    return sweeps.run(ENGINES_BESIDE)
+
+
+# --- numbers ------------------------------------------------------------------------------------
+
+
+def test_numbers_are_those_of_each_engine_alone(engines):
+    assert engines["delta"].dims == ("speed", "engine", "inertia")
+    assert engines["engine_name"].values.tolist() == ENGINES_BESIDE["axes"]["engine"]
+    assert engines.sizes["main_bearing"] == 8
+    for number, engine in enumerate(ENGINES_BESIDE["axes"]["engine"]):
+        assert_numbers(engines.isel(engine=number), alone(ENGINES_BESIDE, engine))
+    assert np.isfinite(engines["delta"].isel(engine=[0, 1]).values).all()
+
+
+def test_one_engine_in_a_list_is_that_engine():
+    raw = {**ENGINES_BESIDE, "axes": {"engine": ["ntua"], "inertia": [1.0, 2.0]}}
+    found = sweeps.run(raw)
+    assert found.sizes["engine"] == 1
+    assert_numbers(found.isel(engine=0), alone(raw, "ntua"))
+
+
+def test_list_at_the_top_varies_slowest():
+    axes = {k: v for k, v in ENGINES_BESIDE["axes"].items() if k != "engine"}
+    found = sweeps.run(
+        {**ENGINES_BESIDE, "axes": axes, "engine": ["ntua", "v6_96x81"],
+         "output": {"quantities": ["delta"]}}
+    )  # fmt: skip
+    assert found["delta"].dims == ("engine", "speed", "inertia")
+    assert found.attrs["engine"] == "ntua, v6_96x81"
+
+
+def test_cylinders_follow_from_arrangements():
+    raw = {
+        "engine": "si_four_87x101",
+        "axes": {"arrangement": ["in-line 4", V6, "in-line 6"], "load": [50, 100]},
+        "output": OUTPUT,
+    }
+    found = sweeps.run(raw)
+    assert found["arrangement_name"].values.tolist() == raw["axes"]["arrangement"]
+    for number, (name, count) in enumerate((("in-line 4", 4), (V6, 6), ("in-line 6", 6))):
+        own = alone(raw, raw["engine"], arrangement=name, cylinders=count)
+        assert_numbers(found.isel(arrangement=number), own)
+    assert [one["name"][:2] for one in json.loads(found.attrs["arrangement"])] == ["in", "V6", "in"]
+
+
+def test_arrangements_of_the_engine_s_own_count_stay_one_scene():
+    raw = {"engine": "v6_96x81", "axes": {"arrangement": [V6, "in-line 6"]}, "output": OUTPUT}
+    assert not read_scene(raw).beside
+
+
+def test_engines_times_arrangements():
+    raw = {
+        "axes": {"engine": ["ntua", "si_four_87x101"], "arrangement": ["in-line 2", "in-line 4"]},
+        "output": {"quantities": ["delta"]},
+    }
+    found = sweeps.run(raw)
+    for i, engine in enumerate(raw["axes"]["engine"]):
+        for j, name in enumerate(raw["axes"]["arrangement"]):
+            own = alone(raw, engine, arrangement=name, cylinders=2 * (j + 1))
+            assert_numbers(found.isel(engine=i, arrangement=j), own)
+
+
+def test_columns_of_designs():
+    found = sweeps.run(TABLE)
+    columns = TABLE["designs"]
+    assert found["engine"].values.tolist() == columns["engine"]
+    assert found["arrangement"].values.tolist() == columns["arrangement"]
+    for row, count in enumerate((1, 6, 2, 6)):
+        settings = {"arrangement": columns["arrangement"][row], "cylinders": count,
+                    "inertia": columns["inertia"][row]}  # fmt: skip
+        raw = {key: value for key, value in TABLE.items() if key != "designs"}
+        assert_numbers(found.isel(design=row), alone(raw, columns["engine"][row], **settings))
+    assert sweeps.nearest(found, engine="ntua")["case"].values.tolist() == ["A", "C"]
+    both = sweeps.nearest(found, engine="ntua", arrangement="in-line 2")
+    assert both["case"].item() == "C"
+    with pytest.raises(SceneError, match="no design has this beside the others"):
+        sweeps.nearest(found, engine="ntua", arrangement="in-line 6")
+
+
+def test_columns_of_a_file(tmp_path):
+    (tmp_path / "designs.csv").write_text("engine,inertia\nntua,5\nv6_96x81,0.3\nntua,10\n")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[designs]\nfile = "designs.csv"\n[output]\nquantities = ["delta"]\n')
+    found = sweeps.run(scene)
+    for row, (engine, inertia) in enumerate((("ntua", 5), ("v6_96x81", 0.3), ("ntua", 10))):
+        own = sweeps.run(
+            {"engine": engine, "set": {"inertia": inertia}, "output": {"quantities": ["delta"]}}
+        )
+        assert float(found["delta"][row]) == float(own["delta"])
+
+
+def test_only_engines_in_the_table():
+    found = sweeps.run(
+        {"designs": {"engine": ["ntua", "ntua", "v6_96x81"]}, "output": {"quantities": ["delta"]}}
+    )
+    assert found["delta"].dims == ("design",)
+    assert float(found["delta"][0]) == float(found["delta"][1]) != float(found["delta"][2])
+
+
+# --- what one of them has not -------------------------------------------------------------------
+
+
+@pytest.fixture
+def with_spacing(tmp_path):
+    """A folder with an engine file that gives a spacing, which those of the catalogue do not."""
+    text = (ENGINES / "ntua.toml").read_text().replace('name = "ntua"', 'name = "spaced"')
+    (tmp_path / "spaced.toml").write_text(text.replace("bore =", "cylinder_spacing = 0.2\nbore ="))
+    return tmp_path
+
+
+def test_missing_quantities(with_spacing):
+    scene = with_spacing / "scene.toml"
+    scene.write_text(
+        'engine = ["ntua", "spaced.toml"]\n[axes]\ninertia = [2.0, 5.0]\n'
+        '[output]\nquantities = ["shaking_moment_max", "delta"]\n'
+    )
+    read = read_scene(scene)
+    assert read.quantities == ("shaking_moment_max", "delta")
+    assert read.beside[0].scene.quantities == ("delta",)
+    found = sweeps.run(scene)
+    assert np.isnan(found["shaking_moment_max"].sel(engine=0).values).all()
+    assert np.isfinite(found["shaking_moment_max"].sel(engine=1).values).all()
+    assert found["shaking_moment_max"].attrs["comment"] == "not of ntua"
+    assert (found["status"] == 0).all()
+    assert "missing, because this engine has not what they need: shaking_moment_max" in text(
+        make_plan(read)
+    )
+
+
+def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
+    whole = (with_spacing / "spaced.toml").read_text()
+    without = "\n".join(line for line in whole.splitlines() if not line.startswith("inertia ="))
+    (with_spacing / "light.toml").write_text(without.replace('"spaced"', '"light"'))
+    scene = with_spacing / "scene.toml"
+    scene.write_text(
+        'engine = ["spaced.toml", "light.toml"]\n[output]\nquantities = ["imep", "delta"]\n'
+    )
+    found = sweeps.run(scene)
+    assert found["status"].values.tolist() == [0, 4]
+    assert np.isfinite(found["imep"].values).all()
+    assert np.isnan(found["delta"].values).tolist() == [False, True]
+
+
+def test_a_quantity_that_none_has_is_refused():
+    raw = {
+        "engine": ["ntua", "v6_96x81"],
+        "output": {"quantities": ["delta", "shaking_moment_max"]},
+    }
+    with pytest.raises(SceneError, match="needs cylinder_spacing"):
+        read_scene(raw)
+
+
+def test_those_possible():
+    def make(asked):
+        if "b" in asked:
+            raise SceneError("no b")
+        return list(asked)
+
+    made, refused = those_possible(["a", "b", "c"], make)
+    assert made == ["a", "c"]
+    assert str(refused["b"]) == "no b"
+    with pytest.raises(SceneError, match="no b"):
+        those_possible(["b"], make)
+
+
+def test_points_of_several():
+    four = {"cylinder": np.arange(1, 5), "order": np.array([0.5, 1.0, 1.5])}
+    two = {"cylinder": np.arange(1, 3), "order": np.array([1.0, 2.0])}
+    joined, places = points_of_several([two, four])
+    assert joined["cylinder"].tolist() == [1, 2, 3, 4]
+    assert joined["order"].tolist() == [0.5, 1.0, 1.5, 2.0]
+    assert places[0]["order"].tolist() == [1, 3]
+    assert places[1]["cylinder"].tolist() == [0, 1, 2, 3]
+
+
+# --- archives -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Many blocks of few designs."""
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
+
+
+@pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
+def test_blocks_and_resuming(raw, tmp_path, monkeypatch, small):
+    del small
+    plan, output = make_plan(read_scene(raw)), tmp_path / "out.nc"
+    interrupted(plan, output, monkeypatch)
+    done = into_archive.run(plan, output, Options(resume=True))
+    assert done.before == 3
+    assert done.blocks > 6
+    assert_same(output, sweeps.run(raw))
+
+
+@pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
+def test_shards_merge_and_rerun(raw, tmp_path):
+    whole = tmp_path / "whole.nc"
+    sweeps.stream(raw, whole)
+    parts = [tmp_path / f"{i}.nc" for i in (1, 2, 3)]
+    plan = make_plan(read_scene(raw))
+    for number, path in enumerate(parts, start=1):
+        into_archive.run(shard(plan, number, 3), path, Options())
+    ok("merge", *parts, "-o", tmp_path / "merged.nc")
+    assert "differ" not in ok("compare", whole, tmp_path / "merged.nc", "--tolerance", "0")
+    ok("rerun", tmp_path / "merged.nc", "-o", tmp_path / "again.nc")
+    with sweeps.open_archive(tmp_path / "again.nc") as again:
+        assert_same(whole, again.load())
+
+
+def test_extend_adds_points_but_no_engine(tmp_path):
+    output = tmp_path / "out.nc"
+    sweeps.stream({**ENGINES_BESIDE, "output": {"quantities": ["delta"]}}, output)
+    ok("extend", output, "--axis", "speed=1400")
+    with sweeps.open_archive(output) as found:
+        own = alone({**ENGINES_BESIDE, "axes": {"inertia": [0.5, 2.0, 5.0]}}, "ntua", speed=1400)
+        np.testing.assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
+    refused = invoke("extend", output, "--axis", "engine=b112")
+    assert refused.exit_code == 2
+    assert "an archive gets no further engine" in refused.stderr
+
+
+def test_commands(tmp_path):
+    output = tmp_path / "out.nc"
+    assert "In-line four, V6 and in-line six" in ok("info", "i4_v6_i6")
+    assert "arrangement V6 60 split-pin" in ok("plan", "i4_v6_i6")
+    ok("run", "i4_v6_i6", "-o", output)
+    shown = ok("show", output, "--select", f"arrangement={V6},load=50", "--quantities", "delta")
+    assert "delta" in shown
+    assert "arrangement (3): in-line 4" in ok("info", output)
+    best = ok("best", output, "--least", "shaking_moment_max", "--at-every", "load")
+    assert "arrangement = in-line 4" in best
+    ok("export", output, "-o", tmp_path / "out.csv", "--quantities", "delta")
+    assert (tmp_path / "out.csv").read_text().count(V6) == 2
+
+
+def test_best_chooses_among_engines(engines):
+    found = sweeps.best(engines, least="inertia", within="delta <= 1/60", at_every="speed")
+    assert found["engine_name"].item() == "v6_96x81"
+    assert float(found["inertia"]) == 0.5
+
+
+def test_scene_and_plan_in_a_notebook():
+    scene = read_scene(ENGINES_BESIDE)
+    assert "engine ntua, v6_96x81, marine_80x345" in repr(scene)
+    assert "18 designs" in repr(scene)
+    assert "18 designs" in repr(make_plan(scene))
+    assert [one.scene.engine.name for one in scene.beside] == ENGINES_BESIDE["axes"]["engine"]
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+DELTA = {"quantities": ["delta"]}
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        ({"engine": ["ntua", "ntau"]}, "engine number 2 = 'ntau': unknown engine; did you mean"),
+        ({"engine": ["ntua", "ntua"]}, "engine: duplicate 'ntua': the same engine as number 1"),
+        ({"engine": []}, "engine = []: must be a list of texts"),
+        ({"axes": {"engine": "ntua"}}, "[axes] engine = 'ntua': must be a list of texts"),
+        ({"axes": {"engine": ["ntua", 3]}}, "[axes] engine = ['ntua', 3]: must be a list of texts"),
+        ({"engine": "ntua", "axes": {"engine": ["b112"]}}, "given at the top and in [axes]"),
+        ({"engine": "ntua", "designs": {"engine": ["b112"], "inertia": [1.0]}},
+         "given at the top and in [designs]"),
+        ({"axes": {"inertia": [1.0]}}, "engine: missing; must be a text"),
+        ({"designs": {"inertia": [1.0]}}, "engine: missing; must be a text"),
+        ({"designs": {"engine": ["ntua", "b1112"]}}, "[designs] engine, row 2 = 'b1112': unknown"),
+        ({"engine": ["ntua", "v6_96x81"], "axes": {"load": [50, 95]}},
+         "engine 'ntua': [axes] load = 95: must be from 0 to 90 percent"),
+        ({"engine": ["ntua", "v6_96x81"], "set": {"arrangement": "in-line 1"}},
+         "engine 'v6_96x81': [set] arrangement = 'in-line 1': has 1 cylinders, the engine 6"),
+        ({"engine": "ntua", "axes": {"arrangement": ["in-line 2", "V7 upside-down"]}},
+         "arrangement"),
+        ({"engine": ["ntua", "b112"], "axes": {"arrangement": ["in-line 2"], "cylinders": [2]}},
+         "[axes] cylinders: not allowed here; follows from each arrangement"),
+        ({"engine": "ntua", "axes": {"arrangement": ["in-line 2", "in-line 2"]}},
+         "arrangement: duplicate 'in-line 2'"),
+        ({"engine": ["ntua", "b112"], "reference": {"file": "published.csv"}},
+         "[reference]: is about one engine; the scene has several"),
+        ({"engine": ["ntua", "b112"], "set": {"arrangement": "in-line 2"},
+          "designs": {"arrangement": ["in-line 2"], "inertia": [1.0]}},
+         "arrangement: given in [set] and [designs]; give it once"),
+        ({"engine": ["ntua", "b112"], "set": {"inertai": 2.0}}, "inertai: unknown key"),
+    ],
+)  # fmt: skip
+def test_refused(raw, words):
+    with pytest.raises(SceneError) as told:
+        read_scene({**raw, "output": DELTA})
+    assert words in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_the_same_file_twice(tmp_path: Path):
+    shutil.copy(ENGINES / "ntua.toml", tmp_path / "mine.toml")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('engine = ["mine.toml", "./mine.toml"]\n[output]\nquantities = ["delta"]\n')
+    with pytest.raises(SceneError, match=r"duplicate '\./mine\.toml': the same engine as number 1"):
+        read_scene(scene)
+
+
+def test_too_many_combinations():
+    rows = {"arrangement": [f"in-line {1 + i % 8}" for i in range(8)], "inertia": [1.0] * 8}
+    engines = ["ntua", "b112", "si_four_87x101"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine_choices, "MOST", 20)
+        with pytest.raises(SceneError, match="24 combinations of engines and arrangements"):
+            read_scene({"engine": engines, "designs": rows, "output": DELTA})
