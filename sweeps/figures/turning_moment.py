@@ -14,7 +14,7 @@ them. The energy is at its least and at its largest at a crossing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +39,9 @@ WRITTEN = 0.04
 
 MOST_WRITTEN = 16
 """Areas whose numbers still can be read."""
+
+JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
+"""Joules of a torque of one over an angle of one radian, by the torque's unit."""
 
 EXCESS, LACK = "#d9d9d9", "#bdbdbd"
 
@@ -103,10 +106,14 @@ def turning(angle: Floats, torque: Floats, resistance: Floats) -> Turning:
 
 
 def turning_names(view: View) -> list[str]:
-    """Torque and, where it is a curve, the load torque."""
-    if not over_angle(view, "torque"):
+    """Torque in a unit whose work is known and, where it is a curve, the load torque."""
+    if not over_angle(view, "torque") or _torque_unit(view) not in JOULES:
         return []
     return [name for name in ("torque", "load_torque") if over_angle(view, name)]
+
+
+def _torque_unit(view: View) -> str:
+    return str(view.array("torque").attrs.get("units", "N m")).replace("*", " ")
 
 
 def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -122,6 +129,8 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
     else:
         resistance, text = _resistance(view, names, x, torque)
         found = turning(x, torque, resistance)
+        joules = JOULES[_torque_unit(view)]
+        found = replace(found, energy=joules * found.energy, areas=joules * found.areas)
         unit = _unit(found.swing)[1]
         notes.append(f"areas in {unit}")
         _areas(upper, found, entries, text, title_of(view.array("torque"), "torque"))

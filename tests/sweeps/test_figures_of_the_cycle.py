@@ -142,6 +142,16 @@ def test_large_energies_are_in_kilojoules() -> None:
     assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
 
 
+def test_energies_do_not_depend_on_the_unit_of_the_torque() -> None:
+    data = cycle()
+    for name in ("torque", "load_torque"):
+        data[name] = (data[name] / 1000.0).assign_attrs(data[name].attrs, units="kN m")
+    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
+    assert "W = 600 J" in words(figure)
+    assert "+600" in words(figure)
+    assert "Torque (kN m)" in words(figure)
+
+
 # --- curves by load ----------------------------------------------------------------------------
 
 
