@@ -176,6 +176,7 @@ class _Work:
         self.labels = describe(self.plan, single=wanted["numbers"] == "float32")
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         self.blocks = list(blocks(self.plan, lengths))
+        self.lengths = lengths
         self.next: deque[Block] = deque()
         self.results = computed(self.plan, lengths, self._chosen(), threads=1)
 
@@ -189,7 +190,10 @@ class _Work:
             return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
-        self.next.append(self.blocks[number])
-        _, found = next(self.results)
+        if self.plan.elasticities is None:
+            self.next.append(self.blocks[number])
+            _, found = next(self.results)
+        else:  # they need to know beforehand which blocks there are
+            _, found = next(computed(self.plan, self.lengths, [self.blocks[number]], threads=1))
         arrays = {name: as_stored(self.labels, name, found.pop(name)) for name in list(found)}
         return self.partial.write(number, arrays)

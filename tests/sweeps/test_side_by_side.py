@@ -380,6 +380,12 @@ def test_refused(raw, words):
     assert "\n" not in str(told.value)
 
 
+def test_elasticities_are_of_one_engine():
+    raw = {"engine": ["ntua", "b112"], "output": {"quantities": ["delta", "delta_elasticity"]}}
+    with pytest.raises(SceneError, match="elasticities of 'delta': are of one engine"):
+        read_scene(raw)
+
+
 def test_the_same_file_twice(tmp_path: Path):
     shutil.copy(ENGINES / "ntua.toml", tmp_path / "mine.toml")
     scene = tmp_path / "scene.toml"
