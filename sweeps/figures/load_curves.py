@@ -10,7 +10,7 @@ from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle
 from sweeps.figures.views import MOST_LINES, View, key_text, picked_text
-from sweeps.figures.wording import axis_label
+from sweeps.figures.wording import axis_label, title_of
 
 LOAD = "load"
 """The axis that is taken where there is one."""
@@ -37,6 +37,8 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
         return
     whole = found[along]
     shown = [name for name in names if whole.varies([name], along)]
+    if len(shown) < 2:
+        return  # which a general kind draws
     view = whole.only(shown, [along])
     axis = view.axis(along)
     figure, panels = new_sheet(len(shown), 1, 0.6 + 1.7 * len(shown), sharex=True)
@@ -47,8 +49,10 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
         if name == "omega" and far_apart(lines):
             for line in list(panel.lines):
                 line.remove()
+            panel.relim()
             draw_curves(panel, view, name, axis, {}, {}, deviation)
-            label = f"{label.split(' (')[0]}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
+            panel.autoscale_view(scalex=False)
+            label = f"{title_of(view.array(name), name)}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
         y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])
     yield (

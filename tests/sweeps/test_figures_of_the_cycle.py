@@ -168,6 +168,16 @@ def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
     assert "Curves of the cycle by load" in words(figure)
 
 
+def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
+    data = cycle().rename(load="speed")
+    data["omega"] = data["omega"] + xr.DataArray([0.0, 100.0], dims="speed")
+    panel = drawn(load_curves, load_curve_names, study_of(data, {}))["speed_curves"].axes[-1]
+    low, high = panel.get_ylim()
+    # a hundredth of the load in rad/s, over a mean of 100 and of 200
+    assert -0.8 < low < -0.5 and 0.5 < high < 0.8
+    assert "(%)" in panel.get_ylabel() and "rad" not in panel.get_ylabel()
+
+
 def test_without_loads_another_axis_of_few_values_is_taken() -> None:
     data = cycle().rename(load="inertia")
     assert set(drawn(load_curves, load_curve_names, study_of(data, {}))) == {"inertia_curves"}
