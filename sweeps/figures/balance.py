@@ -58,7 +58,10 @@ NOTHING = 1e-9
 """Fraction of the largest value of a figure below which a value is rounding."""
 
 SMALLEST = 1e-6
-"""N or N m; less is rounding of sums that cancel."""
+"""N or N m, and kN; less is rounding of sums that cancel."""
+
+LINE = 1e-3
+"""Second singular value of a curve over its first, below which it is a line."""
 
 Pair = tuple[Floats, Floats]
 
@@ -81,19 +84,22 @@ def shaking(study: Study, vectors: Sequence[str]) -> NamedFigures:
         axes = [(whole, axis) for whole, axis in study.along(main) if axis != "direction"]
         varied = [(w, axis) for w, axis in axes if axis is not None and w.varies(main, axis)]
         nothing = _nothing(view, present)
-        if not (nothing and varied):
-            yield f"{names[1]}_over_angle", _over_angle(view, present, names, nothing)
+        if not nothing:
+            yield f"{names[1]}_over_angle", _over_angle(view, present, names)
         for whole, along in varied:
+            if _nothing(whole.only(main, [along, "direction"]), main):
+                continue
             cases = "_cases" if along == "design" else ""
             yield (
                 stem_of(f"{names[1]}_over_angle{cases}", whole, along),
                 _each(whole, main, names, along, kind, hodograph=False),
             )
-            yield (
-                stem_of(f"{names[1]}_polar{cases}", whole, along),
-                _each(whole, main, names, along, kind, hodograph=True),
-            )
-        if not varied and not nothing:
+            if _in_a_plane(whole, main, along):
+                yield (
+                    stem_of(f"{names[1]}_polar{cases}", whole, along),
+                    _each(whole, main, names, along, kind, hodograph=True),
+                )
+        if not varied and not nothing and _in_a_plane(view, main, None):
             yield f"{names[1]}_polar", _each(view, main, names, None, kind, hodograph=True)
 
 
@@ -101,6 +107,33 @@ def _nothing(view: View, names: Sequence[str]) -> bool:
     """Whether all of it is zero, but for rounding."""
     known = [np.asarray(view.array(name).values, dtype=float) for name in names]
     return all(np.nanmax(np.abs(values), initial=0.0) < SMALLEST for values in known)
+
+
+def _in_a_plane(whole: View, main: Sequence[str], along: str | None) -> bool:
+    """Whether some curve of the vector is more than a line to and fro."""
+    return any(
+        not _is_line(*_components(whole.only(main, [along, "direction"]), name, place))
+        for place in _places(whole, along)
+        for name in main
+    )
+
+
+def _places(whole: View, along: str | None) -> list[dict[str, int]]:
+    """Values of an axis that get a panel each."""
+    if along is None:
+        return [{}]
+    axis = whole.axis(along)
+    return [{along: index} for index in pick(axis.size, MOST_PANELS, axis.nominal)]
+
+
+def _is_line(up: Floats, side: Floats) -> bool:
+    """Whether a vector moves along one line, or not at all."""
+    both = np.stack([up, side])
+    both = both[:, np.isfinite(both).all(axis=0)]
+    if not both.size or np.abs(both).max() < SMALLEST:
+        return True
+    sizes = np.linalg.svd(both, compute_uv=False)
+    return bool(sizes[1] < LINE * sizes[0])
 
 
 def _is_vector(view: View, name: str) -> bool:
@@ -133,27 +166,31 @@ def _one_turn(panel: Axes, view: View, room: float, named: bool) -> None:
     crank_axis(panel, view.array("crank_angle"), room, named=named)
 
 
-def _over_angle(view: View, present: Sequence[str], names: Sequence[str], nothing: bool) -> Figure:
-    """Both components of one design above each other."""
-    figure, panels = new_sheet(2, 1, 4.9, sharex=True, sharey=True)
+def _over_angle(view: View, present: Sequence[str], names: Sequence[str]) -> Figure:
+    """Both components of one design above each other; one that is zero is said."""
+    pairs = {name: _components(view, name, {}) for name in present}
+    sizes = [
+        max(float(np.nanmax(np.abs(p[k]), initial=0.0)) for p in pairs.values()) for k in (0, 1)
+    ]
+    sides = [k for k in (0, 1) if sizes[k] > NOTHING * max(sizes)]
+    figure, panels = new_sheet(len(sides), 1, 0.3 + 2.3 * len(sides), sharex=True, sharey=True)
     entries: Entries = {}
     x = _angles(view)
     for name in present:
         label, style = _look(name, names, present)
-        for panel, values in zip(panels, _components(view, name, {}), strict=True):
-            (line,) = panel.plot(x, values, **style)
+        for panel, side in zip(panels, sides, strict=True):
+            (line,) = panel.plot(x, pairs[name][side], **style)
             entries.setdefault(label, line)
-    for panel, side in zip(panels, SIDES, strict=True):
-        panel.set_title(side)
+    zero = "" if len(sides) == 2 else f"{SIDES[1 - sides[0]].lower()} it is zero"
+    for panel, side in zip(panels, sides, strict=True):
+        panel.set_title(SIDES[side])
         y_label(panel, _ordinate(view, present[0]), 2.0)
-        if nothing:
-            panel.set(ylim=(-1.0, 1.0), yticks=[0.0])
         _one_turn(panel, view, 4.6, panel is panels[-1])
     title = title_of(view.array(present[-1 if len(present) == 1 else 0]), present[0])
     what = "Shaking force" if names[0].endswith("force") else "Shaking moment"
     return finish(
         figure, f"{what} over one turn" if len(present) > 1 else title,
-        [*view.notes(present), "zero, but for rounding" if nothing else ""],
+        [*view.notes(present), zero],
         entries if len(present) > 1 else None, caption=view.caption, below=True,
     )  # fmt: skip
 
@@ -170,9 +207,12 @@ def _each(
     """A panel for each value of an axis: components over the angle, or the vector's curve."""
     view = whole.only(main, [along, "direction"])
     axis = view.axis(along) if along else None
-    picked = pick(axis.size, MOST_PANELS, axis.nominal) if axis else [0]
+    place = _places(whole, along)
+    lines = [p for p in place if all(_is_line(*_components(view, n, p)) for n in main)]
+    if hodograph:  # what moves along a line is read off the curves over the angle
+        place = [p for p in place if p not in lines]
+    picked = [p[along] if along else 0 for p in place]
     rows, columns = grid_of(len(picked))
-    place = [{along: i} if along else {} for i in picked]
     curves = _without_rounding([[_components(view, name, here) for name in main] for here in place])
     share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
     together = share or not hodograph
@@ -212,6 +252,9 @@ def _each(
     notes = [*view.notes(main), picked_text(axis, MOST_PANELS), "" if share else OWN_ORDINATES]
     if hodograph:
         notes.append("the vector runs along these curves; dots at 0°")
+        if lines and axis:
+            said = ", ".join(axis.tag(p[axis.name]) for p in lines)
+            notes.append(f"along a line, or zero: {said}")
     title = f"Shaking {kind}" + (": curve of its vector" if hodograph else "")
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,

@@ -16,10 +16,12 @@ from sweeps.figures.scales import (
     left_labels,
     log_ticks,
     parameter_ticks,
+    sensible_span,
     x_label,
 )
 from sweeps.figures.sheet import GREY, OWN_ORDINATES, Entries, finish, grid_of, new_sheet
 from sweeps.figures.study import Study, design_text
+from sweeps.figures.targets import target_lines
 from sweeps.figures.views import MOST_PANELS, MOST_ROWS, NO_VALUE, View, is_log, pick, picked_text
 from sweeps.figures.wording import HARD_SPACE, axis_label, number_text, sentence, title_of
 
@@ -66,6 +68,7 @@ def family_panels(view: View, group: Sequence[str], families: Sequence[tuple[str
     entries: Entries = {}
     for panel, (parameter, family), some in zip(panels, picked, lines, strict=False):
         draw_points(panel, family.axis(parameter), some, entries)
+        target_lines(panel, family, group, entries)
     for panel, (parameter, family), own in zip(panels, picked, ordinates, strict=False):
         axis = family.axis(parameter)
         free_scale(panel, [y for each in ordinates for y in each] if share else own)
@@ -75,7 +78,8 @@ def family_panels(view: View, group: Sequence[str], families: Sequence[tuple[str
         panel.set_visible(False)
     label = common_label(view, group)
     left_labels(panels, columns, label, 1.5)
-    notes = [*view.notes(group), "" if share else OWN_ORDINATES]
+    span = sensible_span(panels[: len(picked)], [y for o in ordinates for y in o]) if share else ""
+    notes = [*view.notes(group), "" if share else OWN_ORDINATES, span]
     if list(entries) == ["Computed"]:
         entries = {}
     return finish(
@@ -127,6 +131,7 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
                 **lost_look(why, GREY),
             )
             entries.setdefault(sentence(why), lost_handle(why))
+    target_lines(panel, view, group, entries, upright=True)
     panel.set_yticks(range(len(picked)), [rows[i] for i in picked])
     panel.set_ylim(len(picked) - 0.5, -0.5)
     label = common_label(view, group)
@@ -166,6 +171,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
                 else:
                     lost_points(panel, x[places], why)
                     entries.setdefault(sentence(why), lost_handle(why))
+        target_lines(panel, view, group, entries)
         known = np.unique(x[np.isfinite(x)])
         if is_log(known):
             panel.set_xscale("log")

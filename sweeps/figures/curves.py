@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.figures.lines import COUNTED
 from sweeps.figures.scales import comparable, crank_axis, left_labels, y_label
 from sweeps.figures.sheet import (
     OWN_ORDINATES,
@@ -30,6 +31,7 @@ from sweeps.figures.views import (
     key_text,
     pick,
     picked_text,
+    place_on,
     stem_of,
 )
 from sweeps.figures.wording import axis_label, title_of
@@ -45,14 +47,19 @@ def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
     together = torque_and_speed_names(study.view)  # which draws the nominal design
     for name in names:
-        for view, along in study.views_of(name):
-            if along is not None or name not in together:
+        found = list(study.views_of(name))
+        others = [(view, along) for view, along in found if along not in COUNTED]
+        for view, along in others or [(found[0][0], None)]:
+            parts = any(dim in view.array(name).dims for dim in COUNTED)
+            if along is not None or parts or name not in together:
                 yield stem_of(name, view, along), curve_figure(view, name, along)
 
 
 def curve_figure(view: View, name: str, along: str | None) -> Figure:
     """One variable over the crank angle: a line for each value of one axis, and facets."""
-    facet = facet_of(view, [name], [along]) if along else None
+    # Parts of the engine, such as its throws, have a panel each, whatever else there is.
+    parts = [dim for dim in COUNTED if dim in view.array(name).dims]
+    facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
     axis = view.axis(along) if along else None
     entries: Entries = {}
@@ -65,7 +72,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
         room, height = 6.3 / columns, 1.4
         traces = [
             [
-                trace(view, name, {facet: i, along or "": j})[1]
+                trace(view, name, {facet: i, **place_on(axis, j)})[1]
                 for j in pick(axis.size if axis else 1, MOST_LINES)
             ]
             for i in picked
@@ -108,7 +115,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
         figure,
         f"{title} by {key_text(axis)}" if axis else title,
         notes,
-        entries if axis else None,
+        entries if axis or name in view.options.targets else None,
         axis.label if axis else "",
         view.caption,
         below=bool(facet),

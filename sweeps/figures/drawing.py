@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from sweeps.errors import SceneError, counted, not_known, shown
+from sweeps.errors import SceneError, not_known, shown
 from sweeps.figures.kinds import KINDS, Kind, figures_of, taken_by_kinds
 from sweeps.figures.options import Options
 from sweeps.figures.sheet import Setting, drawn_with
@@ -153,13 +153,13 @@ def setting_of(dataset: xr.Dataset, options: Options, ax: Axes | None = None) ->
 def _subject(dataset: xr.Dataset) -> str:
     """Engine and speed, where the archive has one of each."""
     parts = []
-    title = str(dataset.attrs.get("engine_title") or dataset.attrs.get("engine") or "")
     several = {"engine", "arrangement", "cylinders"} & {*dataset.dims, *dataset.coords}
-    if title and "engine" not in several:
-        name = title.split(" (")[0].rstrip(".")
-        if not several and _one(dataset, "cylinders") > 1 and " " not in name:
-            name += f", {counted(int(_one(dataset, 'cylinders')), 'cylinder')}"
-        parts.append(shorten(name, 70))
+    engine = str(dataset.attrs.get("engine") or "")
+    title = str(dataset.attrs.get("engine_title") or "").split(" (")[0].rstrip(".")
+    if several or not title:  # the title tells how many cylinders the engine itself has
+        title = f"Engine {engine}" if engine and "engine" not in several else ""
+    if title:
+        parts.append(shorten(title, 90))
     speed = _one(dataset, "speed")
     if speed > 0 and "speed" not in dataset.coords:
         parts.append(f"{speed:.6g}{HARD_SPACE}rpm")

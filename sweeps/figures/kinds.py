@@ -9,14 +9,14 @@ Some kinds show certain variables together. All other variables are drawn by the
 =====================  ==========================================================================
 a variable over        is drawn as
 =====================  ==========================================================================
-nothing                a row of the table ``summary``; so is what is the same in all designs
+nothing                nothing; so is what is the same in all designs (``engine-dyn show``)
 one axis               points joined by lines
 two axes               a map with labelled contours; lines if an axis is short, or has words or
                        whole numbers such as those of cylinders
 more axes              small multiples of these; the remaining axes are cut at one slice, which the
                        title states
 ``crank_angle``        curves, one line for each value of one axis
-``order``              stems, side by side for the values of one axis
+``order``              bars, in front of each other or in panels for the values of one axis
 ``design``             the list of designs is taken apart into families, see
                        `sweeps.figures.study.families_of`
 =====================  ==========================================================================

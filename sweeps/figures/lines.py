@@ -18,10 +18,12 @@ from sweeps.figures.scales import (
     left_labels,
     no_ordinate,
     parameter_ticks,
+    sensible_span,
     x_label,
     y_label,
 )
 from sweeps.figures.sheet import Entries, bare_panels, finish, grid_of, lowest_panels, new_sheet
+from sweeps.figures.targets import target_lines, target_places
 from sweeps.figures.views import (
     MOST_LINES,
     MOST_PANELS,
@@ -45,6 +47,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+
+FEW_POINTS = 5
+"""Values of an axis below which the lines between the points are thin."""
 
 COUNTED = ("cylinder", "main_bearing")
 """Dimensions whose points are parts of an engine: no line runs from one to the next."""
@@ -84,10 +89,12 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
     for rank, line in enumerate(lines):
         style = line_style(rank, len(lines), line.strong and len(lines) > 1)
         x = axis.values if line.x is None else line.x
-        if axis.words or axis.name in COUNTED:
-            style["linestyle"] = "none"
-        if axis.name in COUNTED:  # side by side, as their parts often have the same load
-            x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
+        if not axis.joined:
+            style |= {"linestyle": "none", "markersize": 5.0}
+            if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
+                x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
+        elif x.size < FEW_POINTS:
+            style["linewidth"] = 0.7  # of the curve little is known but its points
         thin = max(x.size // 20, 1) if x.size > 60 else 1
         style["markevery"] = thin
         y = np.where(np.isfinite(line.y), line.y, np.nan)
@@ -119,6 +126,9 @@ def common_label(view: View, names: Sequence[str]) -> str:
     """Label for one variable, or for several of one kind: what their long names share."""
     if len(names) == 1:
         return axis_label(view.array(names[0]), names[0])
+    shared = {str(view.array(name).attrs.get("common_name", "")) for name in names}
+    if len(shared) == 1 and all(shared):
+        return sentence(*shared) + unit_in_brackets(view.array(names[0]))
     words = [re.findall(r"\w+", name_of(view.array(n), n).lower()) for n in names]
     common = [word for word in words[0] if all(word in other for other in words[1:])]
     common = [word for word in common if word not in ("of", "the", "in", "over", "at", "a")]
@@ -160,6 +170,8 @@ def line_figure(
         else:
             lines = [line_of(view, name, at, title_of(view.array(name), name)) for name in names]
         draw_points(panel, axis, lines, entries)
+        target_lines(panel, view, names, entries)
+        target_places(panel, view, axis, entries)
         every += [line.y for line in lines]
         if across:
             panel.set_title(across.tag(place))
@@ -167,6 +179,7 @@ def line_figure(
         parameter_ticks(panel, axis, "x", room)
         free_scale(panel, every)
         degree_ticks(panel, view.array(names[0]))
+    span = sensible_span(panels[: len(panels_at)], every)
     bare_panels(panels, len(panels_at), columns)
     for panel in lowest_panels(panels, len(panels_at), columns):
         x_label(panel, axis.label, room)
@@ -175,7 +188,7 @@ def line_figure(
         left_labels(panels, columns, label, 1.6)
     else:
         y_label(panels[0], label, 2.8)
-    notes = [*view.notes(names), picked_text(other), picked_text(across, MOST_PANELS)]
+    notes = [*view.notes(names), picked_text(other), picked_text(across, MOST_PANELS), span]
     lonely = list(entries) == ["Computed"]
     return finish(
         figure,

@@ -22,6 +22,7 @@ from sweeps.figures.sheet import (
     lowest_panels,
     new_sheet,
 )
+from sweeps.figures.targets import LOOK, target_lines, target_places, target_text
 from sweeps.figures.views import MOST_PANELS, StudyAxis, View, key_text, pick, picked_text
 from sweeps.figures.wording import axis_label, digits_of, number_text, sentence, title_of, wrap
 
@@ -69,6 +70,9 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
         parameter_ticks(panel, x, "x", room)
         parameter_ticks(panel, y, "y", 0.7 * height / rows)
         _map_panel(panel, x, y, table, why, whys, norm, levels)
+    entries = _hatches(whys, x.size * y.size > MOST_MARKS)
+    for panel, table in zip(panels, values, strict=False):
+        _target_contours(panel, view, name, (x, y, table), entries)
     for panel, place in zip(panels, places, strict=False):
         if across:
             panel.set_title(across.tag(place))
@@ -81,7 +85,6 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
         _colour_bar(figure, panels[: len(places)], norm, levels, axis_label(array, name), height)
     notes = [*view.notes([name]), picked_text(across, MOST_PANELS)]
     title = f"{title_of(array, name)} over {key_text(x)} and {key_text(y)}"
-    entries = _hatches(whys, x.size * y.size > MOST_MARKS)
     return finish(figure, title, notes, entries, caption=view.caption, below=True)
 
 
@@ -127,6 +130,24 @@ def _map_panel(
         else:
             rows, columns = np.nonzero(where)
             panel.plot(x.values[columns], y.values[rows], **doubt_look())
+
+
+def _target_contours(
+    panel: Axes, view: View, name: str, shown: tuple[StudyAxis, StudyAxis, Floats], entries: Entries
+) -> None:
+    """Contours at the targets of a map's quantity, and lines at those of its axes."""
+    from matplotlib.lines import Line2D
+
+    x, y, table = shown
+    for text, value in view.options.targets.get(name, ()):
+        masked = np.ma.masked_invalid(table)
+        if min(table.shape) > 1 and masked.min() < value < masked.max():
+            look = {"colors": LOOK["color"], "linestyles": [LOOK["linestyle"]], "linewidths": 1.8}
+            panel.contour(x.values, y.values, masked, [value], **look)
+            entries.setdefault(target_text(view, name, text), Line2D([], [], **LOOK))
+    target_places(panel, view, x, entries)
+    if not y.words and y.name in view.options.targets:
+        target_lines(panel, view, [y.name], entries)
 
 
 def cell_edges(axis: StudyAxis) -> Floats:

@@ -9,9 +9,13 @@ import numpy as np
 from sweeps.figures.cases import case_chart, family_figure, family_panels, scatter
 from sweeps.figures.lines import COUNTED, line_figure
 from sweeps.figures.maps import map_figure
+from sweeps.figures.plain_numbers import (
+    deviations_of_speed,
+    repeats_an_axis,
+    without_twins,
+)
 from sweeps.figures.sheet import NamedFigures
 from sweeps.figures.study import Study, parameters_of
-from sweeps.figures.summary import summary_table
 from sweeps.figures.views import MOST_READ, MOST_ROWS, NO_VALUE, View, facet_of, is_words, stem_of
 
 ON_COMMON_AXES = {
@@ -34,11 +38,18 @@ FEWEST_OF_MAP = 5
 
 
 def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw variables that are numbers: a table, points, maps, small multiples of these."""
-    level = [name for name in names if _is_level(study.view, name)]
-    if level:
-        yield "summary", summary_table(study.view, level)
-    for stem, group in _groups(study.view, [name for name in names if name not in level]):
+    """Draw variables that are numbers: points, maps, small multiples of these.
+
+    What is the same in all designs is no figure: ``engine-dyn show`` prints it. So is what repeats
+    an axis.
+    """
+    names = [
+        name
+        for name in names
+        if not _is_level(study.view, name) and not repeats_an_axis(study.view, name)
+    ]
+    study, names = without_twins(deviations_of_speed(study, names), names)
+    for stem, group in _groups(study.view, names):
         axes = study.view.axes(group)
         if "design" in axes:
             yield from _over_designs(study, stem, group, axes)

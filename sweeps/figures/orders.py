@@ -1,4 +1,4 @@
-"""Orders as stems over the order, side by side for the values of an axis."""
+"""Orders as bars over the order, for the values of an axis in front of each other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.figures.marks import line_style
+from sweeps.figures.marks import line_style, shade
 from sweeps.figures.scales import comparable, degree_ticks, left_labels, x_label
 from sweeps.figures.sheet import (
     OWN_ORDINATES,
@@ -19,6 +19,7 @@ from sweeps.figures.sheet import (
     grid_of,
     lowest_panels,
     new_sheet,
+    rc,
 )
 from sweeps.figures.study import Study
 from sweeps.figures.views import (
@@ -35,8 +36,13 @@ from sweeps.figures.views import (
 from sweeps.figures.wording import axis_label, title_of
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+
+MOST_NESTED = 3
+"""Values of an axis whose bars stand in front of each other; more get a panel each."""
 
 NOTHING = 1e-9
 """Fraction of the largest order of a figure below which an order is not drawn."""
@@ -50,10 +56,12 @@ def orders(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def order_figure(view: View, name: str, along: str | None) -> Figure:
-    """Orders as stems, side by side for the values of one axis; facets for another."""
+    """Orders as bars at their order: one in front of the other, or a panel for each value."""
     from matplotlib.ticker import MaxNLocator
 
     facet = facet_of(view, [name], [along]) if along else None
+    if along and view.data.sizes[along] > MOST_NESTED:
+        facet, along = along, None  # bars of many values hide each other
     view = view.only([name], [along, facet])
     axis = view.axis(along) if along else None
     across = view.axis(facet) if facet else None
@@ -74,12 +82,10 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
     drawn = places[np.any(there, axis=0)]
     room = float(np.min(np.diff(drawn if drawn.size > 1 else places), initial=1.0))
     entries: Entries = {}
-    for panel, index, stems in zip(panels, shown, values, strict=False):
+    for panel, index, each in zip(panels, shown, values, strict=False):
         any_drawn = False
-        for rank, (value, y) in enumerate(zip(picked, stems, strict=True)):
+        for rank, (value, y) in enumerate(zip(picked, each, strict=True)):
             text = axis.text(value) if axis else title_of(view.array(name), name)
-            style = line_style(rank, len(picked), axis is not None and value == axis.nominal)
-            shift = room * 0.7 * ((rank + 0.5) / len(picked) - 0.5)
             known = np.isfinite(y)
             if angles:  # an order without amplitude has phase 0, which is not drawn
                 known &= _has_amplitude(
@@ -87,19 +93,15 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
                 )
             else:
                 known &= np.abs(y) > least
-                panel.vlines(
-                    places[known] + shift, 0.0, y[known], color=style["color"], linewidth=1.3
-                )
             any_drawn |= bool(known.any())
-            (points,) = panel.plot(
-                places[known] + shift, y[known], linestyle="none", color=style["color"],
-                marker=style["marker"], markersize=3.5, markerfacecolor=style["markerfacecolor"],
-            )  # fmt: skip
+            handle = (_marks if angles else _bars)(
+                panel, places[known], y[known], room, (rank, len(picked))
+            )
             if np.isfinite(y).any():
-                entries.setdefault(text, points)
+                entries.setdefault(text, handle)
         if not any_drawn:
             panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
-        panel.axhline(0.0, color="black", linewidth=0.6)
+        panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
         if angles:
             degree_ticks(panel, view.array(name))
         panel.set_xlim(places[0] - 0.5, places[-1] + 0.5)
@@ -112,13 +114,35 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
     label = axis_label(view.array(name), name)
     left_labels(panels, columns, label, 1.5 if across else 2.8)
     title = title_of(view.array(name), name)
+    by = axis or across
     notes = [*view.notes([name]), picked_text(axis), picked_text(across, MOST_PANELS)]
     return finish(
-        figure, f"{title} by {key_text(axis)}" if axis else title,
+        figure, f"{title} by {key_text(by)}" if by else title,
         [*notes, "" if share else OWN_ORDINATES], entries if axis else None,
         axis.label if axis else "", view.caption, below=across is not None,
         spare=panels[len(shown) :] if across else (),
     )  # fmt: skip
+
+
+def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
+    """Bars at their orders, narrower and darker from value to value so that each is seen."""
+    rank, count = of
+    width = room * (0.34 if count == 1 else 0.8 * (1.0 - rank / count))
+    colour = shade(1.0 - rank / (count - 1)) if count > 1 else shade(0.15)
+    look = {"color": colour, "edgecolor": rc("axes.facecolor"), "linewidth": 0.3}
+    return panel.bar(places, y, width, zorder=2.0 + 0.1 * rank, **look)  # type: ignore[return-value]
+
+
+def _marks(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
+    """Marks at their orders, smaller from value to value so that each is seen."""
+    rank, count = of
+    style = line_style(rank, count)
+    (points,) = panel.plot(
+        places, y, linestyle="none", color=style["color"], marker=style["marker"],
+        markersize=3.5 + 2.0 * (count - 1 - rank),
+        markerfacecolor=style["color"] if rank == count - 1 else "none",
+    )  # fmt: skip
+    return points
 
 
 def _has_amplitude(view: View, name: str, place: Mapping[str, int]) -> Any:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style
 from sweeps.figures.scales import x_label, y_label
 from sweeps.figures.sheet import (
@@ -19,6 +21,7 @@ from sweeps.figures.sheet import (
     grid_of,
     lowest_panels,
     new_sheet,
+    rc,
 )
 from sweeps.figures.study import Study
 from sweeps.figures.traces import over_angle, trace
@@ -38,6 +41,7 @@ from sweeps.figures.wording import axis_label, name_of, number_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 
 POLAR = {
@@ -49,6 +53,11 @@ POLAR = {
 MARKED = 30.0
 """Degrees between the marks of a polar diagram; the dead centres are written beside it."""
 GUIDE = "#8a8a8a"
+LABEL, LEGEND = 1.05, 2.0
+"""Inches beside the panels for the ordinate and for a legend."""
+
+SAME = 2e-3
+"""Fraction of the largest load within which a curve repeats itself."""
 
 
 def polar_names(view: View) -> list[str]:
@@ -90,26 +99,42 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     shown = pick(across.size, MOST_PANELS, across.nominal) if across else [0]
     picked = pick(axis.size, MOST_LINES, axis.nominal) if axis else [0]
     rows, columns = grid_of(len(shown))
-    (left, low), (width, height) = _frame(view, names)
-    wide = min(6.1 / columns - 0.15, 3.0 if across else 4.6, 4.6 * width / height)
+    beside = LEGEND if axis and not across else 0.0
+    room = (WIDTH - LABEL - beside) / columns - (0.2 if across else 0.0)
+    most = 2.6 if across else 4.6
+    (left, low), (width, height) = _frame(view, names, room / most)
+    wide = min(room, most * width / height)
     tall = wide * height / width
-    size = WIDTH if columns > 2 else wide * columns + 1.0
+    size = WIDTH if columns > 2 else wide * columns + LABEL + beside
     share = {"sharex": True, "sharey": True}
-    figure, panels = new_sheet(rows, columns, (tall + 0.25) * rows + 0.4, width=size, **share)
+    figure, panels = new_sheet(rows, columns, (tall + 0.3) * rows + 0.4, width=size, **share)
     entries: Entries = {}
     for panel, index in zip(panels, shown, strict=False):
         ends = (low, low + height)
         panel.set_xlim(left, left + width)
         panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
-        for rank, value in enumerate(picked):
-            place = {**place_on(across, index), **place_on(axis, value)}
-            text = axis.text(value) if axis else ""
-            style = line_style(rank, len(picked), axis is not None and value == axis.nominal)
-            _loop(panel, view, names, place, style, text, entries, apart=0.06 * height)
+        places = [{**place_on(across, index), **place_on(axis, value)} for value in picked]
+        loops = [_closed_once(view, names, place) for place in places]
+        for rank, (value, loop) in enumerate(zip(picked, loops, strict=True)):
+            if loop is None:  # padded to the engine with most journals
+                continue
+            style = line_style(rank, len(picked))
+            # a curve is wider by those that run over it later, so that each of them is seen
+            later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
+            style["linewidth"] = 1.2 + 1.5 * later
+            line = _draw_loop(panel, loop, style)
+            if axis:
+                nominal = " (nominal)" if value == axis.nominal else ""
+                entries.setdefault(axis.text(value) + nominal, line)
+        kept = [(rank, loop) for rank, loop in enumerate(loops) if loop is not None]
+        for rank, loop in kept[:1]:
+            colour = line_style(rank, len(picked))["color"]
+            _write_angles(panel, loop, colour, apart=(0.09 if across else 0.06) * height)
         panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
         panel.set_aspect("equal", adjustable="box")
-        panel.locator_params("x", nbins=max(2, int(1.6 * wide)))
+        panel.locator_params("x", nbins=max(2, int(1.4 * wide)))
+        panel.locator_params("y", nbins=max(3, int(1.8 * tall)))
         if across:
             panel.set_title(across.tag(index))
     bare_panels(panels, len(shown), columns)
@@ -122,6 +147,7 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     notes = [
         *view.notes(names), picked_text(axis), picked_text(across, MOST_PANELS),
         axes_said, f"a mark every {MARKED:g}° of crank angle",
+        "angles at the first curve" if axis else "",
     ]  # fmt: skip
     return finish(
         figure, f"{title} by {key_text(axis)}" if axis else title, notes,
@@ -130,15 +156,21 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     )  # fmt: skip
 
 
-def _frame(view: View, names: Sequence[str]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Lower left corner and size of a frame for all curves, zero included, of one scale."""
+def _frame(
+    view: View, names: Sequence[str], ratio: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Lower left corner and size of a frame for all curves, zero included, of one scale.
+
+    It is widened towards `ratio`, width over height of the room, so that the axes fill the page.
+    """
     ranges = []
     for name in names:
         values = np.asarray(view.array(name).values, dtype=float)
         known = values[np.isfinite(values)]
         ranges.append((min(known.min(initial=0.0), 0.0), max(known.max(initial=0.0), 0.0)))
     spans = [1.15 * (high - low) or 1.0 for low, high in ranges]
-    size = (max(spans[0], 0.6 * spans[1]), max(spans[1], 0.6 * spans[0]))
+    least = min(ratio, 1.0)
+    size = (max(spans[0], least * spans[1]), max(spans[1], 0.6 * spans[0]))
     middles = [0.5 * (low + high) for low, high in ranges]
     return (middles[0] - 0.5 * size[0], middles[1] - 0.5 * size[1]), size
 
@@ -154,32 +186,73 @@ def _common(view: View, names: Sequence[str]) -> str:
     return " and ".join(names)
 
 
-def _loop(
-    panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
-    style: dict[str, Any], text: str, entries: Entries, *, apart: float,
-) -> None:  # fmt: skip
-    """One closed curve, with marks along it, and the dead centres by their angle."""
-    from matplotlib.patheffects import withStroke
+@dataclass(frozen=True)
+class _Loop:
+    """One closed curve: crank angles and both components; of repetitions the first alone."""
 
+    angle: Floats
+    x: Floats
+    y: Floats
+
+
+def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> _Loop | None:
+    """Return a curve, without the parts of the cycle in which it runs the same way again."""
     angle, x, lost = trace(view, names[0], place)
     _, y, _ = trace(view, names[1], place)
-    if lost:  # padded to the engine with most journals
-        return
-    (line,) = panel.plot(x, y, **(style | {"marker": ""}))
-    marks = np.flatnonzero(np.isclose(angle[:-1] % MARKED, 0.0, atol=1e-6))
-    panel.plot(
-        x[marks], y[marks], linestyle="none", marker="o", markersize=2.2, color=style["color"]
+    if lost:
+        return None
+    count = x.size - 1
+    size = float(np.nanmax(np.hypot(x, y), initial=0.0))
+    for parts in (12, 10, 8, 6, 5, 4, 3, 2):
+        if count % parts:
+            continue
+        step = count // parts
+        turned = np.hypot(np.roll(x[:-1], step) - x[:-1], np.roll(y[:-1], step) - y[:-1])
+        if np.all(turned <= SAME * size):
+            return _Loop(angle[: step + 1], x[: step + 1], y[: step + 1])
+    return _Loop(angle, x, y)
+
+
+def _coincide(one: _Loop, other: _Loop | None, height: float) -> bool:
+    """Whether a good part of a curve lies on another one."""
+    if other is None:
+        return False
+    step = max(1, other.x.size // 180)
+    far = np.hypot(
+        one.x[::step, None] - other.x[None, ::step], one.y[::step, None] - other.y[None, ::step]
     )
-    if text:
-        entries.setdefault(text, line)
+    return bool(np.mean(far.min(axis=1) < 0.01 * height) > 0.25)
+
+
+def _draw_loop(panel: Axes, loop: _Loop, style: dict[str, Any]) -> Line2D:
+    """One closed curve with marks along it."""
+    (line,) = panel.plot(loop.x, loop.y, **(style | {"marker": ""}))
+    marks = _marks(loop, MARKED)
+    panel.plot(
+        loop.x[marks], loop.y[marks], linestyle="none", marker="o", markersize=2.2,
+        color=style["color"],
+    )  # fmt: skip
+    return line
+
+
+def _marks(loop: _Loop, every: float) -> Any:
+    return np.flatnonzero(
+        np.isclose((loop.angle[:-1] + 0.5 * every) % every, 0.5 * every, atol=1e-6)
+    )
+
+
+def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> None:
+    """The dead centres and the quarters between them, by their angle, beside a curve."""
+    from matplotlib.patheffects import withStroke
+
+    x, y, angle = loop.x, loop.y, loop.angle
     middle = (float(np.mean(x[:-1])), float(np.mean(y[:-1])))
     upward = -1.0 if panel.yaxis_inverted() else 1.0
-    halo = [withStroke(linewidth=1.5, foreground="white")]
+    halo = [withStroke(linewidth=1.5, foreground=rc("axes.facecolor"))]
     written: list[tuple[float, float]] = []
-    for mark in marks:
+    for mark in _marks(loop, 90.0):
         here = (float(x[mark]), float(y[mark]))
-        crowded = any(np.hypot(here[0] - u, here[1] - v) < apart for u, v in written)
-        if crowded or text or not np.isclose(angle[mark] % 90.0, 0.0, atol=1e-6):
+        if any(np.hypot(here[0] - u, here[1] - v) < apart for u, v in written):
             continue
         written.append(here)
         # across the curve, away from its middle
@@ -194,5 +267,5 @@ def _loop(
             xytext=(6.0 * aside / far, 6.0 * above / far),
             ha="left" if aside > 0.3 * far else "right" if aside < -0.3 * far else "center",
             va="bottom" if above > 0.3 * far else "top" if above < -0.3 * far else "center",
-            fontsize=6.5, color=style["color"], path_effects=halo,
+            fontsize=6.5, color=colour, path_effects=halo,
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from engine_dyn.types import Integers
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
 from sweeps.figures.options import Options, check_targets, turned
-from sweeps.figures.views import MOST_LINES, RUNNING, View, is_words, pick
+from sweeps.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.figures.wording import shorten, slug, value_text
 from sweeps.ratios import number_or_ratio
 
@@ -222,7 +223,12 @@ def study_of(
         if np.any(np.diff(rising) != 1):
             order[dim] = rising
     options = replace(options, select=select)
-    view = View(data.isel(order) if order else data, tolerance=_tolerance(data), options=options)
+    view = View(
+        data.isel(order) if order else data,
+        tolerance=_tolerance(data),
+        own=_own_values(data),
+        options=options,
+    )
     view = view.cut({dim: _selected(view, dim, value) for dim, value in select.items()})
     view = view.cut({str(d): 0 for d, n in view.data.sizes.items() if n == 1 and d not in RUNNING})
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
@@ -243,6 +249,27 @@ def study_of(
     if base:
         view = replace(view, nominal={"design": 0}, others=listed)
     return Study(view, tuple(base), tuple(aside), bool(lonely.any()), given)
+
+
+def _own_values(data: xr.Dataset) -> dict[str, float]:
+    """Values of axes that the engine has by itself: of its file, and no misfire."""
+    found = {MISFIRE: 0.0}
+    try:
+        files = json.loads(data.attrs["input_files"])["files"]
+        texts = [entry["text"] for name, entry in files.items() if name.endswith(".toml")]
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return found
+    for text in texts:
+        try:
+            keys = tomllib.loads(text)
+            keys |= keys.get("values", {})
+        except (tomllib.TOMLDecodeError, TypeError, AttributeError):
+            continue
+        for name in map(str, data.dims):
+            value = keys.get(name)
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                found.setdefault(name, float(value))
+    return found
 
 
 def _tolerance(data: xr.Dataset) -> float:
@@ -273,7 +300,8 @@ def _selected(view: View, dim: str, value: float | str) -> int:
             raise SceneError(f"select: {dim} is {shown(str(given))}, allowed: {allowed}")
     if not np.isfinite(value):
         raise SceneError(f"select: {dim} must be a finite number, not {value}")
-    numbers = np.asarray(axis.variable.values if not axis.words else axis.values, dtype=float)
+    plain = not axis.words or not is_words(axis.variable)
+    numbers = np.asarray(axis.variable.values if plain else axis.values, dtype=float)
     outside = outside_axis(value, numbers)
     if outside:
         raise SceneError(f"select: {dim} = {shown(value)}: {outside}")

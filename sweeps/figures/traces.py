@@ -12,6 +12,7 @@ from engine_dyn.types import Floats
 from sweeps.figures.marks import line_style, lost_handle, mark_lost
 from sweeps.figures.scales import crank_axis, no_ordinate
 from sweeps.figures.sheet import WIDTH, Entries
+from sweeps.figures.targets import target_lines
 from sweeps.figures.views import FROM_SPEED, MOST_LINES, NO_VALUE, StudyAxis, View, pick
 from sweeps.figures.wording import title_of
 
@@ -107,6 +108,8 @@ def draw_curves(
         drawn.append(y)
     if not drawn:
         no_ordinate(axes)
+    elif change is None:
+        target_lines(axes, view, [name], entries)
     axes.set_xlim(*_cycle(view))
     return drawn
 

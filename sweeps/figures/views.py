@@ -35,6 +35,12 @@ MOST_PANELS = 9
 MOST_ROWS = 45
 """Rows of a table, or of a chart with a row for each case."""
 
+MISFIRE = "misfire"
+"""Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
+
+CATEGORIES = ("cylinder", "main_bearing", "cylinders", MISFIRE)
+"""Dimensions between whose values there is nothing: no line runs from one to the next."""
+
 RUNNING = ("crank_angle", "order")
 """Dimensions that a curve runs along; all others are axes of the study."""
 
@@ -85,8 +91,16 @@ class StudyAxis:
             text += f", {self.remarks[index]}"
         return text
 
+    @property
+    def joined(self) -> bool:
+        """Whether there is something between its values, so that a line may run there."""
+        return not self.words and self.name not in CATEGORIES
+
     def tag(self, index: int) -> str:
         """Name and value, for titles."""
+        if self.name == MISFIRE and self.words:
+            word = self.words[index]
+            return "no misfire" if word == "none" else f"misfire of cylinder {word}"
         if self.words:
             return self.words[index]
         return value_text(self.variable, self.name, float(self.values[index]), self.digits)
@@ -153,6 +167,8 @@ class View:
     suffix: str = ""
     others: tuple[str, ...] = ()  # parameters that are the same in all of it
     tolerance: float = 0.0  # of the solver
+    own: Mapping[str, float] = field(default_factory=dict)  # values of the scene's engine itself
+    twins: Mapping[str, str] = field(default_factory=dict)  # what is said of equal variables
     options: Options = field(default_factory=Options)
 
     @property
@@ -190,6 +206,11 @@ class View:
             # along a parameter taken out of a list of designs, the name of a case says less
             labels = [key for key in labels if key == f"{dim}_name"]
         nominal = self.nominal.get(dim)
+        if dim == MISFIRE and not is_words(own):
+            numbers = np.asarray(own.values, dtype=float)
+            words = tuple("none" if value == 0 else number_text(value) for value in numbers)
+            places = np.arange(len(words), dtype=float)
+            return StudyAxis(dim, places, words, "Misfiring cylinder", own, False, nominal=nominal)
         if labels:
             preferred = [key for key in (f"{dim}_name", dim, "case") if key in labels]
             key = (preferred or labels)[0]
@@ -236,10 +257,15 @@ class View:
         return same_over([dim])
 
     def default(self, dim: str) -> int:
-        """The slice when none is chosen: nominal design, middle number or first word."""
+        """The slice when none is chosen: nominal, the engine's own, middle or first."""
         if dim in self.nominal:
             return self.nominal[dim]
         axis = self.axis(dim)
+        if dim in self.own:
+            numbers = np.asarray(axis.variable.values, dtype=float)
+            near = np.flatnonzero(np.isclose(numbers, self.own[dim], rtol=1e-6, atol=0.0))
+            if near.size:
+                return int(near[0])
         return 0 if axis.words or dim == "design" else (axis.size - 1) // 2
 
     def notes(self, names: Iterable[str], units: bool = True) -> list[str]:
@@ -250,6 +276,7 @@ class View:
         names = list(names)
         had = {dim for name in names for dim in self.had.get(name, ())}
         notes = [text for dim, text in self.fixed.items() if dim in had]
+        notes += [self.twins[name] for name in names if name in self.twins]
         for name in names:
             attributes = self.array(name).attrs
             if units and "units" not in attributes and "comment" in attributes:

@@ -164,18 +164,33 @@ def test_components_without_their_partner_are_curves() -> None:
     assert "crank_pin_radial_speed" in plates(data)
 
 
-def test_orders_are_stems_side_by_side(found: dict[str, Any]) -> None:
+def orders_of(panel: Any) -> list[np.ndarray]:
+    """Where the bars of each value stand."""
+    return [
+        np.array([bar.get_x() + 0.5 * bar.get_width() for bar in bars]) for bars in panel.containers
+    ]
+
+
+def test_orders_are_bars_at_their_order(found: dict[str, Any]) -> None:
     figure = found["torque_order_speed"]
     panel = figure.axes[0]
-    assert len(panel.collections) == 2  # stems of each speed
-    one, other = (line.get_xdata() for line in panel.lines[:2])
-    assert np.diff(one) == pytest.approx(0.5)
-    assert 0.0 < (other - one)[0] < 0.5
-    assert np.mean([one[0], other[0]]) == pytest.approx(0.5)
+    one, other = orders_of(panel)  # of each speed
+    assert one == pytest.approx(np.arange(1, 13) / 2)
+    assert other == pytest.approx(one)
+    behind, before = (bars[0].get_width() for bars in panel.containers)
+    assert before < behind < 0.5  # so that both are seen, and no order touches the next
     assert "Order" in words(figure)
-    single = found["phase_vector_sum"].axes[0]
+    (single,) = orders_of(found["phase_vector_sum"].axes[0])
     sums = mechanism()["phase_vector_sum"].values
-    assert single.lines[0].get_xdata() == pytest.approx(np.arange(1, 13)[sums > 0] / 2)
+    assert single == pytest.approx(np.arange(1, 13)[sums > 0] / 2)
+
+
+def test_many_values_of_orders_have_a_panel_each() -> None:
+    data = mechanism()[["torque_order"]].isel(speed=[0, 0, 0, 1])
+    data["speed"] = ("speed", [1000.0, 1200.0, 1400.0, 1600.0], data["speed"].attrs)
+    figure = plates(data)["torque_order_speed"]
+    assert [len(panel.containers) for panel in figure.axes] == [1, 1, 1, 1]
+    assert "rpm" in figure.axes[0].get_title(loc="left")
 
 
 def test_of_what_is_not_there_nothing_is_drawn() -> None:
@@ -186,10 +201,9 @@ def test_of_what_is_not_there_nothing_is_drawn() -> None:
     phases = np.where(data["order"] % 1 == 0, 90.0, 0.0) * np.ones(size.shape)
     data["torque_phase"] = (data["torque_order"].dims, phases, attrs)
     found = plates(data)
-    for stem in ("torque_order_speed", "torque_phase"):
-        drawn = found[stem].axes[0].lines[0].get_xdata()
-        assert len(drawn) == 6, stem
-    assert len(found["torque_phase"].axes[0].collections) == 0  # a phase has no stem
+    assert len(orders_of(found["torque_order_speed"].axes[0])[0]) == 6
+    assert len(found["torque_phase"].axes[0].lines[0].get_xdata()) == 6
+    assert not found["torque_phase"].axes[0].containers  # a phase has no bar
     data["torque_order"][:] = 0.0
     assert "zero at every order" in words(plates(data)["torque_order"])
 
