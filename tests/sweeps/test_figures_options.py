@@ -1,0 +1,127 @@
+"""Options of figures: kinds by name, targets, size, crank angle, style, a panel of one's own."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from sweeps.errors import SceneError
+from sweeps.figures.drawing import figure, figures, kinds_of
+from sweeps.figures.kinds import KINDS
+from sweeps.figures.options import Options, options_of
+from sweeps.presenting.readable_dataset import readable_dataset
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "figures.md"
+
+
+def archive() -> xr.Dataset:
+    angle = np.arange(-360.0, 360.0, 10.0)
+    phi, inertia = np.radians(angle), np.array([1.0, 2.0, 4.0])
+    wave = np.cos(phi)[None, :] / inertia[:, None]
+    names = ("inertia", "crank_angle")
+    data = xr.Dataset(
+        {
+            "torque": (names, 100.0 * wave, {"long_name": "torque", "units": "N m"}),
+            "omega": (names, 100.0 + wave,
+                      {"long_name": "crank speed", "symbol": r"$\omega$", "units": "rad s-1"}),
+            "delta": ("inertia", 0.02 / inertia, {"long_name": "fluctuation", "units": "1"}),
+        },
+        coords={
+            "inertia": ("inertia", inertia, {"units": "kg m2"}),
+            "crank_angle": ("crank_angle", angle, {"long_name": "crank angle", "units": "degree"}),
+        },
+        attrs={"engine_title": "A test engine (of nobody)", "parameters": '{"speed": 955}'},
+    )  # fmt: skip
+    return data
+
+
+def test_one_kind_is_a_figure_that_names_engine_and_speed() -> None:
+    drawn = figure(archive(), "torque_and_speed")
+    said = " ".join(text.get_text() for text in drawn.texts)
+    assert "A test engine" in said and "nobody" not in said
+    assert "955\N{NO-BREAK SPACE}rpm" in said
+
+
+def test_only_these_kinds_are_drawn() -> None:
+    assert set(figures(archive(), options_of(only="numbers"))) == {"delta_inertia"}
+    given = {kind.name for kind, names in kinds_of(archive()) if names}
+    assert {"torque_and_speed", "numbers"} <= given
+    assert "shaking" not in given
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [("numberz", "did you mean 'numbers'"), ("shaking", "needs shaking_force or shaking_moment")],
+)
+def test_a_kind_that_is_not_there_is_bad_input(kind: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        figure(archive(), kind)
+
+
+def test_a_panel_of_ones_own_is_drawn_into() -> None:
+    mine = Figure()
+    panel = mine.add_subplot()
+    assert figure(archive(), "numbers", ax=panel) is mine
+    assert panel.get_lines() and "luctuation" in panel.get_title(loc="left")
+    with pytest.raises(SceneError, match="2 panels"):
+        figure(archive(), "turning_moment", ax=panel)
+
+
+def test_targets_are_lines_with_their_text() -> None:
+    drawn = figure(archive(), "numbers", options_of(target="delta=1/200"))
+    levels = [line.get_ydata() for line in drawn.axes[0].get_lines()]
+    assert [0.005, 0.005] in [list(level) for level in levels]
+    assert "1/200" in drawn.legends[0].get_texts()[-1].get_text()
+    with pytest.raises(SceneError, match="did you mean 'delta'"):
+        figure(archive(), "numbers", options_of(target="delt=1"))
+
+
+def test_size_and_style() -> None:
+    drawn = figure(archive(), "numbers", options_of(size="160x100", style={"axes.facecolor": "k"}))
+    assert drawn.get_size_inches() * 25.4 == pytest.approx([160.0, 100.0])
+    assert drawn.axes[0].get_facecolor() == (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("angle", "zero", "peak"),
+    [("0..720", "firing-tdc", [0.0, 360.0, 720.0]), (None, "bdc", [180.0, 540.0])],
+)
+def test_the_crank_angle_is_counted_as_asked(angle: str | None, zero: str, peak: list) -> None:
+    options = options_of(angle=angle, zero=zero)
+    panel = figure(archive().isel(inertia=0), "torque_and_speed", options).axes[0]
+    line = next(one for one in panel.get_lines() if len(one.get_xdata()) > 50)
+    x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+    assert (x[0], x[-1]) == (0.0, 720.0)
+    assert list(x[y > 99.99]) == peak
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"size": "5x5"}, {"size": "big"}, {"angle": "0..100"}, {"zero": "here"}, {"target": "delta"},
+     {"target": "delta=1/0"}, {"style": "no such style"}, {"style": {"no.key": 1}}],
+)  # fmt: skip
+def test_bad_options_are_bad_input(given: dict) -> None:
+    with pytest.raises(SceneError, match=next(iter(given))):
+        options_of(**given)
+
+
+def test_a_range_of_another_length_than_the_cycle_is_bad_input() -> None:
+    with pytest.raises(SceneError, match="720 degrees"):
+        figure(archive(), "torque_and_speed", Options(angle=(0.0, 360.0)))
+
+
+def test_units_that_read_better_are_taken_and_others_kept() -> None:
+    found = readable_dataset(archive())
+    assert found["omega"].attrs["units"] == "rpm"
+    assert found["omega"].attrs["symbol"] == "$n$"
+    np.testing.assert_allclose(found["omega"], archive()["omega"] * 30.0 / np.pi)
+    kept = readable_dataset(archive(), "archive")
+    assert kept["omega"].attrs["units"] == "rad s-1"
+
+
+def test_the_document_lists_every_kind() -> None:
+    rows = DOCUMENT.read_text("utf-8").splitlines()
+    for kind in KINDS:
+        assert f"| `{kind.name}` | {kind.shows} | {kind.needs} |" in rows
