@@ -202,8 +202,9 @@ def finish(
     ink = rc("text.color")
     head = [(line, heads, ink) for line in wrap(title, int(width * 128 / heads)).split("\n")]
     lines = wrap(said, int(width * 128 / notes_size)).split("\n")
-    head += [(line, notes_size, GREY) for line in lines if line]
-    foot = [(line, small, GREY) for line in wrap(caption, int(width * 18)).split("\n") if line]
+    pale = GREY if ink in ("black", "k", "#000000") else ink  # grey is not seen on dark paper
+    head += [(line, notes_size, pale) for line in lines if line]
+    foot = [(line, small, pale) for line in wrap(caption, int(width * 18)).split("\n") if line]
     leading = 1.4 / 72
     top = 0.06 + sum(size * leading for _, size, _ in head)
     bottom = 0.04 + sum(size * leading for _, size, _ in foot)

@@ -18,6 +18,7 @@ from sweeps.figures.sheet import (
     grid_of,
     lowest_panels,
     new_sheet,
+    rc,
 )
 from sweeps.figures.study import Study
 from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
@@ -245,6 +246,8 @@ def _torque_lines(
         colour, dashes, width = TORQUES[name]
         sign = -1.0 if name == "friction_torque" else 1.0
         label = ("\N{MINUS SIGN}" if sign < 0 else "") + title_of(variable, name)
+        if colour == "#000000":
+            colour = rc("text.color")  # white where the paper is dark
         style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": width}
         if "crank_angle" in variable.dims:
             x, y, lost = trace(view, name, index)
