@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
@@ -48,6 +49,8 @@ class Engine:
         Citations.
     silenced_warnings : tuple of str
         Names of plausibility checks whose ranges this engine is meant to leave.
+    uncertainty : mapping
+        Range or distribution of values that are not well known, as its file has them.
     """
 
     name: str
@@ -64,3 +67,4 @@ class Engine:
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     silenced_warnings: tuple[str, ...] = ()
+    uncertainty: Mapping[str, Any] = field(default_factory=dict)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 __all__ = [
     "ARRANGEMENT", "COMPARED", "DESIGN", "ENGINE", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER",
-    "PUBLISHED",
+    "PUBLISHED", "UNCERTAIN",
 ]  # fmt: skip
 
 DESIGN = "design"
@@ -27,6 +27,9 @@ LABELS = ("case", ENGINE, ARRANGEMENT)
 
 PARAMETER = "parameter"
 """Dimension of elasticities: the parameters that derivatives are taken by, by their keys."""
+
+UNCERTAIN = "uncertain_parameter"
+"""Dimension of shares of an uncertainty: the parameters that are not well known, by their keys."""
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], beside the quantities' own."""

@@ -106,6 +106,7 @@ _DIMENSIONS = (
         "crank angle, 0 at firing top dead centre of cylinder 1", si=DEGREE,
     ),
     Dimension("parameter", "", "1", "parameter that a derivative is taken by"),
+    Dimension("uncertain_parameter", "", "1", "parameter whose value is not well known"),
 )  # fmt: skip
 
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})

@@ -25,7 +25,7 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.archive.provenance import provenance
 from sweeps.archive.several_engines import about_several, engine_of
 from sweeps.archive.warnings import ATTRIBUTE, Watch
-from sweeps.dimensions import DESIGN, PARAMETER, PUBLISHED
+from sweeps.dimensions import DESIGN, PARAMETER, PUBLISHED, UNCERTAIN
 from sweeps.errors import printable
 from sweeps.planning.elasticities import KIND, KINDS
 from sweeps.planning.plan import Plan
@@ -346,12 +346,12 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Any]:
     for name, points in plan.points.items():
         if name in used:
             coordinates[name] = ((name,), points, _dimension_attributes(DIMENSIONS[name]))
-    if PARAMETER in used:
+    for dimension in (d for d in (PARAMETER, UNCERTAIN) if d in used):
         for fact, text in (("unit", "unit"), ("long_name", "meaning")):
-            facts = [getattr(PARAMETERS[key], fact) for key in plan.points[PARAMETER]]
+            facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]
             attributes = {"long_name": f"{text} of the parameter", "units": "1"}
-            coordinates[f"{PARAMETER}_{fact}"] = (
-                (PARAMETER,), np.array(facts, dtype=object), attributes,
+            coordinates[f"{dimension}_{fact}"] = (
+                (dimension,), np.array(facts, dtype=object), attributes,
             )  # fmt: skip
     return coordinates
 

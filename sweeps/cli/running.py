@@ -85,6 +85,12 @@ SHOWN = 10
     "(local:N).",
 )
 @click.option(
+    "--uncertainty",
+    is_flag=True,
+    help="Also compute bands of all results from the ranges that the engine file gives for values "
+    "that are not well known.",
+)
+@click.option(
     "--full-paths",
     is_flag=True,
     help="Keep folders in what the archive says of its files and of this command line. Without "
@@ -96,7 +102,7 @@ SHOWN = 10
 def run(
     scene: str, output: Path, overwrite: bool, resume: bool, memory: str | None, level: int,
     single: bool, threads: int | None, shard: str | None, scheduler: str | None,
-    full_paths: bool, quiet: bool,
+    uncertainty: bool, full_paths: bool, quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option
     """Run SCENE (a TOML file or the name of a built-in scene) and write a netCDF archive.
 
@@ -111,9 +117,9 @@ def run(
         check_address(scheduler)
         if threads is not None:
             raise SceneError("--threads: not with --scheduler, whose workers have one thread each")
-    from sweeps.scene.reading import read_scene
+    from sweeps.scene.reading import read_scene, with_uncertainty
 
-    read = read_scene(scene)
+    read = with_uncertainty(scene) if uncertainty else read_scene(scene)
     check_output(output, overwrite or resume, *files_of(read))
 
     from sweeps.planning.plan import make_plan
@@ -132,6 +138,7 @@ def run(
     again += ["--float32"] if single else []
     again += [] if shard is None else ["--shard", shard]
     again += [] if scheduler is None else ["--scheduler", scheduler]
+    again += ["--uncertainty"] if uncertainty else []
     again += ["--full-paths"] if full_paths else []
     again += ["--overwrite"] if overwrite and output.exists() else []
     options = Options(

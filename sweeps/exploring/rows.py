@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.checks import check_dataset
-from sweeps.dimensions import PARAMETER
+from sweeps.dimensions import PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.ranges import ranges
@@ -53,6 +53,10 @@ class Rows:
         Columns that are changes in percent.
     elasticities : tuple of str
         Elasticities that were not asked for: a row for each parameter.
+    bands : dict of (ndarray, ndarray)
+        Ends of the uncertainty of quantities in each row, where the archive has it.
+    mainly : dict of str
+        What that uncertainty is mostly due to, in all of the slice.
     """
 
     table: pd.DataFrame
@@ -64,6 +68,8 @@ class Rows:
     curves: tuple[str, ...]
     changes: frozenset[str] = frozenset()
     elasticities: tuple[str, ...] = ()
+    bands: dict[str, tuple[npt.NDArray[Any], npt.NDArray[Any]]] = field(default_factory=dict)
+    mainly: dict[str, str] = field(default_factory=dict)
 
 
 def rows(
@@ -111,21 +117,30 @@ def rows(
             raise SceneError(f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}")
     part = nearest(archive, **(select or {}))
     names = chosen_quantities(part, quantities)
-    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER}]
+    curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER, UNCERTAIN}]
     if curved:
         raise SceneError(
             f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
             "engine-dyn export writes it"
         )
+    uncertain = [n for n in names if f"{n}_share" in part]
+    if quantities is None:
+        endings = ("_low", "_high", "_explained")
+        beside = {"failed_draws", *(n + ending for n in uncertain for ending in endings)}
+        names = [n for n in names if n not in beside or (n == "failed_draws" and part[n].any())]
     used = {d for name in names for d in part[name].dims}
     dims = [str(d) for d in part.dims if d in used]
     columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
     given = tuple(name for name in columns if name not in names)
+    ends = {} if relative_to is not None else _ends(part, uncertain)
+    columns |= ends
     shape = [part.sizes[d] for d in dims]
     if sort is not None and sort.removeprefix("-") not in columns:
         key = sort.removeprefix("-")
         raise SceneError(f"{shown(key)}: no column of the table{not_known(key, columns)}")
     found = _first(columns, dims, shape, sort, limit)
+    bands = {n: (found.pop(f"{n} low"), found.pop(f"{n} high")) for n in uncertain if ends}
+    columns = {name: column for name, column in columns.items() if name not in ends}
     table = pd.DataFrame({name: found[name] for name in columns})
     changes = frozenset[str]()
     if relative_to is not None:
@@ -150,14 +165,34 @@ def rows(
     left = tuple(
         str(n)
         for n in part.data_vars
-        if set(part[n].dims) & set(DIMENSIONS) and not {PARAMETER} & set(part[n].dims)
+        if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER, UNCERTAIN}
     )
     more = tuple(
         str(name)
         for name in part.data_vars
         if str(name).endswith(ELASTICITY) and name not in names and PARAMETER in part[name].dims
     )
-    return Rows(table, units, texts, given, fixed, math.prod(shape), left, changes, more)
+    return Rows(
+        table, units, texts, given, fixed, math.prod(shape), left, changes, more, bands,
+        _mainly(part, uncertain),
+    )  # fmt: skip
+
+
+def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
+    """Ends of the bands of quantities, by names that no variable has."""
+    return {f"{n} {end}": part[f"{n}_{end}"].variable for n in uncertain for end in ("low", "high")}
+
+
+def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
+    """Which uncertain parameter most of the variance of each quantity is due to."""
+    found = {}
+    for name in uncertain:
+        share = part[f"{name}_share"]
+        over = [d for d in share.dims if d != UNCERTAIN]
+        mean = share.mean(over).values
+        if np.isfinite(mean).any() and np.nanmax(mean) > 0.0:
+            found[name] = str(part[UNCERTAIN].values[int(np.nanargmax(mean))])
+    return found
 
 
 def fixed_of(archive: xr.Dataset, part: xr.Dataset) -> dict[str, Any]:

@@ -59,6 +59,7 @@ from sweeps.figures.indicator import (
     work_diagrams,
     work_names,
 )
+from sweeps.figures.lines import band_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.measured import measured_names, measured_speeds
 from sweeps.figures.numbers import numbers
@@ -223,6 +224,14 @@ KINDS = (
 """Every kind of figure. This is the only list of them."""
 
 
+def uncertainty_names(view: View) -> set[str]:
+    """Variables of `run --uncertainty`, which are drawn beside their quantities."""
+    of_bands = {end for name in view.data.data_vars for end in band_names(str(name))}
+    found = {str(n) for n, v in view.data.data_vars.items() if "uncertain_parameter" in v.dims}
+    found |= {name.removesuffix("_share") + "_explained" for name in found}
+    return found | of_bands | {"failed_draws"} if found else set()
+
+
 def figures_of(study: Study, only: Sequence[str] = ()) -> NamedFigures:
     """All figures of an archive with the names of their files; nothing for what is not there.
 
@@ -243,6 +252,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
     found = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
     special = [kind.name for kind in KINDS if not (kind.general or kind.shared)]
     taken = {name for kind in special for name in found[kind]}
+    beside = uncertainty_names(study.view)
     chosen = study.view.options.quantities
     for kind in KINDS:
         if kind.general:
@@ -251,6 +261,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in found[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
+                and name not in beside
                 and (name in chosen if chosen else name not in taken)
             ]
         elif chosen:

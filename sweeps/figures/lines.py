@@ -51,13 +51,18 @@ if TYPE_CHECKING:
 FEW_POINTS = 5
 """Values of an axis below which the lines between the points are thin."""
 
+BAND = "95 % of what the uncertain values give"
+
 COUNTED = ("cylinder", "main_bearing")
 """Dimensions whose points are parts of an engine: no line runs from one to the next."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside."""
+    """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside.
+
+    `band` are the ends of the uncertainty.
+    """
 
     text: str
     y: Floats
@@ -65,6 +70,7 @@ class Line:
     published: Floats | None
     x: Floats | None = None  # if not the axis's own values
     strong: bool = False
+    band: tuple[Floats, Floats] | None = None
 
 
 def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: Any) -> Line:
@@ -78,7 +84,25 @@ def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: 
         beside = beside.isel({dim: i for dim, i in index.items() if dim in beside.dims})
         published = np.asarray(beside.values, dtype=float)
     values = np.asarray(array.values, dtype=float)
-    return Line(text, values, view.outcomes(name, array, index), published, **more)
+    said = view.outcomes(name, array, index)
+    return Line(text, values, said, published, band=_band(view, name, index), **more)
+
+
+def _band(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floats] | None:
+    """Ends of the uncertainty of a line; None where the archive has none."""
+    ends = []
+    for key in band_names(name):
+        if key not in view.data.variables:
+            return None
+        array = view.array(key)
+        array = array.isel({dim: i for dim, i in index.items() if dim in array.dims})
+        ends.append(np.asarray(array.values, dtype=float))
+    return ends[0], ends[1]
+
+
+def band_names(name: str) -> tuple[str, str]:
+    """Variables that `run --uncertainty` writes beside a quantity: the ends of its band."""
+    return f"{name}_low", f"{name}_high"
 
 
 def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: Entries) -> None:
@@ -100,6 +124,13 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
         y = np.where(np.isfinite(line.y), line.y, np.nan)
         (drawn,) = panel.plot(x, y, **style)
         entries.setdefault(line.text, drawn)
+        if line.band is not None and style["linestyle"] != "none":
+            filled = panel.fill_between(
+                x, *line.band, color=style["color"], alpha=0.2, linewidth=0.0
+            )
+            entries.setdefault(BAND, filled)
+        elif line.band is not None:
+            panel.vlines(x, *line.band, color=style["color"], linewidth=1.2)
         if line.published is not None and np.isfinite(line.published).any():
             look = {"linestyle": "none", "marker": "o", "markersize": 7.5, "color": style["color"]}
             (beside,) = panel.plot(x, line.published, markerfacecolor="none", **look)

@@ -192,7 +192,9 @@ def plan_elasticities(
             )
         if not keys:
             raise SceneError(f"{where}: no continuous parameter is given on which it depends")
-    plain = replace(scene, quantities=scene.elasticities, elasticities=(), reference=None)
+    plain = replace(
+        scene, quantities=scene.elasticities, elasticities=(), uncertainty=None, reference=None
+    )
     return Elasticities(scene.elasticities, tuple(_changed(plain, key, make_plan) for key in keys))
 
 

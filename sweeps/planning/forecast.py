@@ -139,12 +139,16 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
 
 def work_of(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan, by their names in `sweeps.planning.rates`."""
-    once = _work_once(plan)
-    if plan.elasticities is None:
-        return once
-    plain = _work_once(plan.elasticities.changed[0].plans[0][0])  # all of them have the same work
-    times = plan.elasticities.solutions
-    return {name: once.get(name, 0.0) + times * plain.get(name, 0.0) for name in {**once, **plain}}
+    others: list[tuple[int, Plan]] = []  # all plans of a kind have the same work
+    if plan.elasticities is not None:
+        others.append((plan.elasticities.solutions, plan.elasticities.changed[0].plans[0][0]))
+    if plan.uncertainty is not None:
+        others.append((len(plan.uncertainty.plans), plan.uncertainty.plans[0]))
+    found = _work_once(plan)
+    for times, other in others:
+        for name, count in _work_once(other).items():
+            found[name] = found.get(name, 0.0) + times * count
+    return found
 
 
 def _work_once(plan: Plan) -> dict[str, float]:

@@ -20,7 +20,7 @@ from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.dimensions import DESIGN, PARAMETER
+from sweeps.dimensions import DESIGN, PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import (
     Elasticities,
@@ -30,6 +30,12 @@ from sweeps.planning.elasticities import (
 )
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
+from sweeps.planning.uncertainty import (
+    FAILED_DRAWS,
+    Uncertainty,
+    plan_uncertainty,
+    uncertainty_nodes,
+)
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene
@@ -94,6 +100,10 @@ class Plan:
     parts : tuple of Part
         Plans of the ordinary scenes that a scene of several engines consists of; empty for an
         ordinary one. Stages are then those of all parts, and it is the parts that are computed.
+    uncertainty : Uncertainty, optional
+        What is computed for bands of uncertain values; their variables are there too.
+    afterwards : frozenset of str
+        Outputs of both, which no stage computes: they follow from the results of several plans.
     """
 
     scene: Scene
@@ -109,6 +119,8 @@ class Plan:
     piece: str = ""
     elasticities: Elasticities | None = None
     parts: tuple[Part, ...] = ()
+    uncertainty: Uncertainty | None = None
+    afterwards: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
         return (
@@ -259,9 +271,11 @@ def make_plan(scene: Scene) -> Plan:
     settings = tuple(key for key in scene.settings if key not in used)
     stages = tuple(found.stages.values())
     plan = Plan(scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables)
-    if not scene.elasticities:
-        return plan
-    return _with_elasticities(plan, changed_parameters(scene, leaves, used))
+    if scene.elasticities:
+        plan = _with_elasticities(plan, changed_parameters(scene, leaves, used))
+    if scene.uncertainty is not None:
+        plan = _with_uncertainty(plan)
+    return plan
 
 
 def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
@@ -276,13 +290,38 @@ def _with_elasticities(plan: Plan, keys: list[str]) -> Plan:
         base = nodes[quantity]
         for node in elasticity_nodes(base.node):
             more.append(Stage(node, (*base.dims, PARAMETER), base.size * len(keys)))
+    return _with_more(replace(plan, points=points, sizes=sizes, elasticities=found), more)
+
+
+def _with_uncertainty(plan: Plan) -> Plan:
+    """Add the variables of bands, and what is computed for them."""
+    scene = plan.scene
+    singles = [name for name in scene.quantities if not set(plan.dims(name)) & set(DIMENSIONS)]
+    singles = [name for name in singles if name != "status"]
+    found = plan_uncertainty(scene, singles, make_plan, plan.name)
+    points = {**plan.points, UNCERTAIN: np.array(found.keys, dtype=object)}
+    sizes = {**plan.sizes, UNCERTAIN: len(found.keys)}
+    nodes = {stage.node.name: stage for stage in plan.stages}
+    more = []
+    for quantity in found.quantities:
+        base = nodes[quantity]
+        for node in uncertainty_nodes(base.node, len(found.plans)):
+            times = len(found.keys) if node.adds else 1
+            more.append(Stage(node, (*base.dims, *node.adds), base.size * times))
+    if "status" in nodes:
+        node = Node(FAILED_DRAWS, "", "1", "draws without a result")
+        more.append(Stage(node, nodes["status"].dims, nodes["status"].size))
+    return _with_more(replace(plan, points=points, sizes=sizes, uncertainty=found), more)
+
+
+def _with_more(plan: Plan, more: list[Stage]) -> Plan:
+    """Add variables that follow from the results of several plans."""
+    names = [stage.node.name for stage in more]
     return replace(
         plan,
         stages=(*plan.stages, *more),
-        points=points,
-        sizes=sizes,
-        outputs=(*plan.outputs, *(stage.node.name for stage in more)),
-        elasticities=found,
+        outputs=(*plan.outputs, *names),
+        afterwards=plan.afterwards | set(names),
     )
 
 

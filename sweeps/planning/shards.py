@@ -20,6 +20,7 @@ from sweeps.errors import SceneError, counted
 from sweeps.planning.elasticities import Elasticities
 from sweeps.planning.leaves import Value
 from sweeps.planning.plan import Part, Plan
+from sweeps.planning.uncertainty import Uncertainty
 
 __all__ = ["part", "shard"]
 
@@ -77,7 +78,16 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
         whole=plan,
         piece=piece,
         elasticities=_elasticities_of(plan, axis, places),
+        uncertainty=_uncertainty_of(plan, axis, places),
     )
+
+
+def _uncertainty_of(plan: Plan, axis: str, places: Integers) -> Uncertainty | None:
+    """What is computed for the uncertainty of a part."""
+    found = plan.uncertainty
+    if found is None:
+        return None
+    return replace(found, plans=tuple(part(one, axis, places, "") for one in found.plans))
 
 
 def _elasticities_of(plan: Plan, axis: str, places: Integers) -> Elasticities | None:

@@ -82,6 +82,8 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
         lines.append(f"{shown:,} of {counted(rows.designs, 'design')}; --limit shows more")
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
+    if rows.bands:
+        lines.append("in brackets: 95 % of what the uncertain values give")
     if rows.elasticities:
         lines.append(
             f"a row for each parameter: engine-dyn show --quantities {','.join(rows.elasticities)}"
@@ -113,8 +115,13 @@ def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
         return _Column(name, "", tuple(one_line(value, 40) for value in values), number=False)
     factor, unit = converted(rows.units[name], wanted)
     digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
-    cells = tuple(number_text(float(value) * factor, digits, sign) for value in values)
-    return _Column(name, unit, cells, number=True)
+    cells = [number_text(float(value) * factor, digits, sign) for value in values]
+    if name in rows.bands:
+        cells = [
+            f"{cell} ({number_text(low * factor, digits)} to {number_text(high * factor, digits)})"
+            for cell, low, high in zip(cells, *rows.bands[name], strict=True)
+        ]
+    return _Column(name, unit, tuple(cells), number=True)
 
 
 def _fixed(value: Any) -> str:
@@ -147,7 +154,10 @@ def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
     table.add_column("")
     table.add_column("", overflow="fold")
     for name, column in columns.items():
-        table.add_row(name, *column.cells, column.unit, rows.texts.get(name, ""))
+        text = rows.texts.get(name, "")
+        if name in rows.mainly:
+            text += f"; uncertain mostly from {rows.mainly[name]}"
+        table.add_row(name, *column.cells, column.unit, text)
     return _printed(table, width)
 
 

@@ -157,6 +157,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         load_table=torque_tables.load,
         driver_table=torque_tables.driver,
         assumed=dict(given.assumed),
+        uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
     )

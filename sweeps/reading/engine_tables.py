@@ -85,4 +85,8 @@ class EngineFile(Strict):
     assumed: dict[str, str] = Field(
         default={}, description="a table with a reason, a text, for each assumed value"
     )
+    uncertainty: dict[str, Any] = Field(
+        default={},
+        description="a table with a range or distribution for each value that is not well known",
+    )
     source: list[Source] = Field(default=[], description="tables [[source]] with a text each")

@@ -18,7 +18,6 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import thread_count
-from sweeps.dimensions import PARAMETER
 from sweeps.errors import SceneError
 from sweeps.planning.blocks import Block, along, blocks, cut, holds
 from sweeps.planning.leaves import Value
@@ -27,6 +26,7 @@ from sweeps.planning.plan import Plan, Stage, make_plan
 from sweeps.running.elasticities import Results, differences
 from sweeps.running.progress import progress_bar
 from sweeps.running.side_by_side import computed_side_by_side
+from sweeps.running.uncertainty import bands
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
@@ -164,15 +164,15 @@ def computed(
     family = plan.leaves["family"].data
     if isinstance(family, CycleTable):
         family.use_threads(threads)
-    of_stages = [stage for stage in plan.stages if PARAMETER not in stage.dims]
+    of_stages = [stage for stage in plan.stages if stage.node.name not in plan.afterwards]
     once = tuple(stage for stage in of_stages if not lengths.keys() & set(stage.dims))
     each = tuple(stage for stage in of_stages if lengths.keys() & set(stage.dims))
-    outputs = [name for name in plan.outputs if PARAMETER not in plan.dims(name)]
+    outputs = [name for name in plan.outputs if name not in plan.afterwards]
     dims = {name: plan.dims(name) for name in outputs}
-    elasticities = None
-    if plan.elasticities is not None:
+    afterwards = []
+    if plan.afterwards:
         chosen = list(chosen)
-        elasticities = _elasticities(plan, lengths, chosen, threads)
+        afterwards = _afterwards(plan, lengths, chosen, threads)
     with _Bars(progress) as bars:
         values = _computed(plan, once, plan.leaves, {}, bars, threads)
         for block in chosen:
@@ -185,20 +185,25 @@ def computed(
                 if all_in_each or holds(block, dims[name])
             }
             here = {}  # only the outputs stay in memory while the caller uses them
-            if elasticities is not None:
-                results |= next(elasticities)(results)
+            for more in afterwards:
+                results |= next(more)(results)
             yield block, results
 
 
-def _elasticities(
+def _afterwards(
     plan: Plan, lengths: Mapping[str, int], chosen: list[Block], threads: int | None
-) -> Iterator[Callable[[Results], Results]] | None:
-    """For each block what its elasticities are, given its results; None where none is asked for."""
-    if plan.elasticities is None:
-        return None
-    return differences(
-        plan, chosen, lambda changed: computed(changed, lengths, chosen, threads=threads)
-    )
+) -> list[Iterator[Callable[[Results], Results]]]:
+    """For each block, what follows from its results and those of plans with other values."""
+
+    def of_plan(other: Plan) -> Iterator[tuple[Block, Results]]:
+        return computed(other, lengths, chosen, threads=threads)
+
+    found = []
+    if plan.elasticities is not None:
+        found.append(differences(plan, chosen, of_plan))
+    if plan.uncertainty is not None:
+        found.append(bands(plan, chosen, of_plan))
+    return found
 
 
 def _computed(

@@ -190,7 +190,7 @@ class _Work:
             return sum(array.nbytes for array in self.partial.read(number).values())
         except Damaged:
             pass
-        if self.plan.elasticities is None:
+        if not self.plan.afterwards:
             self.next.append(self.blocks[number])
             _, found = next(self.results)
         else:  # they need to know beforehand which blocks there are

@@ -33,6 +33,7 @@ class TablesButOutput(TypedDict, total=False):
     axes: Mapping[str, Any] | None
     designs: Any  # columns: a mapping, DataFrame, Dataset or DataArray
     sample: Any
+    uncertainty: Any
     indicator: Any  # a mapping with file, or a DataFrame, Series or DataArray
     measured: Mapping[str, Any] | None
     characteristic: Mapping[str, Any] | None

@@ -61,6 +61,8 @@ class Scene(GivenValues):
         `method` and `inertia_model` where the solver gives lists.
     sample : Sample, optional
         What [sample] asks for; its values are columns of `designs`.
+    uncertainty : Sample, optional
+        Values that are not well known, where their effect is asked for.
     labels : dict of tuple of str
         Names of the designs (`case`).
     own_cylinders : Cylinders, optional
@@ -121,6 +123,7 @@ class Scene(GivenValues):
     title: str
     dimensions: tuple[str, ...]
     sample: Sample | None
+    uncertainty: Sample | None
     labels: dict[str, tuple[str, ...]]
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]

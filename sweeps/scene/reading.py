@@ -50,9 +50,10 @@ from sweeps.scene.reference import read_reference
 from sweeps.scene.sample import with_sample
 from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
+from sweeps.scene.uncertainty import read_uncertainty
 from sweeps.scene.values import GivenValues
 
-__all__ = ["built_in_scenes", "is_scene", "read_scene", "scene_of"]
+__all__ = ["built_in_scenes", "is_scene", "read_scene", "scene_of", "with_uncertainty"]
 
 MOST_DESIGNS = 10**15
 
@@ -135,6 +136,19 @@ def read_scene(
     given, texts = plain_objects(given, name)
     instead = {base / file: text.encode() for file, text in texts.items()}
     return scene_of(plain(given, name), name, base, path, instead=instead)
+
+
+def with_uncertainty(scene: str | Path) -> Scene:
+    """Read a scene with [uncertainty] where it has none: the engine's own ranges then.
+
+    Raises
+    ------
+    SceneError
+        As `read_scene`; where nothing is uncertain.
+    """
+    path, name = _find(scene)
+    raw = plain(parse_toml(path, name, "a scene (TOML)"), name)
+    return scene_of({**raw, "uncertainty": raw.get("uncertainty", {})}, name, path.parent, path)
 
 
 def scene_of(
@@ -227,6 +241,11 @@ def _together(
             f"{name}: [output] quantities: elasticities of '{quantity}': are of one engine; the "
             "scene has several engines or arrangements"
         )
+    if given.uncertainty is not None:
+        raise SceneError(
+            f"{name}: [uncertainty]: not allowed beside several engines or arrangements; each has "
+            "its own uncertain values"
+        )
     each: list[Beside] = []
     refused: dict[str, SceneError] = {}
     for choice in choices.each:
@@ -313,6 +332,7 @@ def _assembled(
         highest_order=given.output.highest_order,
         reference=None,
         sample=None,
+        uncertainty=read_uncertainty(given.uncertainty, values, name),
         source={},
         path=path,
         folder=str(base),

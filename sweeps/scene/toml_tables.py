@@ -131,6 +131,10 @@ class SceneFile(Strict):
     sample: dict[str, Any] | None = Field(
         default=None, description="a table of number, method, seed and distributions of parameters"
     )
+    uncertainty: dict[str, Any] | None = Field(
+        default=None,
+        description="a table of number, seed and distributions of values that are not well known",
+    )
     indicator: Indicator | None = Field(
         default=None, description="a table with file = 'pressure.csv'"
     )

@@ -1,0 +1,128 @@
+"""Bands of results over draws of uncertain values, and what they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn import status
+from engine_dyn.types import Floats
+from sweeps.planning.blocks import Block
+from sweeps.planning.plan import Plan
+from sweeps.planning.uncertainty import EXPLAINED, FAILED_DRAWS, HIGH, LOW, QUANTILES, SHARE
+
+__all__ = ["bands", "shares"]
+
+Results = dict[str, npt.NDArray[Any]]
+
+
+def bands(
+    plan: Plan,
+    chosen: Sequence[Block],
+    computed: Callable[[Plan], Iterator[tuple[Block, Results]]],
+) -> Iterator[Callable[[Results], Results]]:
+    """Yield, for each block, a function that returns its bands, given its results.
+
+    `computed` computes the chosen blocks of a plan. All draws are computed side by side, so that
+    no more than a block of any exists at a time.
+    """
+    assert plan.uncertainty is not None
+    found = plan.uncertainty
+    running = [computed(one) for one in found.plans]
+    for _ in chosen:
+
+        def of_block(results: Results) -> Results:
+            draws = [next(one)[1] for one in running]
+            made: Results = {}
+            for name in found.quantities:
+                if name not in results:  # it depends on no axis that is cut
+                    continue
+                values = np.stack([draw[name] for draw in draws])
+                low, high = _quantiles(values)
+                explained, share = shares(found.draws, values)
+                made |= {
+                    name + LOW: low, name + HIGH: high, name + EXPLAINED: explained,
+                    name + SHARE: share,
+                }  # fmt: skip
+            if "status" in results:
+                made[FAILED_DRAWS] = np.sum(
+                    [~np.isin(draw["status"], _WITH_NUMBERS) for draw in draws], axis=0
+                ).astype(float)
+            return made
+
+        yield of_block
+
+
+def _quantiles(values: Floats) -> tuple[Floats, Floats]:
+    """Ends of the band of the draws that have numbers; NaN where none has."""
+    known = np.isfinite(values)
+    ends = np.full((2, *values.shape[1:]), np.nan)
+    some = known.any(axis=0)
+    if known.all():
+        ends[...] = np.quantile(values, QUANTILES, axis=0)
+    elif some.any():
+        filled = np.where(known, values, np.nan)
+        ends[:, some] = np.nanquantile(filled[:, some], QUANTILES, axis=0)
+    return ends[0], ends[1]
+
+
+def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Shares of the variance of results by a linear regression on the draws.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, k)
+        Values of the parameters, drawn independently of each other.
+    values : ndarray, shape (n, ...)
+        Results; draws without a number are left out.
+
+    Returns
+    -------
+    explained : ndarray, shape (...)
+        The coefficient of determination: 1 where the results are linear.
+    share : ndarray, shape (..., k)
+        Of each parameter: the square of its standardised regression coefficient.
+    """
+    shape, many = values.shape[1:], draws.shape[1]
+    results = values.reshape(len(values), -1)
+    spread = draws.std(axis=0)
+    places = (draws - draws.mean(axis=0)) / np.where(spread > 0.0, spread, 1.0)
+    known = np.isfinite(results)
+    level = np.where(known, results, 0.0).max(axis=0)  # differences of large numbers stay accurate
+    size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
+    count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
+    sums, mixed = (np.zeros((results.shape[1], many)) for _ in range(2))
+    products = np.zeros((results.shape[1], many, many))
+    # One draw after the other: the bits of a design do not depend on how many are in a block.
+    for place, result, is_known in zip(places, results, known, strict=True):
+        weight = is_known.astype(float)
+        y = np.where(is_known, (result - level) / size, 0.0)
+        count += weight
+        total += y
+        squares += y * y
+        sums += weight[:, None] * place
+        mixed += y[:, None] * place
+        products += weight[:, None, None] * np.outer(place, place)
+    number = np.maximum(count, 1.0)[:, None]
+    mean, means = total[:, None] / number, sums / number
+    variance = squares / number[:, 0] - mean[:, 0] ** 2
+    covariance = products / number[..., None] - means[:, :, None] * means[:, None, :]
+    mixed = mixed / number - mean * means
+    enough = (count > many + 2) & (variance > _LEAST_VARIANCE)
+    slope = np.zeros_like(mixed)
+    if enough.any():
+        slope[enough] = np.linalg.solve(covariance[enough], mixed[enough][..., None])[..., 0]
+    whole = np.where(enough, variance, 1.0)[:, None]
+    share = slope**2 * np.einsum("mii->mi", covariance) / whole
+    explained = (slope * mixed).sum(axis=1) / whole[:, 0]
+    share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
+    return explained.reshape(shape), share.reshape(*shape, many)
+
+
+_WITH_NUMBERS = [code for code in range(len(status.MEANINGS)) if status.has_numbers(code)]
+
+_LEAST_VARIANCE = 1e-20
+"""Of results over their largest value; less is rounding, and due to nothing."""

@@ -1,0 +1,201 @@
+"""[uncertainty]: bands of results, and what they come from."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from sweeps.archive.netcdf import open_archive
+from sweeps.errors import SceneError
+from sweeps.joining.merge import merge
+from sweeps.planning.plan import make_plan
+from sweeps.planning.shards import shard
+from sweeps.running import into_archive, limits
+from sweeps.running.options import Options
+from sweeps.running.uncertainty import shares
+from sweeps.scene.reading import read_scene
+from tests.support.archives import assert_same, run
+from tests.support.commands import ok, refused
+from tests.support.engine_files import ENGINES
+
+compiled = pytest.mark.compiled
+
+RANGES: dict[str, Any] = {
+    "friction_constant": {"low": 0.05, "high": 0.25},
+    "inertia": {"low": 1.8, "high": 2.2},
+}
+
+
+def scene(uncertainty: Any, *quantities: str, **more: Any) -> dict[str, Any]:
+    return {
+        "engine": "ntua",
+        "set": {"speed": 1200.0, "load": 35.0},
+        "uncertainty": uncertainty,
+        "output": {"quantities": [*(quantities or ("delta", "torque_mean"))]},
+        **more,
+    }
+
+
+def test_shares_of_a_linear_function() -> None:
+    random = np.random.default_rng(1)
+    draws = random.uniform(-1.0, 1.0, (4096, 3)) * [1.0, 2.0, 5.0]
+    values = 10.0 + draws @ [3.0, 1.0, 0.0]
+    explained, share = shares(draws, values)
+    assert explained == pytest.approx(1.0)
+    assert share == pytest.approx(np.array([9.0, 4.0, 0.0]) / 13.0, abs=0.03)
+    curved, _ = shares(draws, draws[:, 0] ** 2)
+    assert curved < 0.05
+
+
+def test_draws_without_a_number_are_left_out() -> None:
+    random = np.random.default_rng(2)
+    draws = random.uniform(-1.0, 1.0, (512, 2))
+    values = np.stack([draws @ [1.0, 2.0], draws @ [2.0, 1.0]], axis=1)
+    values[random.choice(512, 50, replace=False), 0] = np.nan
+    explained, share = shares(draws, values)
+    kept = np.isfinite(values[:, 0])
+    alone = shares(draws[kept], values[kept, 0])
+    assert share[0] == pytest.approx(alone[1], rel=1e-9) and explained[0] == pytest.approx(1.0)
+    assert share[0, 1] > share[0, 0] and share[1, 0] > share[1, 1]
+
+
+@compiled
+def test_bands_are_quantiles_of_a_sample() -> None:
+    """Each draw is a design that could be run by itself."""
+    found = sweeps.run(scene({"number": 64, "seed": 5, **RANGES}))
+    columns = sweeps.sample(RANGES, 64, seed=5)
+    alone = sweeps.run(
+        {
+            "engine": "ntua",
+            "set": {"speed": 1200.0, "load": 35.0},
+            "designs": {key: columns[key].to_numpy() for key in columns},
+            "output": {"quantities": ["delta", "torque_mean"]},
+        }
+    )
+    for name in ("delta", "torque_mean"):
+        low, high = np.quantile(alone[name].broadcast_like(alone.inertia), [0.025, 0.975])
+        assert float(found[f"{name}_low"]) == pytest.approx(low, rel=1e-6)
+        assert float(found[f"{name}_high"]) == pytest.approx(high, rel=1e-6)
+    assert found.failed_draws == 0
+    plain = sweeps.run({k: v for k, v in scene({}).items() if k != "uncertainty"})
+    assert float(found.delta) == float(plain.delta)  # the nominal value stays
+    # Friction lowers the mean torque as a straight line; the inertia does not change it.
+    torque = found.torque_mean_share.sel(uncertain_parameter="friction_constant")
+    assert float(torque) == pytest.approx(1.0, abs=1e-6)
+    assert float(found.delta_share.sel(uncertain_parameter="inertia")) > 0.99
+
+
+@compiled
+def test_known_parameters_are_not_drawn() -> None:
+    """What the scene gives is known; what nothing depends on is left out."""
+    found = sweeps.run(
+        engine="b112",
+        set={"inertia": 0.095},
+        uncertainty={"number": 32},
+        output={"quantities": ["torque_mean"]},
+    )
+    drawn = set(found.uncertain_parameter.values)
+    assert "inertia" not in drawn and "friction_constant" in drawn and "pressure_factor_1" in drawn
+
+
+@compiled
+def test_failed_draws_are_counted() -> None:
+    found = sweeps.run(scene({"number": 64, "inertia": {"low": 1e-3, "high": 1.0}}, "delta"))
+    failed = int(found.failed_draws)
+    assert 0 < failed < 64
+    assert np.isfinite(found.delta_low) and found.delta_low < found.delta_high
+
+
+@compiled
+def test_blocks_and_shards_have_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = scene({"number": 16, "friction_constant": RANGES["friction_constant"]})
+    raw = {**raw, "set": {"load": 35.0}, "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1e3, 2e3]}}
+    whole = tmp_path / "whole.nc"
+    run(raw, whole)
+    expected = open_archive(whole).load()
+    xr.testing.assert_equal(sweeps.run(raw), expected)
+    plan = make_plan(read_scene(raw))
+    paths = [tmp_path / "1.nc", tmp_path / "2.nc"]
+    for number, path in enumerate(paths, start=1):
+        into_archive.run(shard(plan, number, 2), path, Options())
+    merge(paths, tmp_path / "merged.nc", Options())
+    assert_same(tmp_path / "merged.nc", expected)
+    ok("rerun", whole, "-o", tmp_path / "again.nc")
+    assert_same(tmp_path / "again.nc", expected)
+    monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e3)
+    run(raw, tmp_path / "blocks.nc")
+    assert_same(tmp_path / "blocks.nc", expected)
+
+
+@compiled
+def test_the_command_and_its_table(tmp_path: Path) -> None:
+    path = tmp_path / "b112.toml"
+    path.write_text('engine = "b112"\n[output]\nquantities = ["delta", "brake_power"]\n')
+    archive = tmp_path / "b112.nc"
+    text = ok("run", path, "-o", archive, "--uncertainty")
+    with sweeps.open(archive) as found:
+        low, high = float(found.delta_low), float(found.delta_high)
+        share = found.delta_share
+        main = str(found.uncertain_parameter.values[int(share.values.argmax())])
+    assert f"({low:.5f} to {high:.5f})" in text
+    assert f"uncertain mostly from {main}" in " ".join(text.split())
+    assert "delta_low" not in text  # stands in brackets
+
+
+WRONG: dict[str, tuple[Any, str]] = {
+    "nothing": (scene({}), "[uncertainty]: nothing is uncertain: engine ntua gives no ranges"),
+    "an axis": (
+        scene(RANGES, axes={"inertia": [1.0, 2.0]}),
+        "[uncertainty] inertia: varies in [axes]; give it in one place",
+    ),
+    "method": (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
+    "number": (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
+    "a key": (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
+    "a range": (
+        scene({"inertia": {"low": 2.0, "high": 1.0}}),
+        "[uncertainty] inertia: low = 2 and high = 1: low must be below high",
+    ),
+    "no effect": (
+        scene({"friction_constant": RANGES["friction_constant"]}, "displacement"),
+        "[uncertainty]: nothing that is asked for depends on friction_constant",
+    ),
+    "curves": (
+        scene(RANGES, "omega"),
+        "[uncertainty]: no quantity with one number for each design is asked for",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", list(WRONG))
+def test_bad_input_is_told_in_one_line(case: str) -> None:
+    raw, expected = WRONG[case]
+    with pytest.raises(SceneError) as error:
+        make_plan(read_scene(raw))
+    assert expected in str(error.value) and "\n" not in str(error.value)
+
+
+def test_ranges_of_engine_files_are_checked(tmp_path: Path) -> None:
+    text = (ENGINES / "b112.toml").read_text(encoding="utf-8")
+    wrong = text.replace("friction_constant = { low = 0.3", "friction_constant = { low = -0.3")
+    assert wrong != text
+    (tmp_path / "b112.toml").write_text(wrong)
+    for extra in ENGINES.glob("*.csv"):
+        shutil.copy(extra, tmp_path)
+    path = tmp_path / "scene.toml"
+    path.write_text('engine = "b112.toml"\n[output]\nquantities = ["delta"]\n')
+    said = refused("run", path, "-o", tmp_path / "out.nc", "--uncertainty")
+    assert "[uncertainty] friction_constant low = -0.3: must be a finite number" in said
+
+
+def test_several_engines_are_refused() -> None:
+    raw = {**scene(RANGES), "engine": ["ntua", "b112"]}
+    with pytest.raises(SceneError, match="not allowed beside several engines"):
+        read_scene(raw)
