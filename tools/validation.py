@@ -26,6 +26,7 @@ import calibrate_ntua
 import cycle_study
 import mechanism_study
 import numpy as np
+import smooth_digitised
 from thesis_study import (
     AGREEMENT,
     CUT_SPEED,
@@ -660,6 +661,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "truncation_table": mechanism_study.truncation_table(),
         "marine_remark": mechanism_study.marine_remark(),
         "work_table": mechanism_study.work_table(),
+        "smoothing_table": smooth_digitised.effect_table(),
         "gravity_remark": mechanism_study.gravity_remark(),
         "rod_table": mechanism_study.rod_table(),
         "textbook_table": table(TEXTBOOK_HEADS, cycle_study.rows()),
