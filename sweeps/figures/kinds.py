@@ -175,7 +175,7 @@ KINDS = (
     Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
          "shaking_force or shaking_moment", vector_names, shaking),
     Kind("measured_speed", "measured speed beside the computed one",
-         "a comparison with a recording (engine-dyn measure)", measured_names, measured_speeds,
+         "a comparison with a recording (engine-dyn measured)", measured_names, measured_speeds,
          own_angle=True),
     Kind("fitted_speed", "fit to measured speeds: curves, residuals, predictions, correlations",
          "a fit (engine-dyn identify)", fitted_names, fitted_speeds, own_angle=True),

@@ -52,11 +52,16 @@ def orders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the order, along each axis that changes it."""
     for name in names:
         for view, along in study.views_of(name):
-            yield stem_of(name, view, along), order_figure(view, name, along)
+            figure = order_figure(view, name, along)
+            if figure is not None:
+                yield stem_of(name, view, along), figure
 
 
-def order_figure(view: View, name: str, along: str | None) -> Figure:
-    """Orders as bars at their order: one in front of the other, or a panel for each value."""
+def order_figure(view: View, name: str, along: str | None) -> Figure | None:
+    """Orders as bars at their order: one in front of the other, or a panel for each value.
+
+    None where every order is zero.
+    """
     from matplotlib.ticker import MaxNLocator
 
     facet = facet_of(view, [name], [along]) if along else None
@@ -72,6 +77,8 @@ def order_figure(view: View, name: str, along: str | None) -> Figure:
         [_order_values(view, name, {**place_on(across, i), **place_on(axis, j)}) for j in picked]
         for i in shown
     ]
+    if not any(np.nan_to_num(y).any() for each in values for y in each):
+        return None
     share = comparable(values)
     height = 0.5 + 1.75 * rows if across else 3.3
     figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=share)
