@@ -115,7 +115,7 @@ TORQUE_RESULTS = (
         "torque_min", "M_{min}", "N m", "smallest torque at nominal speed", "Kakaitsas section 5.4"
     ),
     Result(
-        "energy_swing", "W", "J",
+        "energy_swing", r"\Delta W", "J",
         "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
     ),
 )  # fmt: skip

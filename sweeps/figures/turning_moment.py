@@ -226,7 +226,7 @@ def _levels(panel: Axes, found: Turning, entries: Entries) -> None:
     place = 0.5 * (low + high)
     arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "linewidth": 1.0}
     panel.annotate("", (place, swing), (place, 0.0), arrowprops=arrow)
-    panel.set_title(f"Largest swing of the energy W = {_energy_text(found.swing, found.swing)}")
+    panel.set_title(f"Largest swing of the energy ΔW = {_energy_text(found.swing, found.swing)}")
     panel.margins(y=0.12)
 
 
