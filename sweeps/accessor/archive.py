@@ -104,7 +104,7 @@ class ArchiveAccessor:
     def table(
         self, *, select: Mapping[str, float | str] | None = None,
         quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
-        relative_to: Mapping[str, float | str] | None = None,
+        relative_to: Mapping[str, float | str] | str | None = None,
     ) -> pd.DataFrame:  # fmt: skip
         """Return designs as a DataFrame, one in each row, in the units of the archive.
 
@@ -118,7 +118,7 @@ class ArchiveAccessor:
             A column, the smallest first; ``"-delta"``: the largest first.
         limit : int
             Most rows.
-        relative_to : mapping, optional
+        relative_to : mapping or "nominal", optional
             A design: quantities are changes from it in percent. ``{}`` is the first one.
 
         Raises
@@ -136,7 +136,7 @@ class ArchiveAccessor:
     def show(
         self, *, select: Mapping[str, float | str] | None = None,
         quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
-        relative_to: Mapping[str, float | str] | None = None,
+        relative_to: Mapping[str, float | str] | str | None = None,
         units: str | Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
         """Print designs as a table in readable units, as ``engine-dyn show`` does.

@@ -401,6 +401,7 @@ def _about_engine(plan: Plan) -> dict[str, str]:
         "engine": engine.name,
         "engine_title": engine.title,
         "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
+        "engine_values": json.dumps(dict(engine.values)),
         "parameters": json.dumps(given),
         "arrangement": _arrangements(plan.scene),
     }

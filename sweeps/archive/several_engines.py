@@ -44,6 +44,7 @@ def about_several(plan: Plan, about: Callable[[Plan], Mapping[str, str]]) -> dic
         "engine": ", ".join(first),
         "engine_title": _title([a["engine_title"] for a in first.values()], list(first)),
         "engine_assumed": json.dumps(_of_each(assumed), ensure_ascii=False),
+        "engine_values": "",
         "parameters": json.dumps(
             {k: v for k, v in given[0].items() if all(other.get(k) == v for other in given)}
         ),

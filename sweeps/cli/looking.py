@@ -32,9 +32,15 @@ __all__ = ["compare", "export", "info", "plot", "show"]
     is_flag=True,
     help="Of an archive also assumptions, parameters, versions and hashes of files.",
 )
+@click.option(
+    "--units",
+    metavar="NAME=UNIT",
+    help="Of an archive: units of quantities, such as brake_power=kW. Default: those of the "
+    "archive.",
+)
 @untrusted_option
 @guarded
-def info(what: str, provenance: bool) -> None:
+def info(what: str, provenance: bool, units: str | None) -> None:
     """Describe WHAT: an archive (netCDF), or an engine or a scene (its name or its TOML file).
 
     For the folder OUTPUT.partial of an interrupted run, info tells how much of it is finished.
@@ -62,8 +68,9 @@ def info(what: str, provenance: bool) -> None:
         return
     with opened(Path(what)) as dataset:
         from sweeps.presenting.archives import archive_text
+        from sweeps.presenting.readable_dataset import in_units
 
-        described = archive_text(dataset, what, provenance=provenance)
+        described = archive_text(in_units(dataset, units), what, provenance=provenance)
     say(described)
 
 
@@ -92,7 +99,8 @@ def info(what: str, provenance: bool) -> None:
     "--relative-to",
     "relative",
     metavar="AXIS=VALUE",
-    help="Show changes in percent from this design; 'first' is the first one.",
+    help="Show changes in percent from this design. 'nominal' is the design of this name, or the "
+    "one with the engine's own values; 'first' is the first one.",
 )
 @click.option(
     "--units",
@@ -110,13 +118,12 @@ def show(
     from sweeps.reading.netcdf_files import check_file
 
     select = dict(axis_slice(part) for text in slices for part in text.split(","))
-    base = None
+    base: dict[str, float | str] | str | None = None
     if relative is not None:
-        base = (
-            {}
-            if relative == "first"
-            else dict(axis_slice(text, "--relative-to") for text in relative.split(","))
-        )
+        words: dict[str, dict[str, float | str] | str] = {"first": {}, "nominal": "nominal"}
+        base = words.get(relative)
+        if base is None:
+            base = dict(axis_slice(text, "--relative-to") for text in relative.split(","))
     names = None if quantities is None else [name.strip() for name in quantities.split(",")]
     check_file(archive)
     with opened(archive) as dataset:
@@ -197,13 +204,18 @@ def compare(
     "design.",
 )
 @click.option("--head-units", is_flag=True, help="Write units into the heads of a CSV file.")
+@click.option(
+    "--units",
+    metavar="NAME=UNIT",
+    help="Units of columns, such as brake_power=kW,speed=rpm. Default: those of the archive.",
+)
 @overwrite_option("Replace the table if it exists.")
 @quiet_option
 @untrusted_option
 @guarded
 def export(
-    archive: Path, output: Path, quantities: str | None, head_units: bool, overwrite: bool,
-    quiet: bool,
+    archive: Path, output: Path, quantities: str | None, head_units: bool, units: str | None,
+    overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write ARCHIVE as a table, CSV, Parquet or Excel, with one row for each design.
 
@@ -220,7 +232,10 @@ def export(
     check_output(output, overwrite, archive)
     names = None if quantities is None else [name.strip() for name in quantities.split(",")]
     with opened(archive) as dataset, writing(output):
-        done = write(dataset, output, quantities=names, overwrite=overwrite, head_units=head_units)
+        from sweeps.presenting.readable_dataset import in_units
+
+        asked = in_units(dataset, units)
+        done = write(asked, output, quantities=names, overwrite=overwrite, head_units=head_units)
     if quiet:
         return
     if done.left_out:

@@ -16,6 +16,7 @@ from sweeps.checks import check_dataset
 from sweeps.dimensions import PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.columns import chosen_quantities, columns_of
+from sweeps.exploring.nominal import NOMINAL, nominal_places
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
 from sweeps.scene.derived_quantities import ELASTICITY
@@ -79,7 +80,7 @@ def rows(
     quantities: str | Sequence[str] | None = None,
     sort: str | None = None,
     limit: int = 20,
-    relative_to: Mapping[str, float | str] | None = None,
+    relative_to: Mapping[str, float | str] | str | None = None,
 ) -> Rows:
     """Return some designs of an archive as a table.
 
@@ -98,9 +99,10 @@ def rows(
         without a number come last.
     limit : int
         Most rows.
-    relative_to : mapping, optional
+    relative_to : mapping or "nominal", optional
         A design, by values of all axes that `select` leaves: quantities are changes from it in
-        percent. An empty mapping takes the first design.
+        percent. An empty mapping takes the first design. ``"nominal"`` takes the design of this
+        name, and the engine's own values of axes.
 
     Raises
     ------
@@ -114,7 +116,12 @@ def rows(
         raise SceneError(f"limit = {shown(limit)}: must be a whole number, 1 or more")
     for key, at in (("select", select), ("relative_to", relative_to)):
         if at is not None and not isinstance(at, Mapping):
-            raise SceneError(f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}")
+            if (key, at) == ("relative_to", NOMINAL):
+                continue
+            also = ", or 'nominal'" if key == "relative_to" else ""
+            raise SceneError(
+                f"{key} = {shown(at)}: must be values of axes, such as {{'load': 50}}{also}"
+            )
     part = nearest(archive, **(select or {}))
     names = chosen_quantities(part, quantities)
     curved = [n for n in names if set(part[n].dims) & set(DIMENSIONS) - {PARAMETER, UNCERTAIN}]
@@ -243,9 +250,11 @@ def _sorted(
 
 
 def _one_design(
-    part: xr.Dataset, relative_to: Mapping[str, float | str], dims: list[str]
+    part: xr.Dataset, relative_to: Mapping[str, float | str] | str, dims: list[str]
 ) -> xr.Dataset:
     """The design that changes are counted from."""
+    if isinstance(relative_to, str):
+        return part.isel(nominal_places(part, dims))
     if not relative_to:
         return part.isel({d: 0 for d in dims})
     one = nearest(part, **relative_to)

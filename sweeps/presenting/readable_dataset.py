@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from xarray.core import indexing
 from sweeps.dimensions import PUBLISHED
 from sweeps.presenting.readable_units import READABLE, asked_units, factor
 
-__all__ = ["readable_dataset"]
+__all__ = ["in_units", "readable_dataset"]
 
 LEAST = 1.0
 """Largest value that an archive must have in a greater unit for that unit to be taken."""
@@ -51,10 +52,42 @@ def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Datase
         names = [name for name in known if known[name] == unit]
         if _reads_better(dataset, names, unit):
             chosen |= dict.fromkeys(names, READABLE[unit])
+    return _in_chosen_units(dataset, chosen | _asked(units, known), known)
+
+
+def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
+    """Return an archive in the units that are asked for, all others as they are.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive. It stays as it is.
+    units : str, optional
+        As of `readable_dataset`.
+
+    Raises
+    ------
+    SceneError
+        As `readable_dataset`.
+    """
+    known = {str(name): str(v.attrs.get("units", "")) for name, v in dataset.variables.items()}
+    return _in_chosen_units(dataset, _asked(units, known), known)
+
+
+def _asked(units: str | None, known: Mapping[str, str]) -> dict[str, str]:
+    """Units that a text names, also of the published values beside a quantity."""
     computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
+    found: dict[str, str] = {}
     for name, wanted in asked_units(units, computed).items():
         alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
-        chosen |= dict.fromkeys(alike, wanted)
+        found |= dict.fromkeys(alike, wanted)
+    return found
+
+
+def _in_chosen_units(
+    dataset: xr.Dataset, chosen: Mapping[str, str], known: Mapping[str, str]
+) -> xr.Dataset:
+    """Return an archive with some variables in other units."""
     new = {
         name: _converted(dataset[name], wanted)
         for name, wanted in chosen.items() if wanted != known[name]
