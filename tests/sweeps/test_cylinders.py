@@ -566,7 +566,10 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
         ({"axes": {"arrangement": [4]}}, "must be a list of texts such as 'V8 flat-plane'"),
         ({"axes": {"arrangement": ["in-line 1", "in-line 1"]}}, "duplicate 'in-line 1'"),
         ({"set": {"cylinders": 4}, "axes": {"arrangement": [V4, V4]}}, "or have different names"),
-        ({"axes": {"arrangement": ["boxer 2"]}}, r"\[axes\] arrangement = 'boxer 2': has 2 cyl"),
+        (
+            {"set": {"cylinders": 4}, "axes": {"arrangement": ["boxer 2"]}},
+            r"\[axes\] arrangement = 'boxer 2': has 2 cylinders, the engine 4",
+        ),
         (
             {"axes": {"arrangement": ["in-line 1"]}, "set": {"arrangement": "in-line 1"}},
             "not allowed beside arrangement in",
@@ -575,7 +578,8 @@ def test_offset_in_an_engine_file(tmp_path: Path) -> None:
             {"axes": {"arrangement": ["in-line 2"], "cylinders": [1, 2]}},
             "not allowed together with several numbers of cylinders",
         ),
-        ({"designs": {"arrangement": ["in-line 1"]}}, r"\[designs\] arrangement"),
+        ({"designs": {"arrangement": [3]}}, r"\[designs\] arrangement = \[3\]: must be a list"),
+        ({"designs": {"arrangement": ["V7 60"]}}, "arrangement = 'V7 60': .* an even number"),
         ({"set": {"cylinders": 2, "radius_factor": [0.9, 1.0]}}, "value 1 = 0.9: must be 1, the"),
         ({"set": {"cylinders": 2, "radius_factor": [1.0, 0.05]}}, "value 2 = 0.05: .* 0.1 to 2"),
         ({"set": {"cylinders": 2, "radius_factor": [1.0, 2.5]}}, "value 2 = 2.5: .* 0 to 2"),
