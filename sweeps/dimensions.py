@@ -6,9 +6,23 @@ Scenes, plans and archives use the same names; each stands here alone.
 from __future__ import annotations
 
 __all__ = [
-    "ARRANGEMENT", "COMPARED", "DESIGN", "ENGINE", "INERTIA_MODEL", "LABELS", "METHOD", "PARAMETER",
-    "PUBLISHED", "UNCERTAIN",
-]  # fmt: skip
+    "ARRANGEMENT",
+    "COMPARED",
+    "DESIGN",
+    "ELASTICITY",
+    "ENGINE",
+    "EXPLAINED",
+    "FAILED_DRAWS",
+    "HIGH",
+    "INERTIA_MODEL",
+    "LABELS",
+    "LOW",
+    "METHOD",
+    "PARAMETER",
+    "PUBLISHED",
+    "SHARE",
+    "UNCERTAIN",
+]
 
 DESIGN = "design"
 """Dimension of [designs]: parameters that vary together."""
@@ -33,6 +47,16 @@ UNCERTAIN = "uncertain_parameter"
 
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], beside the quantities' own."""
+
+ELASTICITY = "_elasticity"
+"""Ending of the elasticities of a quantity, over `PARAMETER`."""
+
+LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
+"""Endings of what is known of the uncertainty of a quantity: the ends of its band, the part of the
+variance that is linear, and the shares of the parameters, over `UNCERTAIN`."""
+
+FAILED_DRAWS = "failed_draws"
+"""Variable that counts the draws of uncertain values in which a design has no result."""
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""

@@ -13,13 +13,21 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.checks import check_dataset
-from sweeps.dimensions import PARAMETER, UNCERTAIN
+from sweeps.dimensions import (
+    ELASTICITY,
+    EXPLAINED,
+    FAILED_DRAWS,
+    HIGH,
+    LOW,
+    PARAMETER,
+    SHARE,
+    UNCERTAIN,
+)
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.exploring.columns import chosen_quantities, columns_of
 from sweeps.exploring.nominal import NOMINAL, nominal_places
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
-from sweeps.scene.derived_quantities import ELASTICITY
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -130,11 +138,11 @@ def rows(
             f"{curved[0]}: has no single number for each design; engine-dyn plot draws it, and "
             "engine-dyn export writes it"
         )
-    uncertain = [n for n in names if f"{n}_share" in part]
+    uncertain = [n for n in names if n + SHARE in part]
     if quantities is None:
-        endings = ("_low", "_high", "_explained")
-        beside = {"failed_draws", *(n + ending for n in uncertain for ending in endings)}
-        names = [n for n in names if n not in beside or (n == "failed_draws" and part[n].any())]
+        endings = (LOW, HIGH, EXPLAINED)
+        beside = {FAILED_DRAWS, *(n + ending for n in uncertain for ending in endings)}
+        names = [n for n in names if n not in beside or (n == FAILED_DRAWS and part[n].any())]
     used = {d for name in names for d in part[name].dims}
     dims = [str(d) for d in part.dims if d in used]
     columns = {n: v for n, v in columns_of(part, dims, names).items() if v.ndim or n in names}
@@ -187,14 +195,18 @@ def rows(
 
 def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
     """Ends of the bands of quantities, by names that no variable has."""
-    return {f"{n} {end}": part[f"{n}_{end}"].variable for n in uncertain for end in ("low", "high")}
+    return {
+        f"{n} {end.removeprefix('_')}": part[n + end].variable
+        for n in uncertain
+        for end in (LOW, HIGH)
+    }
 
 
 def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
     """Which uncertain parameter most of the variance of each quantity is due to."""
     found = {}
     for name in uncertain:
-        share = part[f"{name}_share"]
+        share = part[name + SHARE]
         over = [d for d in share.dims if d != UNCERTAIN]
         mean = share.mean(over).values
         if np.isfinite(mean).any() and np.nanmax(mean) > 0.0:

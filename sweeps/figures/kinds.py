@@ -43,7 +43,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from sweeps.dimensions import PUBLISHED
+from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, PUBLISHED, SHARE, UNCERTAIN
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
 from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
@@ -227,9 +227,9 @@ KINDS = (
 def uncertainty_names(view: View) -> set[str]:
     """Variables of `run --uncertainty`, which are drawn beside their quantities."""
     of_bands = {end for name in view.data.data_vars for end in band_names(str(name))}
-    found = {str(n) for n, v in view.data.data_vars.items() if "uncertain_parameter" in v.dims}
-    found |= {name.removesuffix("_share") + "_explained" for name in found}
-    return found | of_bands | {"failed_draws"} if found else set()
+    found = {str(n) for n, v in view.data.data_vars.items() if UNCERTAIN in v.dims}
+    found |= {name.removesuffix(SHARE) + EXPLAINED for name in found}
+    return found | of_bands | {FAILED_DRAWS} if found else set()
 
 
 def figures_of(study: Study, only: Sequence[str] = ()) -> NamedFigures:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn.types import Floats
+from sweeps.dimensions import HIGH, LOW
 from sweeps.figures.marks import doubt_look, line_style, lost_handle, lost_points
 from sweeps.figures.scales import (
     degree_ticks,
@@ -102,7 +103,7 @@ def _band(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
 
 def band_names(name: str) -> tuple[str, str]:
     """Variables that `run --uncertainty` writes beside a quantity: the ends of its band."""
-    return f"{name}_low", f"{name}_high"
+    return name + LOW, name + HIGH
 
 
 def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: Entries) -> None:

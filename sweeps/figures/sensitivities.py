@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sweeps.dimensions import PARAMETER
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
@@ -35,7 +36,7 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
             continue
         kinds = [k for k in (FIRST, TOTAL) if f"{quantity}{k}{ending}" in names]
         kept = [n for n in names if n.startswith(quantity)]
-        view = study.view.only(kept, ["parameter"])
+        view = study.view.only(kept, [PARAMETER])
         values = {k: view.array(f"{quantity}{k}{ending}").values for k in kinds}
         order = np.argsort(-values[kinds[-1]], kind="stable")[:MOST_BARS]
         figure, (panel,) = new_sheet(1, 1, 1.1 + 0.36 * order.size)

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine_dyn.types import Floats, Integers
+from sweeps.dimensions import ELASTICITY, PARAMETER
 from sweeps.figures.marks import shade
 from sweeps.figures.scales import x_label
 from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
 from sweeps.figures.views import View
 from sweeps.figures.wording import name_of, sentence, symbol_of, wrap
-
-ELASTICITY = "_elasticity"
-"""Ending of the names of elasticities."""
 
 ENDINGS = (ELASTICITY, *(f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind")))
 """Endings of the variables that one diagram shows, or that belong to it."""
@@ -38,7 +36,7 @@ def tornado_names(view: View) -> list[str]:
     return [
         str(name)
         for name in view.data.data_vars
-        if "parameter" in variables[name].dims and str(name).endswith((*ENDINGS, DERIVATIVE))
+        if PARAMETER in variables[name].dims and str(name).endswith((*ENDINGS, DERIVATIVE))
     ]
 
 
@@ -48,7 +46,7 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         if not name.endswith(ELASTICITY):
             continue
         kept = [found for found in names if found.startswith(name)]
-        view = study.view.only(kept, ["parameter"])
+        view = study.view.only(kept, [PARAMETER])
         values = view.array(name).values
         shown = _largest_first(values)
         if shown.size == 0:

@@ -20,10 +20,9 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import outside
-from sweeps.dimensions import DESIGN, PARAMETER
+from sweeps.dimensions import DESIGN, ELASTICITY, PARAMETER
 from sweeps.errors import SceneError, shown
 from sweeps.planning.leaves import Value
-from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.model import Scene
 
 __all__ = [

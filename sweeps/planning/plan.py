@@ -20,7 +20,7 @@ from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, select
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.dimensions import DESIGN, PARAMETER, UNCERTAIN
+from sweeps.dimensions import DESIGN, FAILED_DRAWS, PARAMETER, UNCERTAIN
 from sweeps.errors import SceneError, one_line, size_text
 from sweeps.planning.elasticities import (
     Elasticities,
@@ -30,12 +30,7 @@ from sweeps.planning.elasticities import (
 )
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
-from sweeps.planning.uncertainty import (
-    FAILED_DRAWS,
-    Uncertainty,
-    plan_uncertainty,
-    uncertainty_nodes,
-)
+from sweeps.planning.uncertainty import Uncertainty, plan_uncertainty, uncertainty_nodes
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene

@@ -15,18 +15,13 @@ import numpy as np
 
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.dimensions import UNCERTAIN
+from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE, UNCERTAIN
 from sweeps.errors import SceneError
 from sweeps.scene.model import Scene
 from sweeps.scene.sample import drawn
 
 __all__ = [
-    "EXPLAINED",
-    "FAILED_DRAWS",
-    "HIGH",
-    "LOW",
     "QUANTILES",
-    "SHARE",
     "Uncertainty",
     "plan_uncertainty",
     "uncertainty_nodes",
@@ -34,11 +29,6 @@ __all__ = [
 
 QUANTILES = (0.025, 0.975)
 """Ends of the bands."""
-
-LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
-"""Endings of the names of variables."""
-
-FAILED_DRAWS = "failed_draws"
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.types import Floats
+from sweeps.dimensions import ELASTICITY
 from sweeps.planning.blocks import Block, along
 from sweeps.planning.elasticities import (
     AGREE,
@@ -28,7 +29,6 @@ from sweeps.planning.elasticities import (
 )
 from sweeps.planning.leaves import Value
 from sweeps.planning.plan import Plan
-from sweeps.scene.derived_quantities import ELASTICITY
 
 __all__ = ["Derivative", "Results", "derivative", "differences"]
 

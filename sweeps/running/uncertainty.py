@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.types import Floats
+from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, HIGH, LOW, SHARE
 from sweeps.planning.blocks import Block
 from sweeps.planning.plan import Plan
-from sweeps.planning.uncertainty import EXPLAINED, FAILED_DRAWS, HIGH, LOW, QUANTILES, SHARE
+from sweeps.planning.uncertainty import QUANTILES
 
 __all__ = ["bands", "shares"]
 

@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine_dyn.quantities.graph import QUANTITIES
+from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError
 
-__all__ = ["ELASTICITY", "elasticities_in", "ordinary"]
-
-ELASTICITY = "_elasticity"
-"""Ending of the names."""
+__all__ = ["elasticities_in", "ordinary"]
 
 
 def elasticities_in(quantities: Sequence[str]) -> tuple[str, ...]:

@@ -12,11 +12,10 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import is_ratio
-from sweeps.dimensions import LABELS
+from sweeps.dimensions import ELASTICITY, LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
-from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.sample import LARGEST, METHODS
 from sweeps.scene.schema_parts import (
     FRACTION,

@@ -16,9 +16,9 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.fields import FRICTION_NAMES
+from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_throws
-from sweeps.scene.derived_quantities import ELASTICITY
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 from sweeps.scene.variants import variant_words
