@@ -231,6 +231,10 @@ def _scene_tables(
     raw: dict[str, Any] = json.loads(json.dumps(archive.source))
     cut = "" if coordinates is not None else archive.piece.get("axis", "")
 
+    def texts_or_numbers(key: str) -> Any:
+        found = filled("designs", key)
+        return [str(text) for text in found] if key in LABELS else found
+
     def filled(table: str, key: str) -> Any:
         if cut == (DESIGN if table == "designs" else key):
             raise SceneError(
@@ -248,11 +252,10 @@ def _scene_tables(
         designs = raw["designs"] = dict.fromkeys(columns, "in the archive")
     for key, item in designs.items():
         if isinstance(item, str):
-            found = filled("designs", key)
-            designs[key] = [str(t) for t in found] if key in LABELS else found
+            designs[key] = texts_or_numbers(key)
     if "sample" not in raw:
         return raw, None
-    return raw, {key: filled("designs", key) for key in parameters_of(raw["sample"])}
+    return raw, {key: texts_or_numbers(key) for key in parameters_of(raw["sample"])}
 
 
 def _check_piece(piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from sweeps.checks import plain
-from sweeps.scene.sample import drawn, read_sample
+from sweeps.scene.sample import WORDS, drawn, read_sample
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,8 @@ def sample(
         Key of each parameter and what it follows, in the units of scenes: ``{"low": 1.0, "high":
         12.0}`` (``"spacing": "log"`` beside them: uniform in the logarithm), ``{"low": 0.3, "mode":
         0.35, "high": 0.45}`` (triangular), ``{"mean": 6.7, "deviation": 0.3, "low": 5.0, "high":
-        8.0}`` (truncated normal), or a list of values that are equally likely.
+        8.0}`` (truncated normal), or a list of values that are equally likely; of `engine` and
+        `arrangement` a list of texts.
     number : int
         Designs; for "saltelli" base points.
     method : str, optional
@@ -54,4 +55,4 @@ def sample(
     import pandas as pd
 
     table = {**plain(parameters, "sample"), "method": method, "number": number, "seed": seed}
-    return pd.DataFrame(drawn(read_sample(table, "sample")))
+    return pd.DataFrame(drawn(read_sample(table, "sample", words=WORDS)))

@@ -24,7 +24,7 @@ from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
 from sweeps.running.into_archive import remove_folder, run
 from sweeps.running.options import Options, Stopped
-from sweeps.scene.sample import drawn, read_sample
+from sweeps.scene.sample import WORDS, drawn, read_sample
 
 __all__ = ["extend", "extend_sample"]
 
@@ -193,11 +193,11 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
         raise SceneError(f"{where}: must be above {sample.number}, which the archive has")
     _check_version(old, had)
     source = {**old.source, "sample": {**old.source["sample"], "number": number}}
-    whole = read_sample(source["sample"], f"{old.path}: [sample]")
+    whole = read_sample(source["sample"], f"{old.path}: [sample]", words=WORDS)
     columns = drawn(whole)
-    first = had.scene.designs
     count = had.sizes[DESIGN]
-    for key, values in first.items():
+    before: dict[str, Any] = {**had.scene.designs, **had.scene.labels}
+    for key, values in before.items():
         if not np.array_equal(columns[key][:count], values):
             raise SceneError(
                 f"{where}: SciPy or SALib draws other values of {key} now than the archive has; "

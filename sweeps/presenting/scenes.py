@@ -113,7 +113,8 @@ def _varying(scene: Scene) -> list[str]:
         how = "" if scene.sample is None else f"drawn as {METHODS[scene.sample.method]}, "
         lines.append(f"  together, {how}{counted(len(first), 'design')}:")
         for label, texts in scene.labels.items():
-            lines.append(f"    {label}: {_listed(texts)}")
+            said = _listed(texts) if scene.sample is None else scene.sample.parameters[label].words
+            lines.append(f"    {label}: {said}")
         for key, values in scene.designs.items():
             said = _listed(values) if scene.sample is None else scene.sample.parameters[key].words
             lines.append(f"    {key} = {said} {_about(key)}")

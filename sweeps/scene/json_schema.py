@@ -16,7 +16,7 @@ from sweeps.dimensions import ELASTICITY, LABELS
 from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable
 from sweeps.reading.silenced_warnings import KNOWN
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
-from sweeps.scene.sample import LARGEST, METHODS
+from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.schema_parts import (
     FRACTION,
     ONE_ARRANGEMENT,
@@ -96,6 +96,7 @@ def scene_schema() -> Schema:
         **closed(
             {
                 **{name: _distribution(name) for name in PARAMETERS},
+                **{name: _texts(name) for name in WORDS},
                 "method": {"enum": list(METHODS), "default": "sobol"},
                 "number": {"type": "integer", "minimum": 2, "maximum": LARGEST},
                 "seed": {"type": "integer", "minimum": 0, "default": 1},
@@ -109,7 +110,7 @@ def scene_schema() -> Schema:
         {"required": ["engine"]},
         *(
             {"required": [table], "properties": {table: {"required": ["engine"]}}}
-            for table in ("axes", "designs")
+            for table in ("axes", "designs", "sample")
         ),
         # The columns of a file are not known here.
         {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
@@ -179,6 +180,15 @@ def _distribution(name: str) -> Schema:
                 "required": ["low", "high"],
             },
         ],
+    }
+
+
+def _texts(name: str) -> Schema:
+    return {
+        **list_of(text_schema(f"one of several for the key {name}")),
+        "minItems": 2,
+        "uniqueItems": True,
+        "description": f"{name}: one of these, equally likely",
     }
 
 

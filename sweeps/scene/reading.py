@@ -182,7 +182,7 @@ def scene_of(
     """
     with kept_files(files, base, instead) as read, _sample_named(raw):
         tables, sample = with_sample(raw, name, columns)
-        check_engine_given(raw, name)
+        check_engine_given(tables, name)
         given = check_structure(SceneFile, tables, name)
         designs, labels = read_designs_table(given.designs, name, base)
         choices = engine_choices(given, tables, name, base, designs, labels)

@@ -15,11 +15,20 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.checks import known_key
+from sweeps.dimensions import ARRANGEMENT, ENGINE
 from sweeps.errors import SceneError, counted, shown
 from sweeps.reading.libraries import library
 from sweeps.scene.distributions import Distribution, read_distribution
 
-__all__ = ["METHODS", "Sample", "drawn", "parameters_of", "read_sample", "with_sample"]
+__all__ = [
+    "METHODS",
+    "WORDS",
+    "Sample",
+    "drawn",
+    "parameters_of",
+    "read_sample",
+    "with_sample",
+]
 
 METHODS = {
     "sobol": "a scrambled Sobol' sequence",
@@ -34,6 +43,9 @@ LARGEST = 1 << 24
 MOST_OF_SOBOL = 50
 """Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
 that people draw fill space no better than random numbers do."""
+
+WORDS = (ENGINE, ARRANGEMENT)
+"""Parameters whose values are texts: one of several, equally likely."""
 
 _OWN = ("method", "number", "seed")
 
@@ -99,7 +111,7 @@ def with_sample(
             f"{name}: [sample] and [designs]: only one of them is allowed, because the values "
             "that [sample] draws are the designs; what else varies belongs in [axes]"
         )
-    sample = read_sample(raw["sample"], f"{name}: [sample]")
+    sample = read_sample(raw["sample"], f"{name}: [sample]", words=WORDS)
     for key in sample.parameters:
         for table in ("set", "axes", "solver"):
             inside = raw.get(table)
@@ -120,8 +132,17 @@ def parameters_of(raw: Mapping[str, Any]) -> list[str]:
     return [key for key in raw if key not in _OWN]
 
 
-def read_sample(raw: Any, where: str) -> Sample:
+def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
     """Check what a table [sample] asks for; nothing is drawn.
+
+    Parameters
+    ----------
+    raw : dict
+        The table.
+    where : str
+        What messages call it.
+    words : tuple of str
+        Keys beside the parameters that may be drawn from lists of texts.
 
     Raises
     ------
@@ -135,7 +156,7 @@ def read_sample(raw: Any, where: str) -> Sample:
     if not isinstance(method, str) or method not in METHODS:
         raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
     parameters = {
-        key: read_distribution(item, f"{where} {key}", known_key(key, where, also=_OWN))
+        key: read_distribution(item, f"{where} {key}", known_key(key, where, also=words))
         for key, item in ((key, raw[key]) for key in parameters_of(raw))
     }
     if not parameters:

@@ -63,11 +63,21 @@ def test_whole_numbers_and_choices_are_equally_likely() -> None:
         assert np.abs(counts - NUMBER / len(values)).max() <= 2
 
 
+def test_words_are_equally_likely() -> None:
+    words = ["in-line 4", "in-line 6", "V8 90 cross-plane"]
+    drawn = sweeps.sample({"arrangement": words, "inertia": RANGE}, NUMBER)
+    found, counts = np.unique(drawn["arrangement"], return_counts=True)
+    assert found.tolist() == sorted(words)
+    assert np.abs(counts - NUMBER / len(words)).max() <= 2
+
+
 def test_parameters_are_drawn_independently() -> None:
     drawn = sweeps.sample({key: LAWS[law][1] for law, key in _KEYS.items()}, NUMBER)
     correlation = np.corrcoef(drawn.to_numpy().T)
     assert np.abs(correlation - np.eye(len(correlation))).max() < 0.01
 
+
+RANGE = {"low": 1.0, "high": 2.0}
 
 _KEYS = {"log": "inertia", "triangular": "rod_length", "normal": "reciprocating_mass"}
 
@@ -99,9 +109,6 @@ def test_saltelli_groups_change_one_parameter_at_a_time() -> None:
 
 def scene(sample: Any, **more: Any) -> dict[str, Any]:
     return {"engine": "ntua", "output": {"quantities": ["delta"]}, "sample": sample, **more}
-
-
-RANGE = {"low": 1.0, "high": 2.0}
 
 
 def test_the_order_of_the_tables_is_that_of_the_dimensions() -> None:
@@ -212,6 +219,42 @@ WRONG: dict[str, tuple[Any, str]] = {
         "scene: [sample] inertia mode = 3: must be from 1 (low) to 2 (high)",
     ),
     "no table": (scene([1.0]), "sample"),
+    "numbers as words": (
+        scene({"number": 4, "arrangement": [1, 2]}),
+        "scene: [sample] arrangement = [1, 2]: must be a list of texts",
+    ),
+    "a range of words": (
+        scene({"number": 4, "arrangement": {"low": 1.0, "high": 2.0}}),
+        "scene: [sample] arrangement = {'low': 1.0, 'high': 2.0}: must be a list of texts",
+    ),
+    "one word": (
+        scene({"number": 4, "arrangement": ["in-line 1"]}),
+        "scene: [sample] arrangement = ['in-line 1']: must have at least two values",
+    ),
+    "a word twice": (
+        scene({"number": 4, "arrangement": ["in-line 1", "in-line 2", "in-line 1"]}),
+        "scene: [sample] arrangement: duplicate value in-line 1",
+    ),
+    "labels are no words": (
+        scene({"number": 4, "case": ["a", "b"], "inertia": RANGE}),
+        "scene: [sample] case: unknown key",
+    ),
+    "two engines": (
+        scene({"number": 4, "engine": ["ntua", "b112"]}),
+        "scene: engine: given at the top and in [sample]; give it once",
+    ),
+    "an unknown engine": (
+        {**scene({"number": 4, "engine": ["ntua", "ntuaa"]}), "engine": None},
+        "scene: [sample] engine, row 2 = 'ntuaa': unknown engine; did you mean 'ntua'?",
+    ),
+    "arrangement and cylinders": (
+        scene({"number": 4, "arrangement": ["in-line 1", "in-line 2"], "cylinders": [1, 2]}),
+        "scene: [sample] cylinders: not allowed here; follows from each arrangement",
+    ),
+    "no engine": (
+        {**scene({"number": 4, "inertia": RANGE}), "engine": None},
+        "scene: engine: missing; must be",
+    ),
 }
 
 

@@ -45,6 +45,22 @@ def scene(**sample: Any) -> dict[str, Any]:
     }
 
 
+def words() -> dict[str, Any]:
+    """Words and numbers together: each arrangement is an ordinary scene of its own."""
+    return {
+        "engine": "si_four_87x101",
+        "set": {"speed": 3000.0},
+        "sample": {
+            "number": 16,
+            "seed": 3,
+            "inertia": {"low": 0.2, "high": 0.4},
+            "arrangement": ["in-line 4", "V6 60 split-pin 1-4-3-6-2-5", "in-line 6"],
+        },
+        "axes": {"load": [50.0, 100.0]},
+        "output": {"quantities": ["delta", "brake_power"]},
+    }
+
+
 @pytest.fixture(autouse=True)
 def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e4)
@@ -176,3 +192,46 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert "compiling" not in said[1]
+
+
+def test_words_are_drawn_as_designs_that_are_given(tmp_path: Path) -> None:
+    path, again, raw = tmp_path / "words.nc", tmp_path / "again.nc", words()
+    run(raw, path)
+    drawn = sweeps.sample(
+        {key: raw["sample"][key] for key in ("inertia", "arrangement")}, 16, seed=3
+    )
+    assert drawn["arrangement"].nunique() == 3
+    given = {key: value for key, value in raw.items() if key != "sample"}
+    expected = sweeps.run(given, designs=drawn)
+    with open_archive(path) as archive:
+        assert archive.arrangement.values.tolist() == drawn["arrangement"].tolist()
+        for name in ("delta", "brake_power"):
+            assert archive[name].dims == ("design", "load")
+            np.testing.assert_allclose(
+                archive[name].values, expected[name].transpose("design", "load").values, rtol=1e-12
+            )
+    ok("rerun", path, "-o", again)
+    assert_same(again, open_archive(path).load())
+
+
+def test_an_extended_sample_of_words_is_the_whole_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps.scene import sample
+
+    whole, grown, raw = tmp_path / "whole.nc", tmp_path / "grown.nc", words()
+    run(raw, whole)
+    run({**raw, "sample": {**raw["sample"], "number": 4}}, grown)
+    positions = sample._positions
+    with monkeypatch.context() as patch:
+        patch.setattr(sample, "_positions", lambda of: positions(of)[:, ::-1])
+        assert "draws other values of " in refused("extend", grown, "--number", "16")
+    extend_sample(grown, 16, Options())
+    assert_same(grown, open_archive(whole).load())
+
+
+def test_words_are_described() -> None:
+    from sweeps.presenting.scenes import scene_text
+
+    said = scene_text(read_scene(words()), "words")
+    assert "arrangement: one of in-line 4, V6 60 split-pin 1-4-3-6-2-5, in-line 6" in said
