@@ -87,13 +87,17 @@ class ArchiveAccessor:
         )  # fmt: skip
 
     def pareto(
-        self, first: str, second: str, *, most: str | Sequence[str] = (),
-        within: str | Sequence[str] = (),
+        self, first: str, second: str, *more: str, most: str | Sequence[str] = (),
+        within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
     ) -> xr.Dataset:  # fmt: skip
-        """Find the designs that no other beats in both quantities; see `sweeps.pareto`."""
+        """Find the designs that no other beats in all quantities; see `sweeps.pareto`."""
         from sweeps.exploring.search import pareto
 
-        return pareto(self._archive, first, second, most=most, within=within)
+        return pareto(
+            self._archive, first, second, *more, most=most, within=within, at_every=at_every,
+            not_counted=not_counted,
+        )  # fmt: skip
 
     def nearest(self, **values: float | str) -> xr.Dataset:
         """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`."""

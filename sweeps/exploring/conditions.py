@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, shown
@@ -20,7 +20,15 @@ from sweeps.ratios import number_or_ratio, ratio_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["WITH_NUMBERS", "Constraint", "check_name", "conditions_of", "constraint"]
+__all__ = [
+    "WITH_NUMBERS",
+    "Asked",
+    "Constraint",
+    "asked_of",
+    "check_name",
+    "conditions_of",
+    "constraint",
+]
 
 WITH_NUMBERS = [code for code in range(len(MEANINGS)) if has_numbers(code)]
 """Outcomes of designs that have numbers."""
@@ -53,6 +61,11 @@ class Constraint:
 
     def __str__(self) -> str:
         return f"{self.name} {self.sign} {ratio_text(self.limit)}"
+
+    @property
+    def above(self) -> bool:
+        """Whether it is a limit from above."""
+        return self.sign.startswith("<")
 
     def holds(self, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         """Where values fulfil it; never for NaN."""
@@ -105,7 +118,7 @@ def conditions_of(within: str | Sequence[str]) -> list[Constraint]:
 
 
 def check_name(archive: xr.Dataset, name: str) -> None:
-    """Check that a name has one number for each design.
+    """Check that a name has one number for each design, or one for each of its bearings.
 
     Raises
     ------
@@ -115,9 +128,71 @@ def check_name(archive: xr.Dataset, name: str) -> None:
     known = [str(n) for n, v in archive.variables.items() if v.dtype.kind in "iuf"]
     if name not in known:
         raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
-    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS]
+    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in ALONG_SHAFT]
     if curve:
         raise SceneError(
             f"{name}: not one number a design, it is over {', '.join(curve)}; take one first, such "
             f"as its largest with .max('{curve[0]}'), or cut it with sweeps.nearest"
         )
+
+
+Part = Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Variables of an archive that a search is about, by keys of its own.
+
+    Attributes
+    ----------
+    variables : dict of Variable
+        By key; the outcome as "status" where every value has one.
+    parts : dict of callable
+        Of variables with a value for each bearing, by key: which of these values counts.
+    wanted : list of str
+        Keys of the quantities of which less or more is wanted.
+    limited : list of str
+        Keys of those that the conditions are about.
+    """
+
+    variables: dict[str, xr.Variable]
+    parts: dict[str, Part]
+    wanted: list[str]
+    limited: list[str]
+
+    @property
+    def dims(self) -> set[str]:
+        """Dimensions over which all these lie, but for bearings."""
+        found = {str(d) for v in self.variables.values() for d in v.dims}
+        return found - ALONG_SHAFT if self.parts else found
+
+
+def asked_of(
+    archive: xr.Dataset, wanted: Sequence[tuple[str, float]], conditions: Sequence[Constraint]
+) -> Asked:
+    """Look up what a search is about: names, each with 1 for less or -1 for more, and conditions.
+
+    Of a quantity with a value for each bearing the worst one counts: the largest where less is
+    wanted or where the limit is one from above, else the smallest. Engines with fewer bearings
+    than others of their archive have NaN at those that they lack, which do not count.
+
+    Raises
+    ------
+    SceneError
+        As `check_name`.
+    """
+    found = Asked({}, {}, [], [])
+    above = [*(sign > 0.0 for _, sign in wanted), *(c.above for c in conditions)]
+    names = [*(name for name, _ in wanted), *(c.name for c in conditions)]
+    for number, (name, largest) in enumerate(zip(names, above, strict=True)):
+        check_name(archive, name)
+        variable, key = archive[name].variable, name
+        if not ALONG_SHAFT.isdisjoint(map(str, variable.dims)):
+            key = f"{name}, {'largest' if largest else 'smallest'}"
+            found.parts[key] = np.fmax.reduce if largest else np.fmin.reduce
+        found.variables[key] = variable
+        (found.wanted if number < len(wanted) else found.limited).append(key)
+    if "status" in archive and found.dims.issuperset(map(str, archive["status"].dims)):
+        # Designs that failed have no numbers anyway, but their axes have.
+        found.variables["status"] = archive["status"].variable
+    return found

@@ -1,4 +1,4 @@
-"""The best design that fulfils conditions at every value of some axes: all loads, all speeds.
+"""The best designs that fulfil conditions at every value of some axes: all loads, all speeds.
 
 An archive is read a range at a time: it may be larger than memory.
 """
@@ -6,24 +6,26 @@ An archive is read a range at a time: it may be larger than memory.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS
+from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, counted, not_known, shown
-from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name
+from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, asked_of
+from sweeps.exploring.kept_front import Front
 from sweeps.exploring.ranges import ranges
 from sweeps.reading.netcdf_files import slabs
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best_at_every_point"]
+__all__ = ["TEXT", "EveryPoint", "Judged", "best_at_every_point", "front_at_every_point"]
 
 AT_ONCE = 1 << 22
 """Designs that are compared at a time; each takes some twenty bytes."""
@@ -43,12 +45,51 @@ def best_at_every_point(
     SceneError
         As `sweeps.best`.
     """
-    axes = names_given(at_every, "at_every")
-    search = _Search(archive, name, sign, conditions, axes, _codes(not_counted, archive))
-    search.read()
-    if search.found is None:
+    search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
+    found: dict[str, int] | None = None
+    least, equal = math.inf, 0
+    for place, designs in search.judged():
+        values = np.where(designs.fulfilling, designs.worst[0], math.inf)
+        if not designs.fulfilling.any():
+            continue
+        smallest = float(values.min())
+        if smallest < least:
+            least, equal = smallest, 0
+            at = np.unravel_index(int(np.argmin(values)), values.shape)
+            found = {d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)}
+        if smallest == least:
+            equal += int(np.count_nonzero(values == smallest))
+    if found is None:
         raise SceneError(search.nothing())
-    found = archive.isel(search.found)
+    best = archive.isel(found)
+    best.attrs[TEXT] = search.text(equal)
+    return best
+
+
+def front_at_every_point(
+    archive: xr.Dataset, wanted: Sequence[tuple[str, float]], conditions: Sequence[Constraint],
+    at_every: str | Sequence[str], not_counted: str | Sequence[str] = (),
+) -> xr.Dataset:  # fmt: skip
+    """Find the Pareto front of names, each with 1 for less or -1 for more; see `sweeps.pareto`.
+
+    Raises
+    ------
+    SceneError
+        As `sweeps.pareto`.
+    """
+    search = EveryPoint(archive, wanted, conditions, at_every, not_counted)
+    sizes = [search.sizes[d] for d in search.own]
+    front = Front(len(wanted))
+    for place, designs in search.judged():
+        at = np.nonzero(designs.fulfilling)
+        whole = tuple(i + s.start for i, s in zip(at, place, strict=True))
+        places = np.ravel_multi_index(whole, sizes) if sizes else np.flatnonzero(
+            designs.fulfilling
+        )  # fmt: skip
+        front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
+    if not front.places.size:
+        raise SceneError(search.nothing())
+    found = front.taken_of(archive, search.own)
     found.attrs[TEXT] = search.text()
     return found
 
@@ -65,75 +106,117 @@ def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
 
 
 @dataclass
-class _Designs:
-    """Some designs: what holds at all points that were read so far."""
+class Judged:
+    """Some designs: what holds at all points that were read so far.
 
-    good: npt.NDArray[np.bool_]
-    worst: npt.NDArray[np.float64]
-    points: npt.NDArray[np.bool_]
-    holds: list[npt.NDArray[np.bool_]] = field(default_factory=list)
-    failed: npt.NDArray[np.bool_] | None = None
+    Attributes
+    ----------
+    good : ndarray of bool
+        Whether all conditions hold at every point that counts.
+    worst : ndarray
+        The largest value at these points of each quantity times its sign, along the first axis.
+    points : ndarray of bool
+        Whether any point counts.
+    holds : list of ndarray of bool
+        Whether each condition holds by itself.
+    excess : ndarray
+        By how much a value is beyond the limit of each condition at most, in the condition's unit,
+        along the first axis: negative inside, -inf where no point has a number.
+    lacking : ndarray of int
+        Points that count and lack a number.
+    """
+
+    good: Booleans
+    worst: Floats
+    points: Booleans
+    holds: list[Booleans]
+    excess: Floats
+    lacking: npt.NDArray[np.int64]
+
+    @property
+    def fulfilling(self) -> Booleans:
+        """Which designs fulfil all conditions."""
+        return self.good & self.points
 
 
-class _Search:
-    """All designs of an archive, each looked at at every point of some axes."""
+class EveryPoint:
+    """All designs of an archive, each looked at at every point of some axes.
+
+    Attributes
+    ----------
+    own : list of str
+        Dimensions that tell the designs apart.
+    sizes : dict of int
+        Lengths of these and of the axes.
+
+    Raises
+    ------
+    SceneError
+        For names and axes that the archive does not have.
+    """
 
     def __init__(
-        self, archive: xr.Dataset, name: str, sign: float, conditions: Sequence[Constraint],
-        axes: Sequence[str], codes: Sequence[int],
+        self, archive: xr.Dataset, wanted: Sequence[tuple[str, float]],
+        conditions: Sequence[Constraint], at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
     ) -> None:  # fmt: skip
-        self.name, self.sign, self.conditions, self.codes = name, sign, conditions, codes
-        known = list(dict.fromkeys([name, *(c.name for c in conditions)]))
-        for one in known:
-            check_name(archive, one)
+        axes = names_given(at_every, "at_every")
+        self.codes = _codes(not_counted, archive)
+        self.signs = np.array([sign for _, sign in wanted])
+        self.conditions = conditions
+        asked = asked_of(archive, wanted, conditions)
+        self.variables, self.parts = asked.variables, asked.parts
+        self.wanted, self.limited = asked.wanted, asked.limited
         dims = [str(d) for d in archive.dims]
         for axis in axes:
             if axis not in dims:
                 raise SceneError(f"at every {shown(axis)}: not an axis{not_known(axis, dims)}")
-            if axis == name:
+            if axis in (name for name, _ in wanted):
                 raise SceneError(f"at every {axis}: is what is wanted least or most itself")
-        self.variables = {one: archive[one].variable for one in known}
-        used = {str(d) for v in self.variables.values() for d in v.dims}
-        if "status" in archive and used.issuperset(map(str, archive["status"].dims)):
-            self.variables["status"] = archive["status"].variable
+        used = asked.dims
         self.axes = [d for d in dims if d in axes and d in used]
-        self.asked = list(axes)
+        self.asked = axes
         self.own = [d for d in dims if d in used and d not in axes]
         self.sizes = {d: archive.sizes[d] for d in (*self.own, *self.axes)}
-        self.found: dict[str, int] | None = None
-        self.value = math.inf
-        self.equal = self.fulfilling = self.unsolved = self.without = 0
+        self.fulfilling = self.unsolved = self.without = 0
         self.alone = [0] * len(conditions)
-        self.left_out: dict[int, int] = dict.fromkeys(codes, 0)
+        self.left_out: dict[int, int] = dict.fromkeys(self.codes, 0)
         self.designs = math.prod(self.sizes[d] for d in self.own)
 
-    def read(self) -> None:
-        """Look at all designs."""
+    def judged(self) -> Iterator[tuple[tuple[slice, ...], Judged]]:
+        """Yield all designs, some at a time: where they are along `own`, and what holds of them."""
         shape = tuple(self.sizes[d] for d in self.own)
         for place in slabs(shape, (1,) * len(shape), 1, AT_ONCE):
-            self._keep_best(self._read(dict(zip(self.own, place, strict=True))), place)
+            designs = self._read(dict(zip(self.own, place, strict=True)))
+            for number, holds in enumerate(designs.holds):
+                self.alone[number] += int(np.count_nonzero(holds & designs.points))
+            self.unsolved += int(np.count_nonzero(designs.lacking))
+            self.without += int(np.count_nonzero(~designs.points))
+            self.fulfilling += int(np.count_nonzero(designs.fulfilling))
+            yield place, designs
 
-    def _read(self, place: Mapping[str, slice]) -> _Designs:
+    def _read(self, place: Mapping[str, slice]) -> Judged:
         """What some designs are at all points."""
         variables = {
             name: v.isel({d: s for d, s in place.items() if d in v.dims})
             for name, v in self.variables.items()
         }
         shape = tuple(s.stop - s.start for s in place.values())
-        new = _Designs(
-            np.ones(shape, bool), np.full(shape, -math.inf), np.zeros(shape, bool),
-            [np.ones(shape, bool) for _ in self.conditions], np.zeros(shape, bool),
+        new = Judged(
+            np.ones(shape, bool), np.full((len(self.wanted), *shape), -math.inf),
+            np.zeros(shape, bool), [np.ones(shape, bool) for _ in self.conditions],
+            np.full((len(self.conditions), *shape), -math.inf), np.zeros(shape, np.int64),
         )  # fmt: skip
         dims = (*self.own, *self.axes)
         lengths = (*shape, *(self.sizes[d] for d in self.axes))
         over = tuple(range(len(shape), len(dims)))
-        for begin, extent, arrays in ranges(variables, dims, lengths):
+        for begin, extent, arrays in ranges(variables, dims, lengths, parts=self.parts):
             here = tuple(slice(b, b + n) for b, n in zip(begin, extent, strict=True))[: len(shape)]
             self._add(new, here, extent, arrays, over)
         return new
 
     def _add(
-        self, designs: _Designs, here: tuple[slice, ...], extent: tuple[int, ...],
+        self, designs: Judged, here: tuple[slice, ...], extent: tuple[int, ...],
         arrays: Mapping[str, npt.NDArray[Any]], over: tuple[int, ...],
     ) -> None:  # fmt: skip
         """Add points to what is known of designs."""
@@ -145,49 +228,35 @@ class _Search:
             counts = ~np.isin(status, self.codes)
             for code in self.codes:
                 self.left_out[code] += int(np.count_nonzero(status == code))
-        values = np.broadcast_to(arrays[self.name], extent)
-        solved &= np.isfinite(values)
-        good = solved.copy()
-        for number, condition in enumerate(self.conditions):
-            one = np.broadcast_to(arrays[condition.name], extent)
+        wanted = [np.broadcast_to(arrays[key], extent) for key in self.wanted]
+        for values in wanted:
+            solved &= np.isfinite(values)
+        good = np.ones(extent, bool)
+        for number, (condition, key) in enumerate(zip(self.conditions, self.limited, strict=True)):
+            one = np.broadcast_to(arrays[key], extent)
             solved &= np.isfinite(one)
             holds = condition.holds(one)
             good &= holds
             designs.holds[number][here] &= (holds | ~counts).all(over)
-        assert designs.failed is not None
-        designs.failed[here] |= (counts & ~solved).any(over)
+            beyond = one - condition.limit if condition.above else condition.limit - one
+            _keep_largest(designs.excess[number], here, beyond, counts & np.isfinite(one), over)
+        designs.lacking[here] += (counts & ~solved).sum(over)
         designs.good[here] &= ((solved & good) | ~counts).all(over)
         designs.points[here] |= counts.any(over)
-        worst = np.where(counts & solved, self.sign * values, -math.inf).max(
-            over, initial=-math.inf
-        )
-        designs.worst[here] = np.maximum(designs.worst[here], worst)
-
-    def _keep_best(self, designs: _Designs, place: tuple[slice, ...]) -> None:
-        assert designs.failed is not None
-        for number, holds in enumerate(designs.holds):
-            self.alone[number] += int(np.count_nonzero(holds & designs.points))
-        self.unsolved += int(np.count_nonzero(designs.failed))
-        self.without += int(np.count_nonzero(~designs.points))
-        fulfilling = designs.good & designs.points
-        self.fulfilling += int(np.count_nonzero(fulfilling))
-        if not fulfilling.any():
-            return
-        values = np.where(fulfilling, designs.worst, math.inf)
-        smallest = float(values.min())
-        if smallest < self.value:
-            self.value, self.equal = smallest, 0
-            at = np.unravel_index(int(np.argmin(values)), values.shape)
-            self.found = {d: int(i) + s.start for d, i, s in zip(self.own, at, place, strict=True)}
-        if smallest == self.value:
-            self.equal += int(np.count_nonzero(values == smallest))
+        for number, values in enumerate(wanted):
+            _keep_largest(
+                designs.worst[number], here, self.signs[number] * values, counts & solved, over
+            )
 
     @property
     def _everywhere(self) -> str:
         return f"at every {' and '.join(self.asked)}"
 
-    def text(self) -> str:
-        """How many designs fulfil the conditions, and what was left out."""
+    def text(self, equal: int = 1) -> str:
+        """How many designs fulfil the conditions, and what was left out.
+
+        `equal` is how many designs are equally good.
+        """
         what = " and ".join(map(str, self.conditions))
         verb = "fulfil" if what else "have numbers"
         if self.fulfilling == 1:
@@ -196,8 +265,8 @@ class _Search:
             f"{self.fulfilling} of {counted(self.designs, 'design')} "
             f"{f'{verb} {what}'.rstrip()} {self._everywhere}"
         ]
-        if self.equal > 1:
-            parts.append(f"{self.equal} are equally good, this is the first")
+        if equal > 1:
+            parts.append(f"{equal} are equally good, this is the first")
         parts += self._left_out()
         return "; ".join(parts)
 
@@ -226,3 +295,11 @@ class _Search:
             f"no design fulfils all conditions {self._everywhere}; of "
             f"{counted(self.designs, 'design')}: {told}"
         )
+
+
+def _keep_largest(
+    kept: Floats, here: tuple[slice, ...], values: Floats, known: Booleans, over: tuple[int, ...]
+) -> None:
+    """Keep the largest of what was kept and of the known values along some axes."""
+    largest = np.where(known, values, -math.inf).max(over, initial=-math.inf)
+    kept[here] = np.maximum(kept[here], largest)

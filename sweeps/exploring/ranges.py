@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
@@ -21,11 +21,14 @@ RANGE = 8e6
 def ranges(
     variables: Mapping[str, xr.Variable], dims: Sequence[str], shape: Sequence[int],
     limit: float = RANGE, *, in_order: bool = False,
+    parts: Mapping[str, Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]]
+    | None = None,
 ) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], dict[str, npt.NDArray[Any]]]]:  # fmt: skip
     """Read variables over some dimensions, a range at a time.
 
     Ranges consist of complete chunks of the file or, with `in_order`, follow the order of the
-    values.
+    values. `parts` says of variables that have further dimensions what makes one number of the
+    values along these, such as ``np.fmax.reduce``.
 
     Yields
     ------
@@ -41,8 +44,12 @@ def ranges(
             own = {d: s for d, s in inside.items() if d in variable.dims}
             read = variable.isel(own)
             order = [d for d in dims if d in variable.dims]
+            inner = [d for d in variable.dims if d not in dims]
             full = tuple(slice(None) if d in variable.dims else None for d in dims)
-            arrays[name] = read.transpose(*order).values[full]
+            values = read.transpose(*order, *inner).values
+            if inner and parts and name in parts:
+                values = parts[name](values, tuple(range(len(order), values.ndim)))
+            arrays[name] = values[full]
         begin = tuple(s.start for s in place)
         yield begin, tuple(s.stop - s.start for s in place), arrays
 

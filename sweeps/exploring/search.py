@@ -17,18 +17,15 @@ import numpy.typing as npt
 from engine_dyn.types import Integers
 from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
-from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, check_name, conditions_of
-from sweeps.exploring.every_point import best_at_every_point
+from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, asked_of, conditions_of
+from sweeps.exploring.every_point import best_at_every_point, front_at_every_point
 from sweeps.exploring.ranges import ranges
-from sweeps.fronts import front_of, unbeaten
+from sweeps.exploring.kept_front import Front
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["best", "pareto"]
-
-FRONT = "front"
-"""Dimension along which the designs of a Pareto front lie."""
 
 
 def best(
@@ -90,7 +87,7 @@ def best(
     if not_counted:
         raise SceneError("best: not_counted is for at_every; designs that failed never count")
     found, smallest = -1, math.inf
-    search = _Search(archive, [name], conditions)
+    search = _Search(archive, [(name, sign)], conditions)
     for places, (values,) in search.designs():
         here = int(np.argmin(sign * values))
         if found < 0 or sign * values[here] < smallest:
@@ -102,101 +99,103 @@ def best(
 
 
 def pareto(
-    archive: xr.Dataset, first: str, second: str, *, most: str | Sequence[str] = (),
-    within: str | Sequence[str] = (),
+    archive: xr.Dataset, first: str, second: str, *more: str, most: str | Sequence[str] = (),
+    within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (),
 ) -> xr.Dataset:  # fmt: skip
-    """Pareto front of two quantities: the designs that no other beats in both.
+    """Pareto front of two quantities or more: the designs that no other beats in all of them.
 
     Parameters
     ----------
     archive : Dataset
         As `open` or `run` returns it; it may be larger than memory.
-    first, second : str
+    first, second, *more : str
         Quantities or axes, of which less is better.
     most : str or sequence of str
-        Those of the two of which more is better.
+        Those of them of which more is better.
     within : str or sequence of str
         Conditions such as "delta <= 1/150", all of which must hold.
+    at_every, not_counted : str or sequence of str
+        As `best` takes them: axes at all values of which the conditions must hold, and at which
+        the worst value of each quantity counts; outcomes that are left out.
 
     Returns
     -------
     Dataset
         The archive at these designs, along a new dimension `front`, the best in `first` first.
-        Designs that are equal in both are all in it. Axes on which none of the names depends stay.
+        Designs that are equal in all of them are all in it. Axes on which none of the names
+        depends stay, and those of `at_every`.
 
     Raises
     ------
     SceneError
         As `best`.
     """
-    import xarray as xr
-
     check_dataset(archive)
-    if first == second:
-        raise SceneError(f"pareto: {first} is given twice; needs two quantities")
+    names = [str(name) for name in (first, second, *more)]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise SceneError(f"pareto: {name} is given twice; needs two quantities or more")
     largest = names_given(most, "most")
     for name in largest:
-        if name not in (first, second):
-            raise SceneError(f"pareto: most = {shown(name)}: must be {first} or {second}")
-    first, second = str(first), str(second)
-    signs = [-1.0 if name in largest else 1.0 for name in (first, second)]
-    search = _Search(archive, [first, second], conditions_of(within))
-    front = np.empty((2, 0))
-    found = np.empty(0, dtype=np.int64)
+        if name not in names:
+            raise SceneError(
+                f"pareto: most = {shown(name)}: must be {', '.join(names[:-1])} or {names[-1]}"
+            )
+    wanted = [(name, -1.0 if name in largest else 1.0) for name in names]
+    conditions = conditions_of(within)
+    if at_every:
+        return front_at_every_point(archive, wanted, conditions, at_every, not_counted)
+    if not_counted:
+        raise SceneError("pareto: not_counted is for at_every; designs that failed never count")
+    search = _Search(archive, wanted, conditions)
+    front = Front(len(wanted))
     for places, values in search.designs():
-        here = np.array([s * v for s, v in zip(signs, values, strict=True)])
-        candidates = unbeaten(front, here)
-        both = np.hstack([front, here[:, candidates]])
-        kept = front_of(*both)
-        front, found = both[:, kept], np.concatenate([found, places[candidates]])[kept]
-    if not found.size:
+        front.add(np.array([sign * v for (_, sign), v in zip(wanted, values, strict=True)]), places)
+    if not front.places.size:
         raise SceneError(search.nothing())
-    if not search.shape:
-        return archive.expand_dims(FRONT)
-    at = np.unravel_index(found, search.shape)
-    return archive.isel({d: xr.Variable((FRONT,), i) for d, i in zip(search.dims, at, strict=True)})
+    return front.taken_of(archive, search.dims)
 
 
 class _Search:
     """All designs of an archive with the values of some names, a range at a time."""
 
     def __init__(
-        self, archive: xr.Dataset, names: Sequence[str], conditions: Sequence[Constraint]
-    ) -> None:
-        self.names = list(names)
+        self, archive: xr.Dataset, wanted: Sequence[tuple[str, float]],
+        conditions: Sequence[Constraint],
+    ) -> None:  # fmt: skip
+        self.names = [name for name, _ in wanted]
         self.conditions = list(conditions)
-        known = [*self.names, *(c.name for c in self.conditions)]
-        for name in known:
-            check_name(archive, name)
-        self.variables = {name: archive[name].variable for name in known}
-        used = {d for v in self.variables.values() for d in v.dims}
-        if "status" in archive and used.issuperset(archive["status"].dims):
-            # Designs that failed have no numbers anyway, but their axes have.
-            self.variables["status"] = archive["status"].variable
-        self.dims = tuple(str(d) for d in archive.dims if d in used)
+        self.asked = asked_of(archive, wanted, conditions)
+        self.dims = tuple(str(d) for d in archive.dims if d in self.asked.dims)
         self.shape = tuple(archive.sizes[d] for d in self.dims)
         self.alone = [0] * len(self.conditions)
         self.solved = 0
 
     def designs(self) -> Iterator[tuple[Integers, list[npt.NDArray[Any]]]]:
         """Places of the designs that fulfil all conditions, and their values of the names."""
-        for begin, extent, arrays in ranges(self.variables, self.dims, self.shape):
+        variables, parts = self.asked.variables, self.asked.parts
+        for begin, extent, arrays in ranges(variables, self.dims, self.shape, parts=parts):
             good = np.ones(extent, dtype=bool)
-            for name in self.variables:
+            for name in variables:
                 if name == "status":
                     good &= np.isin(arrays[name], WITH_NUMBERS)
                 else:
                     good &= np.isfinite(arrays[name])
             self.solved += int(good.sum())
             kept = good.copy()
-            for number, condition in enumerate(self.conditions):
-                holds = good & condition.holds(arrays[condition.name])
+            limited = zip(self.conditions, self.asked.limited, strict=True)
+            for number, (condition, key) in enumerate(limited):
+                holds = good & condition.holds(arrays[key])
                 self.alone[number] += int(holds.sum())
                 kept &= holds
             if kept.any():
                 yield (
                     self._places(kept, begin),
-                    [np.broadcast_to(arrays[n], extent)[kept].reshape(-1) for n in self.names],
+                    [
+                        np.broadcast_to(arrays[n], extent)[kept].reshape(-1)
+                        for n in self.asked.wanted
+                    ],
                 )
 
     def _places(self, kept: npt.NDArray[np.bool_], begin: tuple[int, ...]) -> Integers:

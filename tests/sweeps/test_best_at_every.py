@@ -77,6 +77,45 @@ def test_a_quantity_that_varies_counts_at_its_worst(archive):
     assert float(few["inertia"]) == 1.0
 
 
+def test_a_front_at_every_point_is_that_of_the_worst_values(archive, monkeypatch):
+    monkeypatch.setattr(ranges.ranges, "__defaults__", (24.0,))
+    monkeypatch.setattr(every_point, "AT_ONCE", 3)
+    archive["price"] = ("inertia", [4.0, 1.0, 9.0, 3.0])
+    found = sweeps.pareto(
+        archive, "inertia", "delta", "price", at_every=["load", "speed"],
+        not_counted="no_steady_state",
+    )  # fmt: skip
+    # of the inertias 9, 1, 3, 5 with prices 4, 1, 9, 3: 3 costs more than 5 but is lighter
+    assert found["inertia"].values.tolist() == [1.0, 3.0, 5.0, 9.0]
+    assert found["delta"].dims == ("speed", "front", "load")
+    cheap = sweeps.pareto(
+        archive, "delta", "price", within="delta <= 1/1000", at_every=["load", "speed"],
+        not_counted="no_steady_state",
+    )  # fmt: skip
+    # 3 kg m2 is worse than 5 in both
+    assert cheap["inertia"].values.tolist() == [9.0, 5.0]
+    assert "3 of 4 designs fulfil delta <= 1/1000" in cheap.attrs["search"]
+    most = sweeps.pareto(archive.isel(load=[1, 2]), "inertia", "delta", most=["inertia", "delta"],
+                         at_every="load")  # fmt: skip
+    # the smallest delta of a design counts where more of it is better: 1000 rpm always has more
+    assert set(most["speed"].values) == {1000.0}
+    assert most["inertia"].values.tolist() == [9.0, 5.0, 3.0, 1.0]
+
+
+def test_of_bearings_the_worst_counts_and_missing_ones_do_not(archive):
+    loads = np.stack([archive["delta"].values * 1e3, np.full((2, 4, 3), 0.1)], axis=-1)
+    loads[:, 1, :, 1] = np.nan  # the second inertia has one bearing
+    dims = (*archive["delta"].dims, "main_bearing")
+    archive = archive.assign(main_journal_load_max=(dims, loads)).isel(load=[1, 2])
+    asked = {"least": "main_journal_load_max", "at_every": ["load", "speed"]}
+    assert float(sweeps.best(archive, **asked)["inertia"]) == 9.0
+    asked["within"] = "main_journal_load_max >= 0.2"
+    assert float(sweeps.best(archive, **asked)["inertia"]) == 1.0
+    at_once = sweeps.best(archive, least="inertia", within="main_journal_load_max <= 1.0")
+    assert float(at_once["inertia"]) == 3.0
+    assert sweeps.pareto(archive, "inertia", "main_journal_load_max").sizes["front"] == 4
+
+
 def test_equally_good_designs_are_counted():
     data = {"delta": (("inertia", "stroke"), np.full((2, 3), 0.01))}
     archive = xr.Dataset(data, {"inertia": [1.0, 2.0], "stroke": [0.1, 0.2, 0.3]})

@@ -17,6 +17,7 @@ from sweeps.archive.netcdf import open_archive
 from sweeps.errors import SceneError
 from sweeps.exploring import opening, ranges
 from sweeps.exploring.conditions import constraint
+from sweeps.exploring.kept_front import Front
 from sweeps.fronts import front_of
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
@@ -298,6 +299,27 @@ def test_front_is_what_comparing_all_pairs_finds(pairs: list[tuple[int, int]]) -
     assert set(found.tolist()) == looked_at(first, second)
     assert len(found) == len(set(found.tolist()))
     assert (np.diff(first[found]) >= 0.0).all()
+
+
+@given(st.integers(1, 5), st.data())
+def test_front_of_many_numbers_is_what_comparing_all_finds(many: int, data: Any) -> None:
+    designs = data.draw(
+        st.lists(st.tuples(*[st.integers(-2, 3)] * (many + 1)), min_size=1, max_size=30)
+    )
+    numbers = np.array(designs, dtype=float).T
+    found = front_of(*numbers)
+    below = (numbers[:, :, None] <= numbers[:, None]).all(0)
+    less = (numbers[:, :, None] < numbers[:, None]).any(0)
+    assert found.tolist() and set(found) == set(np.flatnonzero(~(below & less).any(0)))
+    assert len(found) == len(set(found))
+    assert (np.diff(numbers[0][found]) >= 0.0).all()
+    # taken in two parts, it is the same
+    half = numbers.shape[1] // 2
+    front = Front(len(numbers))
+    front.add(numbers[:, :half], np.arange(half))
+    front.add(numbers[:, half:], np.arange(half, numbers.shape[1]))
+    assert set(front.places) == set(found)
+    np.testing.assert_array_equal(front.values, numbers[:, front.places])
 
 
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
