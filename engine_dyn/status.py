@@ -14,6 +14,7 @@ __all__ = [
     "PASSES_DONE",
     "STALLED",
     "TOLERANCE_NOT_MET",
+    "WITH_NUMBERS",
     "has_numbers",
 ]
 
@@ -36,6 +37,10 @@ MEANINGS = (
 )
 
 
+WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
+"""Outcomes whose designs keep their numbers; those of all others are NaN."""
+
+
 def has_numbers(code: int) -> bool:
     """Whether a design with this outcome keeps its numbers; those of all others are NaN."""
-    return code in (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
+    return code in WITH_NUMBERS

@@ -1,4 +1,4 @@
-"""Largest and mean bearing loads of many designs, by a kernel: see `bearings`.
+"""Largest, mean and root mean square bearing loads of many designs, by a kernel: see `bearings`.
 
 Each design is sampled by itself: its loads are those of `bearings`, formula by formula, of
 pressures that are tabulated at the samples for each row of the diagrams. The loads of a throw serve
@@ -99,7 +99,7 @@ def extremes_of_loads(
     begin: int, end: int, load: int, inputs: Floats, rows: Integers, numbers: Integers,
     sampled: Sampled, found: Floats,
 ) -> None:  # fmt: skip
-    """Peak, mean and place of the peak (in samples) of a load of some designs.
+    """Peak, mean, place of the peak (in samples) and root mean square of a load of some designs.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def extremes_of_loads(
         Main journals, from 1.
     sampled : Sampled
         The engine of all of them.
-    found : ndarray, shape (3, D)
+    found : ndarray, shape (4, D)
         Gets the results.
     """
     samples = sampled.turn.shape[2]
@@ -213,14 +213,15 @@ def _load_of_throw(
 
 @inlined
 def _extremes_of_square(square: Floats, found: Floats) -> None:
-    """Largest root, mean root and place of the largest of samples of a cycle.
+    """Largest root, mean root, place of the largest and root mean of samples of a cycle.
 
     A parabola through the three largest refines the largest.
     """
     samples = square.size
-    total = 0.0
+    total = squares = 0.0
     for i in range(samples):
         total += math.sqrt(square[i])
+        squares += square[i]
     best = 0
     for i in range(samples):
         if square[i] > SAME * square[best]:
@@ -233,3 +234,4 @@ def _extremes_of_square(square: Floats, found: Floats) -> None:
     found[0] = math.sqrt(top - 0.25 * (before - after) * move) if known else math.nan
     found[1] = total / samples
     found[2] = best + move if known else math.nan
+    found[3] = math.sqrt(squares / samples)

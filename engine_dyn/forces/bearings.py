@@ -69,6 +69,7 @@ __all__ = [
     "extremes",
     "first_crank",
     "main_journal_load",
+    "of_all_journals",
     "piston_pin_load",
     "turned",
 ]
@@ -87,8 +88,8 @@ BYTES_OF_TABLE = 32e6
 FEWEST = 64
 """Designs that are worth a thread: each takes some 5 us and more."""
 
-EXTREMES = np.dtype([("peak", np.float64), ("mean", np.float64), ("angle", np.float64)])
-"""Largest and mean size of a load [N], and the crank angle of the largest [rad]."""
+EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
+"""Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""
 
 Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
 """Of angle, engine, crank ratio, offset, family, row and number: see `_crank_pin`."""
@@ -295,7 +296,7 @@ def extremes(
     numbers: Any = 1,
     threads: int | None = 1,
 ) -> npt.NDArray[Any]:
-    """Largest load, mean load and angle of the largest, for each design.
+    """Largest, mean and root mean square load and angle of the largest, for each design.
 
     Parameters
     ----------
@@ -340,13 +341,46 @@ def extremes(
                 rows = index[mine[some]]
                 result["peak"][rows], result["mean"][rows] = found[0], found[1]
                 result["angle"][rows] = -0.5 * period + found[2] * (period / samples)
+                result["rms"][rows] = found[3]
     return result.reshape(shape)
+
+
+def of_all_journals(
+    crank_ratio: Any, offset: Any, family: Family, row: Any, factors: Factors, cylinders: Any,
+    by_count: CylindersByCount, period: float, threads: int | None = 1,
+) -> npt.NDArray[Any]:  # fmt: skip
+    """Extremes over all main journals of each design; parameters and notes as `extremes`.
+
+    The largest load of any journal and its crank angle, the mean over the journals of the mean
+    loads, and the root of their mean square.
+    """
+    engines = [by_count[int(number)] for number in np.unique(np.asarray(cylinders))]
+    most = max(len(along_shaft(engine)) for engine in engines) + 1
+    ratio, offset, row, cylinders = (
+        np.asarray(one)[..., None] for one in (crank_ratio, offset, row, cylinders)
+    )
+    factors = Factors(*(np.asarray(one)[..., None] for one in factors))
+    each = extremes(
+        "main_journal", ratio, offset, family, row, factors, cylinders, by_count, period,
+        np.arange(1, most + 1), threads,
+    )  # fmt: skip
+    found = np.empty(each.shape[:-1], dtype=EXTREMES)
+    known = np.isfinite(each["mean"])
+    there = np.maximum(known.sum(axis=-1), 1)
+    highest = np.argmax(np.where(known, each["peak"], -np.inf), axis=-1)[..., None]
+    for field in ("peak", "angle"):
+        found[field] = np.take_along_axis(each[field], highest, axis=-1)[..., 0]
+    found["mean"] = np.where(known, each["mean"], 0.0).sum(axis=-1) / there
+    found["rms"] = np.sqrt((np.where(known, each["rms"], 0.0) ** 2).sum(axis=-1) / there)
+    for field in ("mean", "rms"):
+        found[field] = np.where(known.any(axis=-1), found[field], np.nan)
+    return found
 
 
 def _of_engine(
     load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats, threads: int | None
 ) -> Iterator[tuple[Integers, Floats]]:
-    """Extremes of the designs of one engine: which ones, and peak, mean and place in samples.
+    """Extremes of the designs of one engine: which ones; peak, mean, place in samples and rms.
 
     `columns` are crank ratio, offset, row, engine, number of the main journal and the factors.
     """
@@ -362,7 +396,7 @@ def _of_engine(
         rows = np.unique(places)
         inputs = np.concatenate([here[:2], weight[None], here[5:]])
         places, numbers = np.searchsorted(rows, places), here[4].astype(np.int64)
-        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty((3, some.size))
+        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty((4, some.size))
 
         def work(
             begin: int, end: int, inputs: Floats = inputs, places: Integers = places,

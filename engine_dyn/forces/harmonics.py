@@ -33,12 +33,15 @@ __all__ = [
     "INERTIA",
     "VELOCITY",
     "Part",
+    "first_mode_phase_vectors",
+    "first_mode_weights",
     "gas_harmonics",
     "gas_part",
     "gravity_harmonics",
     "inertia_harmonics",
     "of_engine",
     "of_first",
+    "of_first_mode",
     "of_throws",
     "phase_of",
     "phase_vectors",
@@ -78,6 +81,53 @@ def throw_phase_vectors(
     last throw of an engine.
     """
     return _by_throw(_vectors, orders, cylinders, by_count, throws)
+
+
+def first_mode_weights(engine: Cylinders) -> Floats:
+    """Amplitudes of the throws in the first torsional mode of a uniform shaft.
+
+    Equal throws an equal stretch of shaft apart, held at the take-off, the first throw: throw j
+    of T moves by sin(j theta)/sin(T theta) with theta = pi/(2 T + 1), 1 at the free end. Shape
+    (T,). The chain of equal discs: derived here, and compared with the eigenvectors of its
+    stiffness in the tests.
+    """
+    throws = len(along_shaft(engine))
+    step = np.pi / (2 * throws + 1)
+    weights: Floats = np.sin(step * np.arange(1, throws + 1)) / np.sin(step * throws)
+    return weights
+
+
+def first_mode_phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Complexes:
+    """Sum of the phase vectors of all cylinders, each times the first mode's amplitude there.
+
+    Parameters as `phase_vectors`; the weights are `first_mode_weights`. What is left of it says how
+    strongly an order excites the shaft's first torsional mode.
+    """
+    return _by_count(
+        lambda nu, engine: _in_first_mode(_vectors, nu, engine), orders, cylinders, by_count
+    )
+
+
+def of_first_mode(
+    part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
+    by_count: CylindersByCount,
+) -> Complexes:  # fmt: skip
+    """As `of_engine`, each throw times the first mode's amplitude, `first_mode_weights`."""
+    summed = _sum_of(part, crank_ratio, offset)
+    return _by_count(
+        lambda nu, engine: _in_first_mode(summed, nu, engine), orders, cylinders, by_count
+    )
+
+
+def _in_first_mode(
+    summed: Callable[[Floats, tuple[Member, ...]], Any], nu: Floats, engine: Cylinders
+) -> Any:
+    total: Any = 0.0
+    size: Any = 0.0
+    for place, weight in zip(along_shaft(engine), first_mode_weights(engine), strict=True):
+        each = weight * summed(nu, tuple(engine.members[i] for i in place))
+        total, size = total + each, size + np.abs(each)
+    return np.where(np.abs(total) < CANCELLED * size, 0.0, total)
 
 
 Single = Callable[[Floats, Any, Any, float], Any]

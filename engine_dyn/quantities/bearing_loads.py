@@ -98,6 +98,9 @@ def _load_nodes(
              needs=(extreme,), make=lambda **needs: needs[extreme]["peak"]),
         Node(f"{load}_load_mean", rf"\bar {letter}", "N", f"cycle mean of the size of the {text}",
              NOTES, needs=(extreme,), make=lambda **needs: needs[extreme]["mean"]),
+        Node(f"{load}_load_rms", rf"{letter[:-1]},rms}}", "N",
+             f"root mean square of the {text}", NOTES, needs=(extreme,),
+             make=lambda **needs: needs[extreme]["rms"]),
         Node(f"{load}_peak_angle", rf"\varphi_{{{letter[3:-1]},max}}", "degree",
              f"crank angle of the largest {text}", NOTES, si=DEGREE, needs=(extreme,),
              make=lambda **needs: needs[extreme]["angle"]),
@@ -131,7 +134,26 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
     )  # fmt: skip
 
 
+_OF_ALL = "all_main_journals_extremes"
+
+
+def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
+    return bearings.of_all_journals(
+        needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
+        _journal_factors(needs), *_engines(needs), needs["period"], threads,
+    )  # fmt: skip
+
+
 NODES: tuple[Node, ...] = (
+    hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
+           (*_LOADED, "throw_turning_mass", *_COUNTED), _of_all_journals, throws=True,
+           width=16 * bearings.EXTREMES.itemsize, threaded=True),
+    Node("any_main_journal_load_max", r"F_{H,max,max}", "N",
+         "largest load of any main journal, on its bearing", NOTES, needs=(_OF_ALL,),
+         make=lambda **needs: needs[_OF_ALL]["peak"]),
+    Node("all_main_journals_load_rms", r"\bar F_{H,rms}", "N",
+         "root mean square of the loads of all main journals, on their bearings", NOTES,
+         needs=(_OF_ALL,), make=lambda **needs: needs[_OF_ALL]["rms"]),
     *_load_nodes("crank_pin", "load of the rod on the crank pin, cylinder 1", "F_{C}", _RODS,
                  _crank_pin_factors, bearings.crank_pin_load),
     *_load_nodes("piston_pin", "load of the piston pin, cylinder 1", "F_{P}", _RODS,

@@ -81,6 +81,12 @@ _THREADED = ("gas",)
 _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
     "": ("all cylinders", (), ("phase_vectors",), harmonics.of_engine),
+    "first_mode_": (
+        "first mode of the shaft",
+        (),
+        ("first_mode_phase_vectors",),
+        harmonics.of_first_mode,
+    ),
     "throw_": ("each throw", ("cylinder",), ("throw_phase_vectors",), harmonics.of_throws),
 }
 """Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
@@ -101,6 +107,7 @@ def _of_equal(part: str) -> Node:
 
 def _of_scope(scope: str, part: str) -> list[Node]:
     """Harmonics of a part of the torque: of equal cylinders from one, of others from each."""
+    throws = scope == "first_mode_"
     unit, text, more, made = _PARTS[part]
     whose, dimension, vectors, add = _SCOPES[scope]
     name, one = f"{scope or 'engine_'}{part}_sum", f"{part}_harmonics"
@@ -114,9 +121,9 @@ def _of_scope(scope: str, part: str) -> list[Node]:
 
     text = f"harmonics of {text}, {whose}"
     return [
-        _harmonic(name, unit, text, (one, *vectors), turned, when="equal"),
+        _harmonic(name, unit, text, (one, *vectors), turned, when="equal", throws=throws),
         _harmonic(name, unit, text, (*_MOTION, *more, *_COUNTED, *dimension), summed,
-                  when="unequal", threaded=part in _THREADED),
+                  when="unequal", threaded=part in _THREADED, throws=throws),
     ]  # fmt: skip
 
 
@@ -160,6 +167,15 @@ _HARMONICS = (
         ),
     ),
     _harmonic(
+        "first_mode_phase_vectors", "1",
+        "sum of the phase vectors of all cylinders, weighted by the shaft's first mode",
+        ("order", *_COUNTED),
+        lambda order, cylinder_set, cylinders_by_count: harmonics.first_mode_phase_vectors(
+            order, cylinder_set, cylinders_by_count
+        ),
+        throws=True,
+    ),
+    _harmonic(
         "throw_phase_vectors", "1", "sum of the phase vectors on each throw",
         ("order", *_COUNTED, "cylinder"),
         lambda order, cylinder_set, cylinders_by_count, cylinder: harmonics.throw_phase_vectors(
@@ -172,6 +188,8 @@ _HARMONICS = (
     _gravity("cylinder_", True),
 )  # fmt: skip
 
+_FIRST_MODE = "phase vectors in the mode of a uniform shaft, derived here"
+
 _ORDERS = (
     Node(
         "order_frequency", r"f_\nu", "Hz", "frequency of the orders at nominal speed",
@@ -183,6 +201,20 @@ _ORDERS = (
         "sum of the cylinders' phase vectors, 0 where an order cancels, Z where it is major",
         f"{NOTES}, engines with several cylinders", needs=("phase_vectors",),
         make=lambda phase_vectors: np.abs(phase_vectors),
+    ),
+    Node(
+        "first_mode_vector_sum", r"|\sum \beta_k e^{i\nu\psi_k}|", "1",
+        "sum of the cylinders' phase vectors, weighted along the shaft by the first torsional mode "
+        "of equal throws held at the take-off, 1 at the free end",
+        _FIRST_MODE, needs=("first_mode_phase_vectors",),
+        make=lambda first_mode_phase_vectors: np.abs(first_mode_phase_vectors),
+    ),
+    Node(
+        "first_mode_torque_order", r"M_{1,\nu}^\beta", "N m",
+        "amplitude of the orders of the torque that excites the first torsional mode of equal "
+        "throws held at the take-off",
+        _FIRST_MODE, needs=("first_mode_torque_harmonics",),
+        make=lambda first_mode_torque_harmonics: np.abs(first_mode_torque_harmonics),
     ),
     *_polar("", "gas_torque", r"M_{g,\nu}", "gas torque, all cylinders"),
     *_polar("", "inertia_torque", r"M_{l,\nu}", "inertia torque, all cylinders"),

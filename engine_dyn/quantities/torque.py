@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces import torque
+from engine_dyn.forces import shaft_torque, torque
 from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
 from engine_dyn.quantities.loads import OF_ANGLE
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.quantities.speed import kernel_inputs
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
@@ -80,6 +80,19 @@ def _torque_after_throw(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
         crank_angle, train_of(needs), bore, gas_of(needs), needs["reciprocating_mass"],
         needs["speed"], needs["friction_torque"], None if uniform else friction,
     )  # fmt: skip
+
+
+_ALONG_SHAFT = (
+    "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
+    "crankcase_pressure", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
+)  # fmt: skip
+"""What the torque along the shaft needs that broadcasts, friction over the stroke aside."""
+
+
+def _shaft_extremes(*, family: Any, cylinders_by_count: Any, period: Any, **needs: Any) -> Any:
+    friction = stroke_friction(needs)
+    numbers = {**needs, **{f"friction_{i}": level for i, level in enumerate(friction)}}
+    return shaft_torque.shaft_torque_extremes(numbers, family, cylinders_by_count, period)
 
 
 NODES: tuple[Node, ...] = (
@@ -197,5 +210,24 @@ NODES: tuple[Node, ...] = (
                "friction_torque", "cylinder_set", "cylinders_by_count", "offset_ratio",
                "period", *FRICTION_NAMES),
         make=_torque_after_throw,
+    ),
+    hidden(
+        "shaft_torque_extremes", "N m", "extremes of the torque along the shaft",
+        (*_ALONG_SHAFT, *FRICTION_NAMES, "family", "cylinders_by_count", "period"),
+        _shaft_extremes, throws=True, width=shaft_torque.EXTREMES.itemsize,
+    ),
+    Node(
+        "torque_after_throw_range", r"\max_i(T_{i,max}-T_{i,min})", "N m",
+        "largest range of the torque in the shaft after a throw", "after Kakaitsas section 5.4",
+        needs=("shaft_torque_extremes",),
+        make=lambda shaft_torque_extremes: shaft_torque_extremes["range"],
+    ),
+    Node(
+        "first_mode_torque_rms", r"M_1^\beta_{rms}", "N m",
+        "root mean square of the torque that excites the first torsional mode of equal throws "
+        "held at the take-off, less its mean",
+        "phase vectors in the mode of a uniform shaft, derived here",
+        needs=("shaft_torque_extremes",),
+        make=lambda shaft_torque_extremes: shaft_torque_extremes["rms"],
     ),
 )  # fmt: skip

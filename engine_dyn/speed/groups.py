@@ -138,7 +138,13 @@ class Engine:
     crankcase_pressure: float
 
     def __post_init__(self) -> None:
-        """Take numbers as floats; ValueError names what is none."""
+        """Take numbers as floats; ValueError names what is none, and a diagram that is none."""
+        given: object = self.diagram
+        if not isinstance(given, Diagram):
+            text = repr(given).splitlines()[0][:60]
+            raise ValueError(
+                f"diagram = {text}: must be a Diagram, such as diagram_from_points gives"
+            )
         _take_numbers(self)
 
     def check(self) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
-from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, not_known, shown
 from sweeps.ratios import number_or_ratio, ratio_text
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "WITH_NUMBERS",
     "Asked",
     "Constraint",
     "asked_of",
@@ -29,9 +27,6 @@ __all__ = [
     "conditions_of",
     "constraint",
 ]
-
-WITH_NUMBERS = [code for code in range(len(MEANINGS)) if has_numbers(code)]
-"""Outcomes of designs that have numbers."""
 
 _COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,

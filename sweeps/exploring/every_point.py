@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.status import MEANINGS
+from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import names_given
 from sweeps.errors import SceneError, counted, not_known, shown
-from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, asked_of
+from sweeps.exploring.conditions import Constraint, asked_of
 from sweeps.exploring.kept_front import Front
 from sweeps.exploring.ranges import ranges
 from sweeps.reading.netcdf_files import slabs

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Integers
 from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
-from sweeps.exploring.conditions import WITH_NUMBERS, Constraint, asked_of, conditions_of
+from sweeps.exploring.conditions import Constraint, asked_of, conditions_of
 from sweeps.exploring.every_point import best_at_every_point, front_at_every_point
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.kept_front import Front

@@ -27,12 +27,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.checks import check_dataset
 from sweeps.dimensions import DESIGN, LABELS, PARAMETER
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.columns import chosen_quantities
-from sweeps.exploring.conditions import WITH_NUMBERS
 from sweeps.reading.libraries import library
 from sweeps.scene.sample import parameters_of
 

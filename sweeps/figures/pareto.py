@@ -171,12 +171,11 @@ def _slabs(view: View, names: Sequence[str], dims: Sequence[str]) -> Iterator[tu
             values.append(array.set_dims(shape).transpose(*dims).values.reshape(-1))
         if status is not None:
             codes = status.isel({d: at for d, at in part.items() if d in status.dims})
-            good = np.isin(codes.set_dims(shape).transpose(*dims).values.reshape(-1), _SOLVED)
+            good = np.isin(
+                codes.set_dims(shape).transpose(*dims).values.reshape(-1), outcome.WITH_NUMBERS
+            )
             values = [np.where(good, one, np.nan) for one in values]
         yield begin * inner, np.array(values)
-
-
-_SOLVED = [code for code in range(len(outcome.MEANINGS)) if outcome.has_numbers(code)]
 
 
 def _figure(view: View, names: Sequence[str], found: Front) -> Figure:

@@ -50,7 +50,7 @@ def bands(
                 }  # fmt: skip
             if "status" in results:
                 made[FAILED_DRAWS] = np.sum(
-                    [~np.isin(draw["status"], _WITH_NUMBERS) for draw in draws], axis=0
+                    [~np.isin(draw["status"], status.WITH_NUMBERS) for draw in draws], axis=0
                 ).astype(float)
             return made
 
@@ -122,8 +122,6 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
     return explained.reshape(shape), share.reshape(*shape, many)
 
-
-_WITH_NUMBERS = [code for code in range(len(status.MEANINGS)) if status.has_numbers(code)]
 
 _LEAST_VARIANCE = 1e-20
 """Of results over their largest value; less is rounding, and due to nothing."""

@@ -1,0 +1,104 @@
+"""The torque along the shaft in few numbers: its largest range, and what excites the first mode.
+
+See `torque.torque_after_throw` for the curves, whose convention holds here: the take-off is at the
+first throw. Designs are taken some at a time, those of one engine together, so that memory does not
+grow with their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.forces import torque
+from engine_dyn.forces.harmonics import first_mode_weights
+from engine_dyn.forces.superposition import CrankTrain, along_shaft
+from engine_dyn.geometry.cylinders import CylindersByCount
+from engine_dyn.loads.friction import StrokeFriction
+from engine_dyn.pressure.family import Family
+from engine_dyn.types import Floats
+
+__all__ = ["EXTREMES", "SAMPLE", "shaft_torque_extremes"]
+
+SAMPLE = np.pi / 360.0
+"""Half a degree: spacing of the angles at which the torque is looked at."""
+
+VALUES_AT_ONCE = 2_000_000
+"""Values of the curves that are held at once, 16 MB."""
+
+EXTREMES = np.dtype([("range", np.float64), ("rms", np.float64)])
+"""Largest range of the torque after a throw, and the root mean square of the torque that excites
+the first mode, less its mean [N m]."""
+
+
+def shaft_torque_extremes(
+    numbers: Mapping[str, Any], family: Family, by_count: CylindersByCount, period: float
+) -> npt.NDArray[Any]:
+    """Largest range of the torque along the shaft, and the torque on its first mode.
+
+    Parameters
+    ----------
+    numbers : mapping of array_like
+        What broadcasts over the designs: "crank_ratio", "double_radius" [m], "offset_ratio",
+        "bore" [m], "row", "pressure_scale", "crankcase_pressure" [Pa], "reciprocating_mass" [kg],
+        "speed" [rad/s], "friction_torque" [N m], "cylinder_set" and the fields of `StrokeFriction`
+        as "friction_0" to "friction_4" [Pa].
+    family : Family
+        Diagrams.
+    by_count : mapping
+        Cylinders of each set.
+    period : float
+        Angle of the cycle [rad].
+
+    Returns
+    -------
+    ndarray of dtype EXTREMES
+        Shape of all numbers broadcast.
+
+    Notes
+    -----
+    The torque T_j after throw j is the sum of those of throw j and all behind it. Its range is
+    taken of samples half a degree apart. The first mode takes up sum_j beta_j (T_j - T_(j+1)),
+    with the amplitudes beta_j of `harmonics.first_mode_weights`.
+    """
+    columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
+    shape = columns["cylinder_set"].shape
+    flat = {name: column.reshape(-1) for name, column in columns.items()}
+    result = np.full(flat["cylinder_set"].size, np.nan, dtype=EXTREMES)
+    samples = round(period / SAMPLE)
+    phi: Floats = np.asarray(-0.5 * period + np.arange(samples) * (period / samples))
+    for number in np.unique(flat["cylinder_set"]).astype(int).tolist():
+        mine = np.flatnonzero(flat["cylinder_set"] == number)
+        engine = by_count[number]
+        weights = first_mode_weights(engine)
+        steps = np.diff(weights, prepend=0.0)[:, None]
+        at_once = max(1, VALUES_AT_ONCE // (samples * len(along_shaft(engine))))
+        for begin in range(0, mine.size, at_once):
+            some = mine[begin : begin + at_once]
+            one = {name: column[some][:, None] for name, column in flat.items()}
+            curves = _curves(one, phi, number, family, {number: engine}, period)
+            curves = curves[:, : weights.size]  # those past the last throw are missing
+            result["range"][some] = np.ptp(curves, axis=-1).max(axis=-1)
+            result["rms"][some] = (steps * curves).sum(axis=-2).std(axis=-1)
+    return result.reshape(shape)
+
+
+def _curves(
+    one: Mapping[str, Any], phi: Floats, number: int, family: Family, by_count: CylindersByCount,
+    period: float,
+) -> Floats:  # fmt: skip
+    """Torque after each throw of some designs of one engine, shape (design, throw, angle)."""
+    friction = StrokeFriction._make(one[f"friction_{i}"] for i in range(5))
+    uniform = not any(np.any(level) for level in friction.levels)
+    gas = torque.GasPressure(family, one["row"], one["pressure_scale"], one["crankcase_pressure"])
+    train = CrankTrain(
+        one["crank_ratio"], one["double_radius"], number, period, one["offset_ratio"], by_count
+    )
+    curves: Floats = torque.torque_after_throw(
+        phi, train, one["bore"], gas, one["reciprocating_mass"], one["speed"],
+        one["friction_torque"], None if uniform else friction,
+    )  # fmt: skip
+    return curves
