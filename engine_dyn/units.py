@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["BAR", "DEGREE", "RPM"]
+__all__ = ["BAR", "DEGREE", "MPA", "RPM"]
 
 BAR = 1e5
 """Pascal in a bar."""
+
+MPA = 1e6
+"""Pascal in a megapascal."""
 
 DEGREE = math.pi / 180.0
 """Radians in a degree."""

@@ -30,6 +30,7 @@ DOCUMENTS = {p.name: p.read_text("utf-8") for p in sorted((ROOT / "docs").glob("
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
+friction_breakdown: Any = importlib.import_module("friction_breakdown")
 reliability: Any = importlib.import_module("reliability")
 readme_tables: Any = importlib.import_module("readme_tables")
 thesis_study: Any = importlib.import_module("thesis_study")
@@ -48,6 +49,11 @@ def test_readme_tables_are_current() -> None:
     for path, tables in readme_tables.DOCUMENTS.items():
         text = path.read_text(encoding="utf-8")
         assert readme_tables.updated(text, tables) == text, path.name
+
+
+@pytest.mark.compiled
+def test_the_friction_breakdown_is_current() -> None:
+    assert friction_breakdown.written(DOCUMENTS["friction.md"]) == DOCUMENTS["friction.md"]
 
 
 def test_a_table_without_its_place_is_an_error() -> None:

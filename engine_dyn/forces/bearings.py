@@ -65,6 +65,7 @@ __all__ = [
     "EXTREMES",
     "PARTS",
     "Factors",
+    "bearing_pressure",
     "crank_pin_load",
     "extremes",
     "first_crank",
@@ -73,6 +74,21 @@ __all__ = [
     "piston_pin_load",
     "turned",
 ]
+
+
+def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
+    """Mean pressure in a bearing, the load over its projected area D B [Pa].
+
+    docs/method.md (182); Shigley and Mischke, Mechanical Engineering Design, journal bearings: the
+    load per unit of projected area. `load` [N]; `diameter` of the journal and `width` of the
+    bearing [m]. Oil films have several times this pressure.
+
+    Examples
+    --------
+    >>> bearing_pressure(50e3, 0.05, 0.02)
+    50000000.0
+    """
+    return load / (diameter * width)
 
 
 PARTS = 4

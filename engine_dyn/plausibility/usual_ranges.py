@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.units import BAR, DEGREE, RPM
+from engine_dyn.units import BAR, DEGREE, MPA, RPM
 
 __all__ = [
     "CHECKS",
@@ -167,7 +167,9 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     **dict.fromkeys(
         ("bore", "stroke", "rod_length", "rod_centre_of_gravity", "cylinder_spacing",
          "counterweight_radius", "balance_shaft_radius", "second_shaft_radius", "pin_offset",
-         "crank_offset", "offset", "flywheel_outer_diameter"),
+         "crank_offset", "offset", "flywheel_outer_diameter", "valve_lift",
+         *(f"{bearing}_{size}" for bearing in ("crank_pin", "main_journal", "piston_pin")
+           for size in ("diameter", "width"))),
         _LENGTH,
     ),
     **dict.fromkeys(("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"), _MASS),
@@ -207,6 +209,12 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
 
 _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 _KOLCHIN = "Kolchin and Demidov, Design of Automotive Engines (1984), masses of the crank mechanism"
+
+_LININGS = (
+    "Neale, The Tribology Handbook, section A7: peak loads of linings 12 (white metal) to 31 in "
+    "medium and large diesel engines, up to 52 (7500 lbf/in2) in those of cars; Pratt and Perkins, "
+    "SAE 810199: above 55 in high-speed diesel engines; widened by judgement to linings of today"
+)
 
 CHECKS: tuple[Check, ...] = (
     _own(
@@ -354,6 +362,38 @@ CHECKS: tuple[Check, ...] = (
         "start_speed", "speed at the start over the nominal speed", "", 0.1, 3.0, "judgement",
         ("start_speed", "speed"), lambda start, speed: start / speed, ("start_speed",), zero=True,
     ),
+    *(
+        Check(
+            f"{bearing}_diameter", f"diameter of a {text} over the bore", "", low, high,
+            "judgement: " + known, (f"{bearing}_diameter", "bore"),
+            lambda diameter, bore: diameter / bore, (f"{bearing}_diameter",),
+        )
+        for bearing, text, low, high, known in (
+            ("crank_pin", "crank pin", 0.25, 1.2, "0.57 and 0.66 in the catalogue; marine 0.8"),
+            ("main_journal", "main journal", 0.3, 1.4, "0.69 and 0.79 in the catalogue"),
+            ("piston_pin", "piston pin", 0.12, 0.7, "0.24 and 0.38 in the catalogue; widened to "
+             "pins of crossheads"),
+        )
+    ),
+    *(
+        Check(
+            f"{bearing}_width", f"width of the {text}'s bearing over the diameter", "", 0.15, high,
+            "judgement: 0.37 to 0.5 on crank pins and main journals in the catalogue, 0.9 to 1.3 "
+            "on piston pins, 1.5 and more in old engines",
+            (f"{bearing}_width", f"{bearing}_diameter"), lambda width, diameter: width / diameter,
+            (f"{bearing}_width", f"{bearing}_diameter"),
+        )
+        for bearing, text, high in (("crank_pin", "crank pin", 2.0),
+                                    ("main_journal", "main journal", 2.5),
+                                    ("piston_pin", "piston pin", 3.0))
+    ),
+    Check(
+        "valve_lift", "lift of a valve over the bore", "", 0.03, 0.25,
+        f"{_HEYWOOD}, section 6.3: valves of 0.33 to 0.5 bores, lifts up to a quarter of them",
+        ("valve_lift", "bore"), lambda lift, bore: lift / bore, ("valve_lift",),
+    ),
+    _own("geometric_compression_ratio", "compression ratio", "", 4.0, 25.0,
+         f"{_HEYWOOD}, table 2.1: 6 to 24; widened to old engines"),
     _own("ring_pressure", "pressure of the piston rings by their tension", "bar", 0.1, 20.0,
          "judgement", si=BAR, zero=True),
     _own("compression_ratio", "compression ratio", "", 4.0, 25.0,
@@ -423,6 +463,18 @@ RESULT_CHECKS: tuple[Check, ...] = (
     _own("bmep", "brake mean effective pressure", "bar", -12.0, 40.0,
          f"{_HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines, to motored ones "
          "and to compressors", si=BAR),
+    *(
+        _own(
+            f"{bearing}_pressure_max", f"largest pressure of the {text}'s bearing over its "
+            "projected area", "MPa", 0.3, high, source, si=MPA,
+        )
+        for bearing, text, high, source in (
+            ("crank_pin", "crank pin", 120.0, _LININGS), ("main_journal", "main journal", 100.0,
+                                                          _LININGS),
+            ("piston_pin", "piston pin", 180.0, "Khurmi and Gupta, A Textbook of Machine Design, "
+             "chapter 32: 25 for bronze bushes; widened by judgement to the pins of today"),
+        )
+    ),
 )  # fmt: skip
 """Ranges of results, where they are asked for."""
 

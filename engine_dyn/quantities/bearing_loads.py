@@ -10,15 +10,37 @@ import numpy as np
 from engine_dyn.forces import bearings, torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinders import even_cylinders
-from engine_dyn.quantities.node import Node, hidden
-from engine_dyn.units import DEGREE
+from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.units import DEGREE, MPA
 
-__all__ = ["NODES"]
+__all__ = ["NODES", "PARAMETERS"]
 
 NOTES = "Rakopoulos notes, bearing loads; derived here"
 
 PARTS_WIDTH = 64
 """Bytes of a load's components, with the parts that they are summed from."""
+
+BEARINGS = {
+    "crank_pin": ("crank pin", "C", "width of the bearing of one rod on the crank pin"),
+    "main_journal": ("main journal", "H", "width of a main bearing"),
+    "piston_pin": ("piston pin", "P", "width of the rod's bearing on the piston pin"),
+}
+"""Bearings, the index of their loads, and what their width is."""
+
+PARAMETERS = tuple(
+    node
+    for bearing, (text, index, width) in BEARINGS.items()
+    for node in (
+        parameter(
+            f"{bearing}_diameter", f"D_{index}", "m", f"diameter of a {text}",
+            "bearing pressure: load over diameter times width", low=0.0, high=3.0,
+        ),
+        parameter(
+            f"{bearing}_width", f"B_{index}", "m", width,
+            "bearing pressure: load over diameter times width", low=0.0, high=3.0,
+        ),
+    )
+)  # fmt: skip
 
 _COUNTED = ("cylinder_set", "cylinders_by_count")
 _RODS = ("rod_mass", "rod_centre_of_gravity", "rod")
@@ -54,6 +76,32 @@ def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
     if "cylinder_set" in needs:
         return needs["cylinder_set"], needs["cylinders_by_count"]
     return 1, {1: even_cylinders(1, needs["period"])}
+
+
+def _pressure_nodes(bearing: str) -> list[Node]:
+    """Loads of a bearing over its projected area, over the angle, largest and mean."""
+    text, index, _ = BEARINGS[bearing]
+    of_first = "" if bearing == "main_journal" else ", cylinder 1"
+    sizes = (f"{bearing}_diameter", f"{bearing}_width")
+
+    def node(ending: str, symbol: str, long_name: str, kind: str = "value") -> Node:
+        load = f"{bearing}_load{ending}"
+
+        def make(**needs: Any) -> Any:
+            return bearings.bearing_pressure(needs[load], *(needs[size] for size in sizes))
+
+        return Node(
+            f"{bearing}_pressure{ending}", symbol, "MPa",
+            f"{long_name} of the {text}'s bearing over its projected area{of_first}",
+            "bearing pressure: load over diameter times width", si=MPA, kind=kind,
+            needs=(load, *sizes), make=make,
+        )  # fmt: skip
+
+    return [
+        node("", f"p_{index}", "load", "curve"),
+        node("_max", f"p_{{{index},max}}", "largest load"),
+        node("_mean", rf"\bar p_{index}", "mean size of the load"),
+    ]
 
 
 def _load_nodes(
@@ -104,6 +152,7 @@ def _load_nodes(
         Node(f"{load}_peak_angle", rf"\varphi_{{{letter[3:-1]},max}}", "degree",
              f"crank angle of the largest {text}", NOTES, si=DEGREE, needs=(extreme,),
              make=lambda **needs: needs[extreme]["angle"]),
+        *_pressure_nodes(load),
     ]  # fmt: skip
 
 

@@ -46,6 +46,22 @@ def _load_of_characteristic(
     return load_for_torque(torque_of, family.loads, wanted, family.resolution)
 
 
+_OF_TORQUE = (
+    "characteristic_torque", "characteristic_share", "variant_of", "speed", "family", "cycle",
+    "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale", "bore",
+    "double_radius", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
+    "stroke_share", "all_cycles_known", "auxiliary_torque",
+)  # fmt: skip
+
+_OF_FRICTION = {
+    "chen_flynn": (
+        "mean_piston_speed", "friction_constant", "friction_peak_pressure",
+        "friction_mean_piston_speed", "friction_mean_piston_speed_square",
+    ),
+    "patton_nitschke_heywood": ("fmep_without_gas", "ring_gas_pressure_unthrottled"),
+}  # fmt: skip
+"""What of each law of the friction does not depend on the load."""
+
 PARAMETERS = (
     parameter(
         "rated_power", "N_{max}", "W", "power of the speed characteristic at rated speed",
@@ -59,18 +75,13 @@ PARAMETERS = (
         "characteristic_share", "s", "1", "share of the characteristic's torque", "this project",
         low=0.0, low_included=True, make=lambda: 1.0,
     ),
-    parameter(
-        "load", "L", "percent", "engine load that names the indicator diagram",
-        "Power units, lecture 18", low=0.0, low_included=True, when="characteristic",
-        needs=(
-            "characteristic_torque", "characteristic_share", "variant_of", "speed", "family",
-            "cycle", "crank_ratio", "offset_ratio", "pressure_share", "sharing", "diagram_scale",
-            "bore", "double_radius", "cylinders", "cylinder_set", "cylinders_by_count",
-            "displacement", "period", "stroke_share", "all_cycles_known", "mean_piston_speed",
-            "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-            "friction_mean_piston_speed_square", "auxiliary_torque",
-        ),
-        make=_load_of_characteristic,
+    *(
+        parameter(
+            "load", "L", "percent", "engine load that names the indicator diagram",
+            "Power units, lecture 18", low=0.0, low_included=True, when=f"characteristic {law}",
+            needs=(*_OF_TORQUE, *needs), make=_load_of_characteristic,
+        )
+        for law, needs in _OF_FRICTION.items()
     ),
 )  # fmt: skip
 

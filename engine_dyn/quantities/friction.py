@@ -32,6 +32,16 @@ def _rubbing(
     )  # fmt: skip
 
 
+_LEVER = ("stroke", "stroke_share", "double_radius", "period")
+
+
+def _level(
+    rubbing: Any, stroke: Any, stroke_share: Any, double_radius: Any, period: Any
+) -> Any:  # fmt: skip
+    """Mean torque of a cylinder over piston area and crank radius, of a mean effective pressure."""
+    return rubbing * 2.0 * stroke * stroke_share / (double_radius * period)
+
+
 def stroke_friction(needs: dict[str, Any]) -> friction.StrokeFriction:
     """Take the friction over the stroke out of the needs of a curve."""
     return friction.StrokeFriction._make(needs.pop(name) for name in FRICTION_NAMES)
@@ -62,14 +72,19 @@ def _friction_over_stroke(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
 NODES: tuple[Node, ...] = (
     Node(
         "rubbing", "", "Pa", "friction mean effective pressure without the auxiliaries",
-        public=False, when="equal", needs=(*_RUBBING, "peak_pressure"),
+        public=False, when="chen_flynn equal", needs=(*_RUBBING, "peak_pressure"),
         make=lambda peak_pressure, **needs: _rubbing(peak_pressure, **needs),
     ),
     Node(
         "rubbing", "", "Pa",
         "friction mean effective pressure without the auxiliaries, the mean of the cylinders",
-        public=False, when="unequal", needs=(*_RUBBING, "mean_peak_pressure"),
+        public=False, when="chen_flynn unequal", needs=(*_RUBBING, "mean_peak_pressure"),
         make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
+    ),
+    Node(
+        "rubbing", "", "Pa", "friction mean effective pressure of the engine's components",
+        public=False, when="patton_nitschke_heywood", needs=("fmep_components",),
+        make=lambda fmep_components: 1.0 * fmep_components,  # a result of its own, not the same one
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,
@@ -92,16 +107,34 @@ NODES: tuple[Node, ...] = (
     Node(
         "friction_level", "", "Pa",
         "mean friction torque of a cylinder over piston area and crank radius", public=False,
-        needs=("rubbing", "stroke", "stroke_share", "double_radius", "period"),
-        make=lambda rubbing, stroke, stroke_share, double_radius, period: rubbing * 2.0 * stroke
-        * stroke_share / (double_radius * period),
+        needs=("rubbing", *_LEVER), make=_level,
     ),
     *(
         Node(
             f"{part}_friction", "", "Pa", f"level of the {part} part of the friction", public=False,
-            needs=(f"friction_{part}", "friction_level"), make=product,
+            when="chen_flynn", needs=(f"friction_{part}", "friction_level"), make=product,
         )
         for part in ("boundary", "mixed", "hydrodynamic", "skirt")
+    ),
+    Node(
+        "boundary_friction", "", "Pa", "level of the boundary friction: all that of the rings",
+        public=False, when="patton_nitschke_heywood",
+        needs=("fmep_rings", "fmep_ring_gas_pressure", *_LEVER),
+        make=lambda fmep_rings, fmep_ring_gas_pressure, **needs: _level(
+            fmep_rings + fmep_ring_gas_pressure, **needs
+        ),
+    ),
+    *(
+        Node(
+            f"{part}_friction", "", "Pa", f"level of the {part} friction: none by this law",
+            public=False, when="patton_nitschke_heywood", make=lambda: 0.0,
+        )
+        for part in ("mixed", "hydrodynamic")
+    ),
+    Node(
+        "skirt_friction", "", "Pa", "level of the friction of the skirt", public=False,
+        when="patton_nitschke_heywood", needs=("fmep_skirt", *_LEVER),
+        make=lambda fmep_skirt, **needs: _level(fmep_skirt, **needs),
     ),
     Node(
         "instantaneous_friction_torque", "M_{fr}(\\varphi)", "N m",

@@ -18,6 +18,7 @@ from engine_dyn.quantities import (
     characteristics,
     flywheels,
     friction,
+    friction_components,
     loads,
     mechanism_forces,
     orders,
@@ -50,12 +51,15 @@ _PARAMETERS: tuple[Node, ...] = (
     *balance.PARAMETERS,
     *flywheels.PARAMETERS,
     *characteristics.PARAMETERS,
+    *friction_components.PARAMETERS,
+    *bearing_loads.PARAMETERS,
 )
 
 _QUANTITIES: tuple[Node, ...] = (
     *running_gear.NODES,
     *pressure.NODES,
     *friction.NODES,
+    *friction_components.NODES,
     *torque.NODES,
     *loads.NODES,
     *speed.NODES,

@@ -12,6 +12,7 @@ from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import BAR, DEGREE, RPM
 
 __all__ = [
+    "CHEN_FLYNN_KEYS",
     "CYCLE_KEYS",
     "INERTIA_PARTS",
     "PARAMETERS",
@@ -310,6 +311,12 @@ STROKE_SHARES = (
     "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",
 )  # fmt: skip
 """Parameters that spread the friction over the stroke."""
+
+CHEN_FLYNN_KEYS = (
+    "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+    "friction_mean_piston_speed_square",
+)  # fmt: skip
+"""Constants of the friction mean effective pressure a + b p_max + c c_m + d c_m^2."""
 
 SOLVER_COLUMNS = ("passes", "start_speed", "start_angle")
 """Parameters of the methods that repeat cycles, given in [solver] or as columns of [designs]."""

@@ -38,6 +38,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "stroke_friction": "the friction torque varies over the stroke",
     },
     {
+        "chen_flynn": "the friction is a + b p_max + c c_m + d c_m^2",
+        "patton_nitschke_heywood": "it is the sum of the components' friction",
+    },
+    {
         "over_load": "the engine's diagrams depend on the load",
         "over_speed": "the engine's diagrams depend on load and speed",
         "over_cycles": "the diagrams are recorded cycles, chosen by their numbers",

@@ -6,9 +6,10 @@ What each word means stands in `engine_dyn.quantities.variants`.
 from __future__ import annotations
 
 from engine_dyn.pressure.family_grid import FamilyGrid
-from engine_dyn.quantities.parameters import INERTIA_PARTS, STROKE_SHARES
+from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.scene.driven import driven_machine, motor_of_slip
+from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -26,6 +27,7 @@ def variant_words(scene: Scene) -> tuple[str, ...]:
     return (
         scene.closure,
         *_cylinder_words(scene),
+        friction_law(scene),
         diagrams,
         "auxiliaries" if scene.nonzero("auxiliary_torque") else "bare",
         "own_cycles" if scene.cycle_keys else "given_cycles",
@@ -45,12 +47,11 @@ def _cylinder_words(scene: Scene) -> tuple[str, ...]:
     equal = all(engine.equal for engine in engines) and not scene.nonzero("misfire")
     equal = equal and varied <= {"firing_angle"}
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
-    over_stroke = any(scene.nonzero(fraction) for fraction in STROKE_SHARES)
     return (
         "centred" if centred else "offset",
         "equal" if equal else "unequal",
         "equal_throws" if throws else "unequal_throws",
-        "stroke_friction" if over_stroke else "uniform_friction",
+        "stroke_friction" if over_stroke(scene) else "uniform_friction",
     )
 
 

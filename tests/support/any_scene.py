@@ -237,6 +237,28 @@ def _friction_over_stroke(draw: Draw, given: Given) -> None:
     given.values["ring_pressure"] = near(0.5, 3.0)
 
 
+def _components(draw: Draw, given: Given) -> None:
+    """Friction of the engine's components: its law, or its quantities beside another law."""
+    if draw(st.booleans()):
+        given.settings["friction_law"] = draw(
+            st.sampled_from(["patton_nitschke_heywood", "chen_flynn", 1])
+        )
+        if draw(st.booleans()):
+            given.values["ring_pressure"] = near(0.5, 3.0)
+    given.values |= {
+        "geometric_compression_ratio": near(8.0, 20.0), "main_bearings": st.integers(2, 9),
+        "valve_train": st.integers(1, 7), "valve_lift": near(0.005, 0.012),
+        "valves_per_cylinder": st.integers(2, 4), "camshaft_bearings": st.integers(2, 12),
+    }  # fmt: skip
+    _bearings(draw, given)
+
+
+def _bearings(draw: Draw, given: Given) -> None:
+    for bearing, share in (("crank_pin", 0.6), ("main_journal", 0.7), ("piston_pin", 0.3)):
+        given.values[f"{bearing}_diameter"] = around(share * given.own["bore"])
+        given.values[f"{bearing}_width"] = around(0.3 * given.own["bore"])
+
+
 def _pressure(draw: Draw, given: Given) -> None:
     given.values["crankcase_pressure"] = near(0.9, 1.1)
 
@@ -376,16 +398,18 @@ def _stepping(draw: Draw, given: Given) -> None:
 
 FEATURES = (
     _masses, _rod_inertia, _inertia, _rod, _size, _offset, _speed, _load, _load_law, _load_table,
-    _driver, _friction, _friction_over_stroke, _pressure, _cycle, _indicator, _characteristic,
-    _count, _misfire, _layout, _each_cylinder, _firing_angles, _balance, _flywheel, _truncation,
-    _stepping,
+    _driver, _friction, _friction_over_stroke, _components, _bearings, _pressure, _cycle,
+    _indicator, _characteristic, _count, _misfire, _layout, _each_cylinder, _firing_angles,
+    _balance, _flywheel, _truncation, _stepping,
 )  # fmt: skip
 
 _EXCLUDE = (
     {_inertia, _flywheel}, {_load_law, _load_table, _driver}, {_load, _driver, _characteristic},
     {_cycle, _indicator, _characteristic, _driver}, {_count, _layout, _each_cylinder, _misfire},
     {_count, _layout, _firing_angles}, {_count, _each_cylinder, _firing_angles, _misfire},
-    {_rod_inertia, _masses}, {_friction, _driver}, {_speed, _driver, _characteristic},
+    {_rod_inertia, _masses}, {_friction, _driver},
+    {_components, _bearings}, {_components, _friction, _friction_over_stroke, _driver},
+    {_speed, _driver, _characteristic},
     {_stepping, _load_table, _driver}, {_indicator, _misfire, _each_cylinder},
 )  # fmt: skip
 """Features that do not go together, because their keys do not."""
@@ -404,6 +428,8 @@ def _fits(feature: Any, engine: Any) -> bool:
         return False
     if feature is _characteristic:
         return engine.family.high > engine.family.low and engine.pressure_scale is None
+    if feature is _components:
+        return engine.period > 10.0
     if feature is _rod_inertia:
         return "rod_mass" in values and "reciprocating_mass" not in values
     if feature is _stepping:

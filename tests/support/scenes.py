@@ -6,13 +6,25 @@ from typing import Any
 
 import numpy as np
 
+BEARINGS = {
+    "crank_pin_diameter": 0.09, "crank_pin_width": 0.04, "main_journal_diameter": 0.1,
+    "main_journal_width": 0.04, "piston_pin_diameter": 0.05, "piston_pin_width": 0.05,
+}  # fmt: skip
+"""Sizes of bearings, which engines of the catalogue mostly do not give."""
+
+VALVES = {
+    "geometric_compression_ratio": 17.0, "valve_train": "ohv", "valve_lift": 0.012,
+    "valves_per_cylinder": 2, "camshaft_bearings": 2,
+}  # fmt: skip
+"""What else the friction of the components needs."""
+
 NOT_OF_AN_ENGINE: dict[str, Any] = {
     "set": {
         "cylinder_spacing": 0.2, "balance_shaft_radius": 0.03, "second_shaft_radius": 0.02,
         "wanted_delta": "generator", "flywheel_outer_diameter": 0.5,
         "flywheel_inner_diameter": 0.3, "flywheel_density": "steel",
         "rim_speed_limit": "cast iron", "rated_power": 20e3, "rated_speed": 1500,
-        "rod_inertia": 0.1,
+        "rod_inertia": 0.1, **BEARINGS, **VALVES,
     },
     "characteristic": {"kind": "diesel"},
 }  # fmt: skip

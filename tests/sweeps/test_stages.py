@@ -124,6 +124,7 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"engine": "compressor_79x83"},
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
     {"set": {"load_square": 0.01}},
+    {"set": {"friction_law": "patton_nitschke_heywood"}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""

@@ -1,4 +1,4 @@
-"""Whether friction, loads and drivers of a scene fit its speeds, its methods and the cycle."""
+"""Whether loads and drivers of a scene fit its speeds, its methods and the cycle."""
 
 from __future__ import annotations
 
@@ -9,34 +9,14 @@ import numpy as np
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
-from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
 from sweeps.checks import mentioned
 from sweeps.errors import SceneError
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
-from sweeps.scene.values import GivenValues
 
-__all__ = ["check_driven", "check_friction_fractions"]
-
-
-def check_friction_fractions(values: GivenValues, name: str) -> None:
-    """Check that no design has more friction over the stroke than it has friction."""
-    total: Any = 0.0
-    of_designs: Any = 0.0
-    for key in STROKE_SHARES:
-        table, fractions = values.given_or_own(key, 0.0)
-        if table == "designs":
-            of_designs = of_designs + fractions
-        else:
-            total += fractions.max()
-    total = float(np.max(total + of_designs))
-    if total > 1.0 + 1e-12:
-        raise SceneError(
-            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
-            "together"
-        )
+__all__ = ["check_driven"]
 
 
 def check_driven(scene: Scene, name: str) -> None:

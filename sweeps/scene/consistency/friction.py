@@ -1,0 +1,66 @@
+"""Whether the friction of a scene is that of one law, and of an engine that this law is for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.quantities.friction_components import NODES
+from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, STROKE_SHARES
+from sweeps.errors import SceneError
+from sweeps.scene.friction_law import BY_COMPONENT, friction_law
+from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
+
+__all__ = ["check_friction_fractions", "check_friction_law"]
+
+OF_COMPONENTS = frozenset(node.name for node in NODES if node.public)
+"""Quantities of the law by components."""
+
+
+def check_friction_law(scene: Scene, name: str) -> None:
+    """Check that there is one law of the friction, that its keys are given, and no other's."""
+    place = scene.given("friction_law")
+    if place is not None and place[0] != "set":
+        raise SceneError(
+            f"{name}: [{place[0]}] friction_law: must be one value, in [set] or the engine file; "
+            "scenes with other laws are compared by `engine-dyn compare`"
+        )
+    by_component = friction_law(scene) == BY_COMPONENT
+    asked = next((q for q in scene.quantities if q in OF_COMPONENTS), None)
+    if scene.engine.period != FOUR_STROKE and (by_component or asked):
+        what = f"[output] quantities: '{asked}'"
+        if by_component:
+            what = f"friction_law = '{BY_COMPONENT}'"
+        raise SceneError(
+            f"{name}: {what}: the law of Patton, Nitschke and Heywood is that of four-stroke "
+            f"engines; a cycle of engine {scene.engine.name} is one revolution"
+        )
+    if not by_component:
+        return
+    for key in (*CHEN_FLYNN_KEYS, *STROKE_SHARES):
+        if scene.gives(key):
+            raise SceneError(
+                f"{name}: [{scene.table_of(key)}] {key}: not allowed together with friction_law = "
+                f"'{BY_COMPONENT}', which makes the friction of the engine's components"
+            )
+
+
+def check_friction_fractions(values: GivenValues, name: str) -> None:
+    """Check that no design has more friction over the stroke than it has friction."""
+    total: Any = 0.0
+    of_designs: Any = 0.0
+    for key in STROKE_SHARES:
+        table, fractions = values.given_or_own(key, 0.0)
+        if table == "designs":
+            of_designs = of_designs + fractions
+        else:
+            total += fractions.max()
+    total = float(np.max(total + of_designs))
+    if total > 1.0 + 1e-12:
+        raise SceneError(
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: must be at most 1 "
+            "together"
+        )
