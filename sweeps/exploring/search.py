@@ -20,8 +20,8 @@ from sweeps.checks import check_dataset, names_given
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.conditions import Constraint, asked_of, conditions_of
 from sweeps.exploring.every_point import best_at_every_point, front_at_every_point
-from sweeps.exploring.ranges import ranges
 from sweeps.exploring.kept_front import Front
+from sweeps.exploring.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
