@@ -83,6 +83,7 @@ validation: $(VENV)/.installed-test
 
 calibrate: $(VENV)/.installed-test
 	$(python) tools/calibrate_ntua.py
+	$(python) tools/fit_ntua_rows.py
 	$(python) tools/calibrate_catalogue.py
 
 data-sheet: $(VENV)/.installed-test

@@ -34,7 +34,7 @@ def raw_of(path: Path) -> dict[str, Any]:
 
 
 def test_the_catalogue() -> None:
-    assert {*FITTED, *DRIVEN, "b112", "diesel_105x137", "ntua"} == set(catalogue())
+    assert {*FITTED, *DRIVEN, "b112", "diesel_105x137", "ntua", "ntua_all_rows"} == set(catalogue())
 
 
 @pytest.mark.compiled

@@ -237,6 +237,26 @@ def test_predictions_are_within_the_limits_fixed_beforehand(study: Any, printed:
 
 
 @pytest.mark.slow
+def test_one_diagram_gives_all_rows(study: Any, printed: Any) -> None:
+    """Issue G asks for 0.2 % with 4, 6 and 8 cylinders; `ntua` alone is up to 2.7 % off."""
+    fitted = thesis_study.run_all_rows()
+    assert len(fitted.cases) == 20
+    for case in ("4 cylinders", "6 cylinders", "8 cylinders"):
+        aims = {name: printed.number(case, name) for name in ("torque_ratio", "torque_range")}
+        found = fitted.sampled_torque(case)
+        assert fitted.at("published", "delta", case) == pytest.approx(
+            printed.number(case, "delta"), rel=2e-3
+        )
+        assert found == pytest.approx(aims, rel=2e-3)
+        assert study.sampled_torque(case) != pytest.approx(aims, rel=2e-3)
+    for case in fitted.cases:
+        low, high = thesis_study.range_of_delta(printed.rows[case])
+        middle = printed.number(case, "delta")
+        within = max(high - middle, middle - low, 1e-3 * middle)
+        assert abs(fitted.at("published", "delta", case) - middle) <= within, case
+
+
+@pytest.mark.slow
 def test_solver_agrees_with_the_independent_one(agreement: Any) -> None:
     for group in agreement:
         assert group.same_outcome == group.designs, group.group

@@ -260,6 +260,17 @@ def run_study() -> Study:
     )
 
 
+def run_all_rows() -> Study:
+    """The same study at 50 % load with the engine whose pressure is fitted to all these rows."""
+    base = thesis_scene()
+    designs = base["designs"]
+    kept = [place for place, load in enumerate(designs["load"]) if load == 50]
+    base["designs"] = {name: [column[k] for k in kept] for name, column in designs.items()}
+    base["engine"] = "ntua_all_rows"
+    published = sweeps.run(base)
+    return Study(list(base["designs"]["case"]), published, *[published] * 4)
+
+
 def misfit_over_cycles(case: str, printed: Printed, *, cut_speed: bool) -> npt.NDArray[np.float64]:
     """Root mean square difference of the three printed omegas [rad/s] after 1, 2, ... cycles."""
     scene = thesis_scene()

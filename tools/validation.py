@@ -52,6 +52,7 @@ from thesis_study import (
     read_printed,
     read_reference,
     run_agreement,
+    run_all_rows,
     run_drift,
     run_study,
     thesis_scene,
@@ -61,6 +62,7 @@ from thesis_study import (
 import sweeps
 from engine_dyn.geometry import slider_crank
 from engine_dyn.units import BAR, DEGREE, RPM
+from sweeps.reading.engine_files import load_engine
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = ROOT / "docs" / "validation.md"
@@ -222,6 +224,42 @@ def torque_table(study: Study, printed: Printed) -> str:
     for name in ("M_max/M_mean", "M_max - M_min (N m)"):
         heads += [f"{name} printed", "as published", "%", "of the curve", "gauge pressure"]
     return table(heads, rows)
+
+
+def all_rows_table(study: Study, fitted: Study, printed: Printed) -> str:
+    """Rows at 50 % load: what the modelled cycle predicts, and what the fitted curve gives."""
+    rows = []
+    for case in fitted.cases:
+        for quantity in ("delta", "torque_ratio", "torque_range"):
+            if quantity != "delta" and quantity not in printed.rows[case]:
+                continue
+            reference = printed.number(case, quantity)
+            cells = [case, f"`{quantity}`", f"{reference:.6g}"]
+            for one in (study, fitted):
+                value = (
+                    one.at("published", quantity, case)
+                    if quantity == "delta"
+                    else one.sampled_torque(case)[quantity]
+                )
+                own = mark(printed, case, quantity) if one is study else FITTED
+                cells += [f"{value:.6g}{own}", signed(percent(value, reference))]
+            rows.append(cells)
+    heads = ["design", "number", "printed", "`ntua`", "%", "`ntua_all_rows`", "%"]
+    return table(heads, rows)
+
+
+def correction_table() -> str:
+    """Correction of the pressure that the fit to all rows needs [bar]."""
+    (fitted,) = load_engine("ntua_all_rows", Path()).family.diagrams
+    modelled = ntua().family.diagrams[list(ntua().family.loads).index(50.0)]
+    rows = []
+    for degrees in (-150, -90, -60, -30, -10, 0, 10, 20, 40, 60, 90, 130, 150, 160, 170, 180, 190):
+        one, other = (
+            float(np.interp(degrees * DEGREE, d.angle, d.pressure)) / BAR
+            for d in (modelled, fitted)
+        )
+        rows.append([str(degrees), f"{one:.2f}", f"{other:.2f}", f"{other - one:+.2f}"])
+    return table(["degrees", "`ntua`", "`ntua_all_rows`", "difference"], rows)
 
 
 def other_table(study: Study, printed: Printed) -> str:
@@ -623,6 +661,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
     }
     widest = {q: max(group.worst[q] for group in agreement) for q in AGREEMENT}
     only_cut, only_rounded = cut_or_rounded(printed)
+    all_rows = run_all_rows()
     met = all(abs(off) <= limit for _, limit, off in worst_of_limits(study, printed))
     values = {
         "worst_single": f"{worst[False]:.2f}",
@@ -651,6 +690,8 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "contradictions": contradictions(printed),
         "named": f"{NAMED:g}",
         "large_differences": large_differences(study, printed),
+        "all_rows_table": all_rows_table(study, all_rows, printed),
+        "correction_table": correction_table(),
         "most_cycles": str(MOST_CYCLES),
         "cycles_table": cycles_table(study, printed),
         "worth_of_cycles": worth_of_cycles(study),
@@ -696,6 +737,37 @@ def _figure(width: float, height: float) -> tuple[Any, Any]:
     axes.grid(color="0.88", linewidth=0.8)
     axes.set_axisbelow(True)
     return figure, axes
+
+
+def draw_two_diagrams(path: Path) -> None:
+    """Draw the modelled pressure at 50 % load, the one fitted to all rows, and their difference."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    (fitted,) = load_engine("ntua_all_rows", Path()).family.diagrams
+    modelled = ntua().family.diagrams[list(ntua().family.loads).index(50.0)]
+    degrees = np.rad2deg(modelled.angle)
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    for axes in (above, below):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.grid(color="0.88", linewidth=0.8)
+    above.plot(degrees, modelled.pressure / BAR, color="black", label="ntua: modelled cycle")
+    above.plot(
+        degrees, fitted.pressure / BAR, color="#b35806", linestyle="--",
+        label="ntua_all_rows: fitted to all rows at 50 % load",
+    )  # fmt: skip
+    above.set_ylabel("pressure in bar")
+    above.set_ylim(0.0, 90.0)
+    above.legend(frameon=False, loc="upper left", fontsize=9)
+    below.plot(degrees, (fitted.pressure - modelled.pressure) / BAR, color="#b35806")
+    below.axhline(0.0, color="0.4", linewidth=0.8)
+    below.set_ylabel("difference in bar")
+    below.set_xlabel("crank angle in degrees from firing dead centre")
+    below.set_xlim(-360.0, 360.0)
+    below.set_xticks(range(-360, 361, 90))
+    figure.savefig(path, dpi=150, metadata={"Software": None})
 
 
 def draw_drift(path: Path) -> None:
@@ -780,6 +852,7 @@ def main() -> None:
         FIGURES.mkdir(parents=True, exist_ok=True)
         draw_drift(FIGURES / "euler_drift.png")
         draw_differences(study, printed, FIGURES / "delta_differences.png")
+        draw_two_diagrams(FIGURES / "ntua_diagrams.png")
         draw_thesis(FIGURES / "torque_and_speed.png")
         balance_study.draw_shaft(FIGURES / "shaking_force.png")
         print(f"written: {FIGURES.relative_to(ROOT)}")
