@@ -30,6 +30,9 @@ class Engine:
         Value of each parameter that the engine gives, in the parameter's file unit.
     family : Family or FamilyGrid
         Indicator diagrams over load, or over load and speed.
+    compression_ratio : float, optional
+        Largest over smallest volume of a cylinder [1]; None where the diagrams do not say it, or
+        differ in it.
     cycles : tuple of ModelledDiagram, optional
         For each diagram of the family, in its order, the cycle by the first law that it is modelled
         by; None where a diagram is not so modelled.
@@ -58,6 +61,7 @@ class Engine:
     period: float
     values: Mapping[str, float]
     family: Family | FamilyGrid
+    compression_ratio: float | None = None
     pressure_scale: tuple[Floats, Floats] | None = None
     cycles: tuple[ModelledDiagram, ...] | None = None
     firing_order: tuple[int, ...] | None = None

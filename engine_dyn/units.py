@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["BAR", "DEGREE", "MPA", "RPM"]
+__all__ = ["BAR", "CUBIC_CENTIMETRE", "DEGREE", "MPA", "RPM"]
 
 BAR = 1e5
 """Pascal in a bar."""
 
 MPA = 1e6
 """Pascal in a megapascal."""
+
+CUBIC_CENTIMETRE = 1e-6
+"""Cubic metres in a cubic centimetre."""
 
 DEGREE = math.pi / 180.0
 """Radians in a degree."""

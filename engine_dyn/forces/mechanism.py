@@ -4,7 +4,8 @@ Directions
 ----------
 Everything is seen so that the crank turns clockwise, the cylinder upright; theta is the angle of
 the crank to the cylinder (phi without offset), beta that of the rod, positive while the big end is
-on the side on which the crank pin goes down ("the far side" is the other). Friction is left out.
+on the side on which the crank pin goes down ("the far side" is the other). Friction and weight are
+left out.
 
 =========  ========================  ==========================================================
 force      made from P                positive

@@ -31,6 +31,7 @@ __all__ = [
     "piston_area",
     "pressure",
     "pressure_of_first",
+    "reciprocating_inertia",
     "torque_after_throw",
 ]
 
@@ -131,6 +132,19 @@ def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:
         return gas.difference(angle, member) * train.velocity(angle, member)
 
     return piston_area(bore) * 0.5 * train.double_radius * train.superpose(one, phi)
+
+
+def reciprocating_inertia(phi: Any, train: CrankTrain, mass: Any) -> Any:
+    """Moment of inertia of the reciprocating masses at the crank, m r^2 sum v^2 [kg m2].
+
+    docs/method.md (20); Kakaitsas (2015), eq. 3.2, with the reduced velocity v of each piston and
+    the mass of one cylinder [kg].
+    """
+
+    def one(angle: Any, member: Member) -> Any:
+        return train.velocity(angle, member) ** 2 * member.mass_factor
+
+    return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
 
 
 def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:

@@ -131,6 +131,23 @@ def _vector(
     )  # fmt: skip
 
 
+def _turning_force(
+    name: str, symbol: str, long_name: str, mass: str, sign: float, source: str
+) -> Node:
+    """Force of what turns with the crank: a mass at each pin, or opposite to it."""
+
+    def make(*, crank_angle: Any, **needs: Any) -> Any:
+        turning = sign * np.asarray(needs.pop(mass))
+        gear = _gear({**needs, "reciprocating_mass": 0.0, "turning_mass": turning})
+        return _components(gear.force(crank_angle))
+
+    ratios = tuple(one for one in _ENGINE if one != "reciprocating_mass")
+    return Node(
+        name, symbol, "N", long_name, source, kind="curve", adds=("direction",),
+        needs=("crank_angle", *ratios, mass), make=make, throws=True,
+    )  # fmt: skip
+
+
 def _scalar(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
     of: Callable[[balance.RunningGear], Any],
@@ -173,11 +190,20 @@ NODES = (
     ),
     Node(
         "turning_mass", "", "kg", "what the counterweights leave of the rotating mass",
+        public=False, when="weights_given", needs=("rotating_mass", "weight_at_pin"),
+        make=lambda rotating_mass, weight_at_pin: rotating_mass - weight_at_pin,
+    ),
+    Node(
+        "weight_at_pin", "", "kg", "counterweight of each cylinder, reduced to the crank radius",
         public=False, when="weights_given",
-        needs=("rotating_mass", "counterweight_mass", "counterweight_radius", "double_radius"),
-        make=lambda rotating_mass, counterweight_mass, counterweight_radius, double_radius:
-        rotating_mass
-        - counterweight_mass * counterweight_radius / (0.5 * double_radius),
+        needs=("counterweight_mass", "counterweight_radius", "double_radius"),
+        make=lambda counterweight_mass, counterweight_radius, double_radius: counterweight_mass
+        * counterweight_radius / (0.5 * double_radius),
+    ),
+    Node(
+        "weight_at_pin", "", "kg", "counterweight of each cylinder, reduced to the crank radius",
+        public=False, when="weights_by_fraction", needs=("unbalanced_mass",),
+        make=lambda unbalanced_mass: unbalanced_mass,
     ),
     Node(
         "throw_turning_mass", "", "kg", "rotating mass less the counterweights that are given",
@@ -279,6 +305,24 @@ NODES = (
     _vector(
         "reciprocating_force", "P_J", "N", "inertia force of all reciprocating masses, exact",
         "Asgari eqs. 1, 7, 8", _ENGINE, lambda gear, phi: gear.force(phi),
+    ),
+    _vector(
+        "reciprocating_force_first", "P_{J,1}", "N",
+        "first order of the inertia force of all reciprocating masses, primary force",
+        "Asgari eq. 7", _ENGINE, lambda gear, phi: gear.force_of_order(1, phi),
+    ),
+    _vector(
+        "reciprocating_force_second", "P_{J,2}", "N",
+        "second order of the inertia force of all reciprocating masses, secondary force",
+        "Asgari eq. 8", _ENGINE, lambda gear, phi: gear.force_of_order(2, phi),
+    ),
+    _turning_force(
+        "throw_force", "P_r", "centrifugal force of the rotating masses of all throws",
+        "rotating_mass", 1.0, "Kakaitsas eq. 2.14",
+    ),
+    _turning_force(
+        "counterweight_force", "P_B", "centrifugal force of all counterweights", "weight_at_pin",
+        -1.0, "Asgari eqs. 9, 12, figure 6",
     ),
     _vector(
         "reciprocating_moment", "M_J", "N m",

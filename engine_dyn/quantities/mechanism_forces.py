@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
@@ -23,6 +24,115 @@ def _force(name: str, symbol: str, long_name: str, source: str, needs: tuple[str
                 kind="curve", **more)  # fmt: skip
 
 
+class _Part(NamedTuple):
+    """A force on the piston, whose components are found alike: of gas, of masses, or their sum.
+
+    Attributes
+    ----------
+    prefix, letter : str
+        Of the names of its components and of their symbols.
+    force : str
+        The node.
+    whose : str
+        Said behind the name of a component; nothing of the sum.
+    """
+
+    prefix: str
+    letter: str
+    force: str
+    whose: str
+
+
+_PARTS = (
+    _Part("", "", "piston_force", ""),
+    _Part("gas_", "g", "gas_force", " of the gas"),
+    _Part("inertia_", "l", "inertia_force", " of the reciprocating masses"),
+)
+
+
+class _Component(NamedTuple):
+    """A component of the force on the piston: its ratio to it, and how it is called.
+
+    Attributes
+    ----------
+    name, symbol : str
+        Of the component of the sum.
+    long_name, short, behind : str
+        Of the sum; of a part, in front of and behind whose it is.
+    sources : tuple of str
+        Equations for the sum, the gas and the masses.
+    needs : tuple of str
+        Of the ratio.
+    ratio : callable
+        Component over the force on the piston.
+    """
+
+    name: str
+    symbol: str
+    long_name: str
+    short: str
+    behind: str
+    sources: tuple[str, str, str]
+    needs: tuple[str, ...]
+    ratio: Callable[..., Any]
+
+
+_FORCES = (
+    _Component(
+        "wall_thrust", "N",
+        "force of the piston on the wall, opposite to the side where the crank pin goes down",
+        "wall thrust", ", opposite to the side where the crank pin goes down",
+        ("Kakaitsas eq. 2.17", "Kakaitsas eq. 2.2", "Kakaitsas eqs. 2.12, 2.17"), _ANGLE,
+        lambda crank_angle, crank_ratio, offset_ratio: mechanism.thrust_ratio(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    _Component(
+        "rod_force", "S", "force in the rod, compression positive", "rod force",
+        ", compression positive",
+        ("Kakaitsas eq. 2.18", "Kakaitsas eq. 2.3", "Kakaitsas eqs. 2.12, 2.18"), _ANGLE,
+        lambda crank_angle, crank_ratio, offset_ratio: mechanism.rod_ratio(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    _Component(
+        "tangential_force", "T", "force of the rod on the crank pin in the sense of rotation",
+        "tangential force", "",
+        ("Kakaitsas eq. 2.19", "Kakaitsas eq. 2.4", "Kakaitsas eq. 2.13"), ("velocity",),
+        lambda velocity: velocity,
+    ),
+    _Component(
+        "radial_force", "R", "force of the rod on the crank pin towards the crank's axis",
+        "radial force", ", towards the crank's axis",
+        ("Kakaitsas eq. 2.5", "Kakaitsas eq. 2.5", "Kakaitsas eqs. 2.5, 2.12"), _ANGLE,
+        lambda crank_angle, crank_ratio, offset_ratio: mechanism.radial_ratio(
+            crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+)  # fmt: skip
+"""N, S, T and R. The one formula of each holds for the gas, the masses and their sum."""
+
+
+def _component(component: _Component, part: _Part, source: str) -> Node:
+    def make(**needs: Any) -> Any:
+        force = needs.pop(part.force)
+        return force * component.ratio(**needs)
+
+    symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
+    of_part = f"{component.short}{part.whose}{component.behind}"
+    return _force(
+        part.prefix + component.name, symbol, of_part if part.prefix else component.long_name,
+        source, (part.force, *component.needs), make,
+    )  # fmt: skip
+
+
+_COMPONENTS = tuple(
+    _component(component, part, source)
+    for component in _FORCES
+    for part, source in zip(_PARTS, component.sources, strict=True)
+)
+
+
 def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
     def make(**needs: Any) -> Any:
         return needs[of] / torque.piston_area(needs["bore"])
@@ -32,6 +142,77 @@ def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
         f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"), make=make,
     )  # fmt: skip
 
+
+_PRESSURES = (
+    _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
+    _over_area("gas_piston_pressure", "p_g", "gas_force", "gas force"),
+    _over_area("inertia_piston_pressure", "p_l", "inertia_force",
+               "force of the reciprocating masses"),
+    *(
+        _over_area(
+            f"{part.prefix}{one.name.split('_')[0]}_pressure", f"p_{{{one.symbol}{part.letter}}}",
+            part.prefix + one.name, one.short + part.whose,
+        )
+        for one in _FORCES
+        for part in _PARTS
+    ),
+)  # fmt: skip
+
+_REDUCED_TORQUES = (
+    *(
+        Node(
+            f"{part.prefix}reduced_torque",
+            rf"\mu_{{\sigma {part.letter}}}" if part.letter else r"\mu_\sigma", "bar",
+            f"torque{part.whose or ' of gas and reciprocating masses'} over the displacement, "
+            "cylinder 1",
+            f"{NOTES}, mu", si=BAR, kind="curve",
+            needs=(f"{part.prefix}tangential_pressure", "double_radius", "stroke"),
+            make=lambda double_radius, stroke, **pressure: 0.5 * sum(pressure.values())
+            * double_radius / stroke,
+        )
+        for part in _PARTS
+    ),
+    Node(
+        "reduced_overturning_moment", r"\mu_\alpha", "bar",
+        "overturning moment over the displacement, in the sense of rotation, cylinder 1",
+        f"{NOTES}, mu", si=BAR, kind="curve", needs=("reduced_torque",),
+        make=lambda reduced_torque: -reduced_torque,
+    ),
+)  # fmt: skip
+
+_OVERTURNING = (
+    Node(
+        "overturning_moment",
+        r"M_\alpha",
+        "N m",
+        "overturning moment on the frame, in the sense of rotation, all cylinders",
+        "Kakaitsas eq. 2.8 (M_a = -N H)",
+        kind="curve",
+        needs=("gas_torque", "inertia_torque"),
+        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
+    ),
+    Node(
+        "gas_overturning_moment",
+        r"M_{\alpha g}",
+        "N m",
+        "overturning moment of the gas on the frame, in the sense of rotation, all cylinders",
+        "Kakaitsas eq. 2.8 (M_a = -N H)",
+        kind="curve",
+        needs=("gas_torque",),
+        make=lambda gas_torque: -gas_torque,
+    ),
+    Node(
+        "inertia_overturning_moment",
+        r"M_{\alpha l}",
+        "N m",
+        "overturning moment of the reciprocating masses on the frame, in the sense of rotation, "
+        "all cylinders",
+        "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
+        kind="curve",
+        needs=("inertia_torque",),
+        make=lambda inertia_torque: -inertia_torque,
+    ),
+)
 
 NODES: tuple[Node, ...] = (
     hidden(
@@ -71,45 +252,8 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eq. 2.16", ("gas_force", "inertia_force"),
         lambda gas_force, inertia_force: gas_force + inertia_force,
     ),
-    _force(
-        "wall_thrust", "N",
-        "force of the piston on the wall, opposite to the side where the crank pin goes down",
-        "Kakaitsas eq. 2.17", ("piston_force", *_ANGLE),
-        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
-        * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio),
-    ),
-    _force(
-        "rod_force", "S", "force in the rod, compression positive", "Kakaitsas eq. 2.18",
-        ("piston_force", *_ANGLE),
-        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
-        * mechanism.rod_ratio(crank_angle, crank_ratio, offset_ratio),
-    ),
-    _force(
-        "tangential_force", "T", "force of the rod on the crank pin in the sense of rotation",
-        "Kakaitsas eq. 2.19", ("piston_force", "velocity"),
-        lambda piston_force, velocity: piston_force * velocity,
-    ),
-    _force(
-        "gas_tangential_force", "T_g", "tangential force of the gas", "Kakaitsas eq. 2.4",
-        ("gas_force", "velocity"), lambda gas_force, velocity: gas_force * velocity,
-    ),
-    _force(
-        "inertia_tangential_force", "T_l", "tangential force of the reciprocating masses",
-        "Kakaitsas eq. 2.13", ("inertia_force", "velocity"),
-        lambda inertia_force, velocity: inertia_force * velocity,
-    ),
-    _force(
-        "radial_force", "R", "force of the rod on the crank pin towards the crank's axis",
-        "Kakaitsas eq. 2.5", ("piston_force", *_ANGLE),
-        lambda piston_force, crank_angle, crank_ratio, offset_ratio: piston_force
-        * mechanism.radial_ratio(crank_angle, crank_ratio, offset_ratio),
-    ),
-    Node(
-        "overturning_moment", r"M_\alpha", "N m",
-        "overturning moment on the frame, in the sense of rotation, all cylinders",
-        "Kakaitsas eq. 2.8 (M_a = -N H)", kind="curve", needs=("gas_torque", "inertia_torque"),
-        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
-    ),
+    *_COMPONENTS,
+    *_OVERTURNING,
     Node(
         "rotating_force", "P_r", "N",
         "centrifugal force of the rotating mass of one cylinder, without counterweights",
@@ -129,19 +273,8 @@ NODES: tuple[Node, ...] = (
             cylinder_set, cylinders_by_count, offset_ratio,
         ),
     ),
-    _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
-    _over_area("wall_pressure", "p_N", "wall_thrust", "wall thrust"),
-    _over_area("rod_pressure", "p_S", "rod_force", "rod force"),
-    _over_area("tangential_pressure", "p_T", "tangential_force", "tangential force"),
-    _over_area("radial_pressure", "p_R", "radial_force", "radial force"),
-    Node(
-        "reduced_torque", r"\mu_\sigma", "bar",
-        "torque of gas and reciprocating masses over the displacement, cylinder 1",
-        f"{NOTES}, mu", si=BAR, kind="curve",
-        needs=("tangential_pressure", "double_radius", "stroke"),
-        make=lambda tangential_pressure, double_radius, stroke: 0.5 * tangential_pressure
-        * double_radius / stroke,
-    ),
+    *_PRESSURES,
+    *_REDUCED_TORQUES,
     Node(
         "tangential_pressure_mean", r"\bar p_T", "bar",
         "cycle mean of the tangential force over the area of the piston, mean of the cylinders",

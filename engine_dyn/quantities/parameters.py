@@ -256,8 +256,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "compression_ratio", r"\varepsilon", "1",
-        "modelled cycle: largest over smallest cylinder volume", low=1.5, high=40.0,
-        source="Heywood (1988), ch. 2",
+        "largest over smallest cylinder volume; in a scene, that of modelled cycles", low=1.5,
+        high=40.0, source="Heywood (1988), ch. 2",
     ),
     parameter(
         "intake_pressure", "p_i", "bar",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engine_dyn.forces import torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinder_means import (
@@ -9,10 +11,18 @@ from engine_dyn.geometry.cylinder_means import (
     mean_factor,
     mean_stroke_ratio,
 )
+from engine_dyn.geometry.cylinder_volume import cylinder_volume
 from engine_dyn.loads import friction
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.friction import train_of
+from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.units import CUBIC_CENTIMETRE
 
 __all__ = ["NODES"]
+
+
+def _reciprocating_inertia(*, crank_angle: Any, reciprocating_mass: Any, **needs: Any) -> Any:
+    return torque.reciprocating_inertia(crank_angle, train_of(needs), reciprocating_mass)
+
 
 NODES: tuple[Node, ...] = (
     Node(
@@ -109,6 +119,51 @@ NODES: tuple[Node, ...] = (
             offset_ratio, cylinder_set, cylinders_by_count,
         ),
     ),
+    hidden(
+        "mean_reciprocating_inertia", "kg m2",
+        "cycle mean of the moment of inertia of the reciprocating masses",
+        ("reciprocating_mass", "double_radius", "crank_ratio", "cylinders", "offset_ratio",
+         "mass_share"),
+        lambda reciprocating_mass, double_radius, crank_ratio, cylinders, offset_ratio, mass_share:
+        masses.engine_inertia(
+            mass_share * reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
+            offset_ratio,
+        ),
+        when="equal_throws",
+    ),
+    hidden(
+        "mean_reciprocating_inertia", "kg m2",
+        "cycle mean of the moment of inertia of the reciprocating masses",
+        ("reciprocating_mass", "double_radius", "crank_ratio", "offset_ratio", "cylinders",
+         "cylinder_set", "cylinders_by_count"),
+        lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinders,
+        cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
+            reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders, offset_ratio,
+            cylinder_set, cylinders_by_count,
+        ),
+        when="unequal_throws",
+    ),
+    hidden(
+        "varying_inertia", "kg m2",
+        "moment of inertia of the reciprocating masses less its cycle mean",
+        ("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "cylinder_set",
+         "period", "offset_ratio", "cylinders_by_count", "mean_reciprocating_inertia"),
+        lambda mean_reciprocating_inertia, **needs: _reciprocating_inertia(**needs)
+        - mean_reciprocating_inertia,
+        kind="curve",
+    ),
+    Node(
+        "instantaneous_engine_inertia", r"\Theta_{eng}(\varphi)", "kg m2",
+        "moment of inertia of the running gear over crank angle", "Kakaitsas eq. 3.2",
+        kind="curve", needs=("engine_inertia", "varying_inertia"),
+        make=lambda engine_inertia, varying_inertia: engine_inertia + varying_inertia,
+    ),
+    Node(
+        "instantaneous_inertia", r"\Theta(\varphi)", "kg m2",
+        "moment of inertia of engine and load over crank angle, as inertia_model variable has it",
+        "Kakaitsas eqs. 3.1, 3.2", kind="curve", needs=("inertia", "varying_inertia"),
+        make=lambda inertia, varying_inertia: inertia + varying_inertia,
+    ),
     Node(
         "inertia_beyond_gear", "", "kg m2", "moment of inertia of the load, at the crank",
         "Kakaitsas eq. 3.1", public=False, when="load_inertia",
@@ -124,6 +179,14 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eq. 1.4", kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),
         make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
             crank_angle, crank_ratio, offset_ratio
+        ),
+    ),
+    Node(
+        "cylinder_volume", "V", "cm3", "volume of cylinder 1 above the piston",
+        "Heywood (1988), section 2.2", si=CUBIC_CENTIMETRE, kind="curve",
+        needs=("position", "double_radius", "bore", "stroke", "compression_ratio"),
+        make=lambda position, double_radius, bore, stroke, compression_ratio: cylinder_volume(
+            0.5 * double_radius * position, torque.piston_area(bore), stroke, compression_ratio
         ),
     ),
     Node(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +14,10 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
-__all__ = ["NODES", "kernel_inputs"]
+__all__ = ["AT_START", "NODES", "kernel_inputs"]
+
+AT_START = "omega_start"
+"""Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
 
 _KERNEL_NAMES = {
     **NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"
@@ -32,8 +36,27 @@ def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
 def _solve(**needs: Any) -> dict[str, Any]:
     from engine_dyn.speed import dispatch
 
-    found = dispatch.solve(**{"exponent": 1.0, **kernel_inputs(needs)})
+    wanted: Sequence[str] = needs.pop("wanted")
+    asked = [name for name in wanted if name != AT_START]
+    if AT_START in wanted and "omega" not in asked:
+        asked.append("omega")
+    found = dispatch.solve(**{"exponent": 1.0, **kernel_inputs(needs), "wanted": asked})
+    if AT_START in wanted:
+        found[AT_START] = _at_start(found["omega"], needs["start_angle"], needs["crank_angle"])
     return {**found, "outcome": found["status"]}
+
+
+def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
+    """Speed at the point nearest to the start angle, which is one of the points.
+
+    Nothing is interpolated: a march that is not closed yet jumps there.
+    """
+    angles = np.asarray(crank_angle).reshape(-1)
+    turns = (np.asarray(start_angle) - angles[0]) / (angles[1] - angles[0])
+    place = np.rint(turns).astype(np.int64) % angles.size
+    return np.take_along_axis(omega, np.broadcast_to(place[..., None], (*omega.shape[:-1], 1)), -1)[
+        ..., 0
+    ]
 
 
 def _search(**needs: Any) -> dict[str, Any]:
@@ -68,7 +91,7 @@ def _solution(law: str, angle: str) -> Node:
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
         can_fail=True, when=f"{law} {angle}",
-        gives=(*SCALAR_NAMES, *CURVE_NAMES, "status", "outcome"),
+        gives=(*SCALAR_NAMES, *CURVE_NAMES, AT_START, "status", "outcome"),
         needs=(
             "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio",
             *FRICTION_NAMES, "bore", "double_radius", "reciprocating_mass", "speed", "inertia",
@@ -103,6 +126,10 @@ NODES: tuple[Node, ...] = (
     *(_inertia_search(solution) for solution in _SOLUTIONS),
     *(_result(*row) for row in RESULTS),
     *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
+    _result(
+        AT_START, r"\omega(\varphi_1)", "rad s-1",
+        "crank speed at the start angle, in the cycle that omega shows", "Kakaitsas section 5.4",
+    ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
     _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),
     Node(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.cylinder_volume import clearance_volume
 from engine_dyn.types import Floats
 
 __all__ = ["CylinderGeometry"]
@@ -73,7 +74,7 @@ class CylinderGeometry:
         """
         if self.compression_ratio is None:
             raise ValueError("compression_ratio: must be given, the volume depends on it")
-        return self.swept_volume / (self.compression_ratio - 1.0)
+        return float(clearance_volume(self.swept_volume, self.compression_ratio))
 
     @property
     def _radius(self) -> float:

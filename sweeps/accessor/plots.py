@@ -27,7 +27,7 @@ ax : matplotlib.axes.Axes, optional
     Draw into this panel of a figure of your own; only where the kind has one panel.
 units : str or mapping, optional
     ``{{"brake_power": "hp"}}``; ``"archive"`` keeps the units of the archive. Without it kW, rpm,
-    kN, kJ and mm where they read better.
+    kN, kJ, mm and l where they read better.
 {options}
 
 Returns

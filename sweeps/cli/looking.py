@@ -106,7 +106,7 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     "--units",
     metavar="NAME=UNIT",
     help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ and mm.",
+    "archive. Default: kW, rpm, kN, kJ, mm and l.",
 )
 @untrusted_option
 @guarded
@@ -291,7 +291,7 @@ def export(
     "--units",
     metavar="NAME=UNIT",
     help="Units of quantities, such as brake_power=hp,omega=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ and mm where they read better.",
+    "archive. Default: kW, rpm, kN, kJ, mm and l where they read better.",
 )
 @click.option(
     "--style",

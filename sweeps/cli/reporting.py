@@ -36,7 +36,7 @@ __all__ = ["report"]
     "--units",
     metavar="NAME=UNIT",
     help="Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ and mm.",
+    "archive. Default: kW, rpm, kN, kJ, mm and l.",
 )
 @overwrite_option("Replace the report if it exists.")
 @quiet_option

@@ -39,6 +39,16 @@ VECTORS = {
                "shaking_moment_second"),
 }  # fmt: skip
 """Before balancing, after it, and its first two orders."""
+PARTS = (
+    ("reciprocating_force_first", "Primary force", "#d1541b", DASHES[1]),
+    ("reciprocating_force_second", "Secondary force", "#1b4f9c", DASHES[3]),
+    ("throw_force", "Rotating masses", "#2f7d55", DASHES[2]),
+    ("counterweight_force", "Counterweights", "#7b2d8b", DASHES[4]),
+    ("shaking_force", "Sum, exact, with balance shafts", "#000000", "-"),
+)  # fmt: skip
+"""What the shaking force is made of: variable, label, colour and dashes; the sum is drawn with two
+others."""
+
 MOST_PANELS = 6
 
 LOOKS: tuple[tuple[str, Any, float], ...] = (
@@ -70,11 +80,16 @@ SIDES = ("Along cylinder 1", "Across")
 
 def vector_names(view: View) -> list[str]:
     """Shaking forces and moments that are there with both components."""
-    return [name for names in VECTORS.values() for name in names if _is_vector(view, name)]
+    named = [*(name for names in VECTORS.values() for name in names), *(row[0] for row in PARTS)]
+    return [name for name in dict.fromkeys(named) if _is_vector(view, name)]
 
 
 def shaking(study: Study, vectors: Sequence[str]) -> NamedFigures:
-    """Draw them over the crank angle and as hodographs: nominal, and along each axis."""
+    """Draw them over the crank angle and as hodographs: nominal, and along each axis.
+
+    The parts of the shaking force have a figure of their own.
+    """
+    yield from _apart(study, [name for name, *_ in PARTS if name in vectors])
     for kind, names in VECTORS.items():
         present = [name for name in names if name in vectors]
         if not present:
@@ -101,6 +116,58 @@ def shaking(study: Study, vectors: Sequence[str]) -> NamedFigures:
                 )
         if not varied and not nothing and _in_a_plane(view, main, None):
             yield f"{names[1]}_polar", _each(view, main, names, None, kind, hodograph=True)
+
+
+def _apart(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the parts of the shaking force over one turn: nominal, and along each axis."""
+    if len(set(names) - {"shaking_force"}) < 2:
+        return
+    axes = [(whole, along) for whole, along in study.along(names) if along != "direction"]
+    for whole, along in axes or [(study.view, None)]:
+        if _nothing(whole.only(names, [along, "direction"]), names):
+            continue
+        view = whole.only(names, [along, "direction"])
+        axis = view.axis(along) if along else None
+        places = _places(whole, along)
+        rows, columns = grid_of(len(places))
+        sides = [0] if len(places) > 1 else _sides_of(view, names)
+        if len(places) == 1:
+            rows, columns = len(sides), 1
+        height = 0.5 + (1.75 if axis else 2.3) * rows
+        figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
+        entries: Entries = {}
+        drawn = [(place, side) for place in places for side in sides]
+        for panel, (place, side) in zip(panels, drawn, strict=False):
+            for name, label, colour, dashes in PARTS:
+                if name in names:
+                    values = _components(view, name, place)[side]
+                    look: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.3}
+                    (line,) = panel.plot(_angles(view), values, **look)
+                    entries.setdefault(label, line)
+            panel.set_title(axis.tag(place[axis.name]) if axis else SIDES[side])
+        bare_panels(panels, len(drawn), columns)
+        lowest = lowest_panels(panels, len(drawn), columns)
+        for panel in panels[: len(drawn)]:
+            _one_turn(panel, view, 6.3 / columns, panel in lowest)
+        left_labels(panels, columns, _ordinate(view, names[0]), 1.5 if axis else 2.0)
+        title = "Parts of the shaking force"
+        notes = [*view.notes(names), picked_text(axis, MOST_PANELS)]
+        notes.append(f"{SIDES[0].lower()}" if axis else "")
+        cases = "_cases" if along == "design" else ""
+        yield (
+            stem_of(f"shaking_force_parts{cases}", whole, along),
+            finish(
+                figure, f"{title} by {key_text(axis)}" if axis else title, notes, entries,
+                caption=view.caption, below=True, spare=panels[len(drawn) :],
+            ),
+        )  # fmt: skip
+
+
+def _sides_of(view: View, names: Sequence[str]) -> list[int]:
+    """Sides on which something acts: along cylinder 1, across it."""
+    pairs = [_components(view, name, {}) for name in names]
+    sizes = [max(float(np.nanmax(np.abs(p[k]), initial=0.0)) for p in pairs) for k in (0, 1)]
+    return [k for k in (0, 1) if sizes[k] > NOTHING * max(sizes)]
 
 
 def _nothing(view: View, names: Sequence[str]) -> bool:

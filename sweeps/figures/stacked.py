@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-KINEMATICS = ("position", "velocity", "acceleration")
+KINEMATICS = ("position", "velocity", "acceleration", "rod_angle")
 PRESSURE = ("pressure",)
 
 
 def kinematics(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw reduced position, velocity and acceleration over one turn."""
+    """Draw reduced travel, velocity and acceleration, and the rod's angle, over one turn."""
 
     def one_turn(panels: Sequence[Axes], view: View) -> None:
         low, high = panels[-1].get_xlim()

@@ -43,6 +43,26 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Acceleration, exact and by the shortened series,", "Reduced acceleration",
         ("acceleration", "acceleration_truncated"),
     ),
+    **{
+        f"{name}_parts": (
+            f"{title} of gas and masses", "Force", (f"gas_{name}", f"inertia_{name}", name)
+        )
+        for name, title in (
+            ("wall_thrust", "Wall thrust"), ("rod_force", "Rod force"),
+            ("tangential_force", "Tangential force"), ("radial_force", "Radial force"),
+        )
+    },
+    **{
+        f"{name}_parts": (
+            f"{title} of gas and masses over the area of the piston", "Reduced force",
+            (f"gas_{name}", f"inertia_{name}", name),
+        )
+        for name, title in (
+            ("piston_pressure", "Forces"), ("wall_pressure", "Wall thrust"),
+            ("rod_pressure", "Rod force"), ("tangential_pressure", "Tangential force"),
+            ("radial_pressure", "Radial force"),
+        )
+    },
 }  # fmt: skip
 """What is drawn in one panel: file, title, ordinate and variables."""
 

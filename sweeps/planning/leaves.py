@@ -35,6 +35,7 @@ from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
+from sweeps.reading.engine_files import RATIO
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.model import Scene
@@ -109,9 +110,11 @@ def _own_values(
         by_choice = any(variant.make is None for variant in NODES[key])
         return by_choice and select(key, *words).make is not None
 
+    ratio = scene.compression_ratio
+    own = scene.engine.values if ratio is None else {**scene.engine.values, RATIO: ratio}
     return {
         key: value
-        for key, value in scene.engine.values.items()
+        for key, value in own.items()
         if not derived(key) and REPLACED_BY.get(key) not in of_scene
     }
 

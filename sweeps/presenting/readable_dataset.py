@@ -26,7 +26,7 @@ SPEED_SYMBOL = (r"\omega", "n")
 
 
 def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Dataset:
-    """Return an archive in readable units: kW, rpm, kN, kJ and mm where they read better.
+    """Return an archive in readable units: kW, rpm, kN, kJ, mm and l where they read better.
 
     A unit changes in the whole archive or nowhere, so that what is drawn together stays so.
 

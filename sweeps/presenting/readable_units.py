@@ -13,7 +13,9 @@ from sweeps.reading.unit_registry import unit_registry
 
 __all__ = ["READABLE", "asked_units", "converted", "factor", "unit_choices"]
 
-READABLE: Mapping[str, str] = {"rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm"}
+READABLE: Mapping[str, str] = {
+    "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
+}  # fmt: skip
 """What takes the place of a unit in tables for people."""
 
 SHOWN = {

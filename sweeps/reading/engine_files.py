@@ -11,7 +11,7 @@ for every value that the sources do not give; `[[source]]` with the citations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,7 +50,20 @@ from sweeps.reading.silenced_warnings import read_silenced
 from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = ["PERIODS", "catalogue", "engine_path", "load_engine", "read_cylinders", "read_values"]
+__all__ = [
+    "PERIODS",
+    "RATIO",
+    "catalogue",
+    "compression_ratio_of",
+    "engine_path",
+    "load_engine",
+    "read_cylinders",
+    "read_values",
+    "the_same",
+]
+
+RATIO = "compression_ratio"
+"""Key of [[diagram]] tables, those of points too."""
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
@@ -150,6 +163,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         period=period,
         values=values,
         family=family,
+        compression_ratio=the_same(entry.ratio for entry in diagrams),
         cycles=_cycles(diagrams),
         pressure_scale=scale,
         firing_order=order,
@@ -244,6 +258,28 @@ def read_cylinders(
     return order, own
 
 
+def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
+    """Compression ratio that a [[diagram]] states, of any kind; None where it has none.
+
+    Raises
+    ------
+    SceneError
+        For a value that is no compression ratio.
+    """
+    if RATIO not in table:
+        return None
+    node = PARAMETERS[RATIO]
+    value = number(table[RATIO], f"{where} {RATIO}", node)
+    check_range(value, f"{where} {RATIO}", node)
+    return value
+
+
+def the_same(values: Iterable[float | None]) -> float | None:
+    """Return the value that all have; None where they differ, or one has none."""
+    found = set(values)
+    return found.pop() if len(found) == 1 else None
+
+
 def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
     """[pressure_scale] as arrays of speed [rpm] and factor."""
     if given is None:
@@ -263,12 +299,16 @@ def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
 
 
 class _Entry(NamedTuple):
-    """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields."""
+    """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields.
+
+    The compression ratio is that of the table, if it has one.
+    """
 
     load: float
     speed: float | None
     diagram: Diagram
     again: ModelledDiagram | None
+    ratio: float | None
 
 
 def _diagram(
@@ -288,14 +328,16 @@ def _diagram(
         file = taken(rest, "file", where)
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a text: the path of a CSV")
-        no_more(rest, where, ("load", "speed", "kind", "file"))
+        ratio = compression_ratio_of(rest, where)
+        no_more(rest, where, ("load", "speed", "kind", "file", RATIO))
         path = referred(folder, file, f"{where} file")
-        return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None)
+        return _Entry(load, speed, read_indicator(path, f"{where} {file}", period), None, ratio)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
-    return _Entry(load, speed, *modelled_diagram(kind, rest, where, period, here))
+    diagram, again = modelled_diagram(kind, rest, where, period, here)
+    return _Entry(load, speed, diagram, again, compression_ratio_of(rest, where))
 
 
 def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:

@@ -6,23 +6,26 @@ to be written, or none.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.checks import check_range, check_structure, number, plain
-from sweeps.reading.engine_files import PERIODS, engine_path, read_cylinders, read_values
+from sweeps.checks import check_structure, plain
+from sweeps.reading.engine_files import (
+    PERIODS,
+    RATIO,
+    compression_ratio_of,
+    engine_path,
+    read_cylinders,
+    read_values,
+    the_same,
+)
 from sweeps.reading.engine_tables import EngineFile
-from sweeps.reading.modelled_diagrams import KINDS
 from sweeps.reading.toml_files import parse_toml
 
 __all__ = ["EngineMeasures", "measures_of", "read_engine_measures"]
-
-RATIO = "compression_ratio"
 
 
 @dataclass(frozen=True)
@@ -53,16 +56,15 @@ def measures_of(engine: Engine) -> EngineMeasures:
     >>> measures_of(load_engine("boxer_twin_101x70")).values["compression_ratio"]
     10.3
     """
-    modelled = (getattr(diagram.cycle, RATIO, None) for diagram in engine.cycles or ())
-    values = {**_the_same(modelled), **engine.values}
+    values = {**_known(engine.compression_ratio), **engine.values}
     return EngineMeasures(engine.period, values, engine.own_cylinders)
 
 
 def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> EngineMeasures:
     """Read the measures of an engine of the catalogue or of a file, which needs no diagrams.
 
-    Diagrams are not read either, except for the compression ratio of those by the first law, as
-    `measures_of` has it; without any diagram, the one that `[data_sheet]` has is taken.
+    Diagrams are not read either, except for their compression ratio, as `measures_of` has it;
+    without any diagram, the one that `[data_sheet]` has is taken.
 
     Raises
     ------
@@ -78,24 +80,11 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
     tables = [(f"[[diagram]] number {i}", one) for i, one in enumerate(given.diagram, start=1)]
     if not tables and given.data_sheet is not None:
         tables = [("[data_sheet] cycle", {"kind": "first_law", **given.data_sheet.cycle})]
-    ratio = _the_same([_ratio(table, f"{name}: {what}") for what, table in tables])
+    ratio = _known(the_same(compression_ratio_of(one, f"{name}: {what}") for what, one in tables))
     count = values.get("cylinders", len(given.firing_order or ()))
     own = read_cylinders(given, count, period, name)[1] if count else None
     return EngineMeasures(period, {**ratio, **values}, own)
 
 
-def _ratio(table: Mapping[str, Any], where: str) -> float | None:
-    kind = KINDS.get(str(table.get("kind")))
-    if kind is None or not kind.by_first_law or RATIO not in table:
-        return None
-    node = PARAMETERS[RATIO]
-    value = number(table[RATIO], f"{where} {RATIO}", node)
-    check_range(value, f"{where} {RATIO}", node)
-    return value
-
-
-def _the_same(ratios: Iterable[float | None]) -> dict[str, float]:
-    """The compression ratio that all diagrams have; nothing where they differ or have none."""
-    found = set(ratios)
-    only = found.pop() if len(found) == 1 else None
-    return {} if only is None else {RATIO: only}
+def _known(ratio: float | None) -> dict[str, float]:
+    return {} if ratio is None else {RATIO: ratio}

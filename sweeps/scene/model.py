@@ -74,6 +74,9 @@ class Scene(GivenValues):
         Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own; of several cycles their mean.
+    compression_ratio : float, optional
+        Of the cylinders, where no parameter of the scene gives it: that of [indicator], else the
+        engine's [1].
     recorded_cycles : tuple of Diagram
         Each recorded cycle, for the key `recorded_cycle`; empty without them.
     indicator_notes : tuple of str
@@ -129,6 +132,7 @@ class Scene(GivenValues):
     arrangements: tuple[Cylinders, ...]
     torque_tables: TorqueTables
     indicator: Diagram | None
+    compression_ratio: float | None
     recorded_cycles: tuple[Diagram, ...]
     indicator_notes: tuple[str, ...]
     confidential: tuple[str, ...]

@@ -309,6 +309,7 @@ def _assembled(
         dimensions=dimensions,
         labels=labels,
         indicator=indicated.diagram,
+        compression_ratio=_compression_ratio(given, values),
         recorded_cycles=indicated.cycles,
         indicator_notes=indicated.notes,
         confidential=indicated.confidential,
@@ -361,6 +362,12 @@ def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> 
             f"{name}: {' x '.join(dimensions)}: {count:.3g} designs; must be at most "
             f"{MOST_DESIGNS:g}"
         )
+
+
+def _compression_ratio(given: SceneFile, values: GivenValues) -> float | None:
+    """Compression ratio that [indicator] gives, else that of the engine's diagrams."""
+    measured = None if given.indicator is None else given.indicator.compression_ratio
+    return values.engine.compression_ratio if measured is None else measured
 
 
 def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> Indicated:

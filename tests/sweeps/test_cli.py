@@ -370,7 +370,7 @@ def test_what_is_not_found_is_said() -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("run rako", ["rakopoulos"]),
+        ("run rako", ["rakopoulos", "rakopoulos_two_stroke"]),
         ("info nt", ["ntua"]),
         ("identify x.toml --vary inertia,load_exp", ["inertia,load_exponent"]),
         ("show a.nc --quantities delta,omega_ma", ["delta,omega_max"]),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.graph import (
     ALONG_SHAFT,
@@ -15,15 +17,19 @@ from engine_dyn.quantities.graph import (
     select,
 )
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.quantities.speed import AT_START
 from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
+from sweeps.reading.engine_files import RATIO
 from sweeps.scene.consistency.cylinders import check_throws
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 from sweeps.scene.variants import variant_words
 
-__all__ = ["check_needs", "check_output"]
+__all__ = ["check_needs", "check_output", "check_start"]
+
+START_ANGLE = "start_angle"
 
 SMALLEST_STEP = 0.01
 """Of [output] angle_step [degree]."""
@@ -81,6 +87,10 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
+PLACES = {RATIO: "in [indicator], or the same in each [[diagram]] of an engine file"}
+"""Where parameters belong that a scene may not always give in [set], [axes] or [designs]."""
+
+
 def check_needs(scene: Scene, name: str) -> None:
     """Check that scene and engine give everything that the asked quantities need."""
     words = variant_words(scene)
@@ -102,10 +112,11 @@ def check_needs(scene: Scene, name: str) -> None:
             node = select(need, *words)
             along_shaft |= node.throws
             if node.make is None and need in PARAMETERS:
+                place = PLACES.get(need, "in [set], [axes] or [designs]")
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {need} "
                     f"({node.long_name}), which engine {scene.engine.name} does not give; must be "
-                    "in [set], [axes] or [designs]"
+                    f"{place}"
                 )
             waiting += node.needs
             along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
@@ -113,9 +124,33 @@ def check_needs(scene: Scene, name: str) -> None:
             check_throws(scene, quantity, name)
 
 
+def check_start(scene: Scene, name: str) -> None:
+    """Check that the speed at the start angle is that of a point of the curves.
+
+    Raises
+    ------
+    SceneError
+        For the first start angle that is none.
+    """
+    if AT_START not in scene.quantities:
+        return
+    given = scene.given(START_ANGLE)
+    single = UNLESS_GIVEN[START_ANGLE] if scene.start_angle is None else scene.start_angle
+    table, angles = given or ("solver", np.array([single]))
+    steps = (angles - 0.5 * math.degrees(scene.engine.period)) / scene.angle_step
+    off = np.abs(steps - np.rint(steps)) > 1e-9
+    if off.any():
+        raise SceneError(
+            f"{name}: [{table}] start_angle = {angles[off][0]:g}: '{AT_START}' is a point of the "
+            f"curve of the speed; must be one of its angles, in steps of {scene.angle_step:g} "
+            "degrees ([output] angle_step)"
+        )
+
+
 def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
     """Names that `sweeps.planning.plan` has values for before it computes anything."""
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
+    given |= set() if scene.compression_ratio is None else {RATIO}
     if scene.gives("rod_length"):
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     if "wanted_delta" in given or "inertia_in_parts" in words:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sweeps.scene.consistency.cylinders import check_misfire, check_single_cylinders
 from sweeps.scene.consistency.friction import check_friction_fractions, check_friction_law
 from sweeps.scene.consistency.loads import check_driven
-from sweeps.scene.consistency.outputs import check_needs
+from sweeps.scene.consistency.outputs import check_needs, check_start
 from sweeps.scene.consistency.pressure import (
     check_cycles,
     check_diagram_count,
@@ -43,3 +43,4 @@ def check_scene(scene: Scene, name: str) -> None:
     check_motored(scene, name)
     check_driven(scene, name)
     check_needs(scene, name)
+    check_start(scene, name)

@@ -136,7 +136,10 @@ def test_no_curve_of_one_cylinder_escapes() -> None:
 
     Curves of one cylinder, throw or bearing are refused, but for those of masses and geometry.
     """
-    masses = ("inertia", "rod_couple", "acceleration", "velocity", "position", "rod_angle")
+    masses = (
+        "inertia", "rod_couple", "acceleration", "velocity", "position", "rod_angle",
+        "cylinder_volume",
+    )  # fmt: skip
     of_one = {
         name
         for name, node in graph.QUANTITIES.items()

@@ -1,0 +1,328 @@
+"""Forces of gas and masses apart, volume, inertia over the angle, counterweights' own force."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.figures import draw
+
+COMPONENTS = ("wall_thrust", "rod_force", "tangential_force", "radial_force")
+PRESSURES = ("piston", "wall", "rod", "tangential", "radial")
+STROKE, ROD, BORE = 0.18, 0.35, 0.14  # m, of the engine ntua
+AREA = 0.25 * math.pi * BORE**2
+
+
+def run(quantities: list[str], engine: str = "ntua", **tables: Any) -> Any:
+    output = {"quantities": quantities, **tables.pop("output", {})}
+    return sweeps.run({"engine": engine, "output": output, **tables})
+
+
+def apart(name: str) -> list[str]:
+    return [name, f"gas_{name}", f"inertia_{name}"]
+
+
+# Forces -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("engine", "settings"),
+    [("ntua", {}), ("ntua", {"pin_offset": 0.02}), ("marine_80x345", {}), ("v6_96x81", {})],
+)
+def test_parts_add_up_and_each_is_what_the_total_is_alone(
+    engine: str, settings: dict[str, float]
+) -> None:
+    asked = [name for one in COMPONENTS for name in apart(one)]
+    asked += [name for one in PRESSURES for name in apart(f"{one}_pressure")]
+    found = run([*asked, *apart("reduced_torque")], engine, set=settings)
+    gas = run([*COMPONENTS], engine, set={**settings, "reciprocating_mass": 0.0})
+    for name in (*COMPONENTS, *(f"{one}_pressure" for one in PRESSURES), "reduced_torque"):
+        whole = found[name]
+        error = np.abs(found[f"gas_{name}"] + found[f"inertia_{name}"] - whole).max()
+        assert float(error) < 1e-14 * float(np.abs(whole).max()) * 8.0, name
+        assert float(np.abs(found[f"inertia_{name}"]).max()) > 0.0
+    for name in COMPONENTS:  # without masses the total is the gas's
+        np.testing.assert_array_equal(gas[name].values, found[f"gas_{name}"].values)
+
+
+def test_parts_by_the_printed_formulas() -> None:
+    """Kakaitsas (2.1) to (2.5) and (2.12), Rakopoulos's reduced pressures, written out."""
+    found = run(
+        [*(name for one in COMPONENTS for name in apart(one)), "pressure",
+         *(name for one in PRESSURES for name in apart(f"{one}_pressure")),
+         *apart("reduced_torque"), "reduced_overturning_moment", *apart("overturning_moment")],
+    )  # fmt: skip
+    phi = np.radians(found["crank_angle"].values)
+    ratio, omega, mass = 0.09 / ROD, 40.0 * math.pi, 4.97 + 6.33 * 0.094 / ROD
+    beta = np.arcsin(ratio * np.sin(phi))
+    bracket = np.cos(2.0 * phi) + ratio**2 * np.sin(phi) ** 4
+    acceleration = np.cos(phi) + ratio * bracket / np.cos(beta) ** 3  # (1.8)
+    forces = {
+        "gas": AREA * (found["pressure"].values - 1.01325) * 1e5,
+        "inertia": -mass * 0.09 * omega**2 * acceleration,
+    }
+    for part, force in forces.items():
+        size = np.abs(force).max()
+        rod = force / np.cos(beta)
+        tangential = rod * np.sin(phi + beta)
+        wanted = {
+            "wall": force * np.tan(beta), "rod": rod, "tangential": tangential,
+            "radial": rod * np.cos(phi + beta),
+        }  # fmt: skip
+        names = dict(zip(wanted, COMPONENTS, strict=True))
+        for one, values in wanted.items():
+            error = np.abs(found[f"{part}_{names[one]}"].values - values).max()
+            assert error < 1e-13 * size
+            error = np.abs(found[f"{part}_{one}_pressure"].values * 1e5 - values / AREA).max()
+            assert error < 1e-13 * size / AREA
+        torque = found[f"{part}_reduced_torque"].values * 1e5  # mu = p_T/2
+        assert np.abs(torque - 0.5 * tangential / AREA).max() < 1e-13 * size / AREA
+        overturning = found[f"{part}_overturning_moment"].values
+        assert np.abs(overturning + 0.09 * tangential).max() < 1e-13 * size
+    np.testing.assert_array_equal(found["reduced_overturning_moment"], -found["reduced_torque"])
+
+
+def test_weights_are_no_part_of_the_forces() -> None:
+    """What is left out is largest in slow large engines: m g over m r omega^2, told in the docs."""
+    omega = 72.0 * math.pi / 30.0
+    assert 9.80665 / (1.725 * omega**2) == pytest.approx(0.1000, abs=5e-4)
+
+
+def test_scene_of_the_two_stroke_charts() -> None:
+    found = sweeps.run("rakopoulos_two_stroke")
+    mean = float(found["tangential_pressure"].mean())
+    assert mean == pytest.approx(float(found["imep"]) / math.pi, rel=1e-5)
+    assert abs(float(found["inertia_tangential_pressure"].mean())) < 1e-12 * mean
+
+
+# Volume -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.02])
+def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
+    found = run(["cylinder_volume", "pressure", "imep"], set={"pin_offset": offset})
+    volume, angle = found["cylinder_volume"], np.radians(found["crank_angle"].values)
+    assert volume.attrs["units"] == "cm3"
+    assert float(volume.max() / volume.min()) == pytest.approx(
+        17.433233, rel=1e-12 if offset == 0.0 else 1e-4
+    )
+    # the pin at (e, y): the rod's length closes the triangle with the crank at theta
+    crank, rod = 0.5 * STROKE, ROD
+    if offset:  # the crank ratio of the engine is kept: 0.09/0.35
+        for _ in range(60):
+            rod = crank / (0.09 / 0.35)
+            swept = math.sqrt((rod + crank) ** 2 - offset**2)
+            swept -= math.sqrt((rod - crank) ** 2 - offset**2)
+            crank *= STROKE / swept
+    top = math.asin(offset / (rod + crank))
+    theta = angle + top
+    height = crank * np.cos(theta) + np.sqrt(rod**2 - (crank * np.sin(theta) - offset) ** 2)
+    travel = math.sqrt((rod + crank) ** 2 - offset**2) - height
+    wanted = AREA * (STROKE / 16.433233 + travel) * 1e6
+    np.testing.assert_allclose(volume.values, wanted, rtol=1e-9)
+    # the work of the loop is imep times the swept volume: the area of the polygon, to its step
+    p, v = np.append(found["pressure"], found["pressure"][0]), np.append(volume, volume[0])
+    work = np.sum(0.5 * (p[1:] + p[:-1]) * np.diff(v)) * 0.1  # J
+    assert work / (AREA * STROKE * 1e5) == pytest.approx(float(found["imep"]), rel=2e-4)
+
+
+def test_volume_follows_the_compression_ratio_of_an_axis() -> None:
+    found = run(
+        ["cylinder_volume"], "boxer_twin_101x70", axes={"compression_ratio": [9.0, 12.0]},
+        set={"load": 100},
+    )  # fmt: skip
+    volume = found["cylinder_volume"]
+    assert (volume.max("crank_angle") / volume.min("crank_angle")).values == pytest.approx(
+        [9.0, 12.0], rel=1e-12
+    )
+
+
+def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as told:
+        run(["cylinder_volume"], "diesel_105x137")
+    assert str(told.value) == (
+        "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (largest over "
+        "smallest cylinder volume; in a scene, that of modelled cycles), which engine "
+        "diesel_105x137 does not give; must be in [indicator], or the same in each [[diagram]] of "
+        "an engine file"
+    )
+    angle = np.arange(-360.0, 360.0, 2.0)
+    pressure = 1.0 + 40.0 * np.exp(-((angle / 30.0) ** 2))
+    lines = [f"{a:g},{p:.6f}" for a, p in zip(angle, pressure, strict=True)]
+    text = "crank_angle_deg,pressure_bar\n" + "\n".join(lines)
+    (tmp_path / "points.csv").write_text(text)
+    table = {"file": str(tmp_path / "points.csv"), "compression_ratio": 12.0}
+    volume = run(["cylinder_volume"], indicator=table)["cylinder_volume"]
+    assert float(volume.max() / volume.min()) == pytest.approx(12.0, rel=1e-12)
+    own = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
+    before, _, after = own.read_text().partition("[[diagram]]")
+    rest = after[after.index("[assumed]") :]
+    points = '[[diagram]]\nload = 100\nkind = "points"\nfile = "points.csv"\ncompression_ratio = {}'
+    engine = tmp_path / "mine.toml"
+    engine.write_text(before + points.format(14.0) + "\n\n" + rest)
+    volume = run(["cylinder_volume"], str(engine))["cylinder_volume"]
+    assert float(volume.max() / volume.min()) == pytest.approx(14.0, rel=1e-12)
+    engine.write_text(before + points.format(0.5) + "\n\n" + rest)
+    with pytest.raises(SceneError, match=r"number 1 compression_ratio = 0.5: must be"):
+        run(["cylinder_volume"], str(engine))
+
+
+# Inertia over the angle, speed at the start -------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["ntua", "v6_96x81", "parallel_twin_270"])
+def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
+    """Theta(phi) omega^2/2 of the solution with variable inertia gains what the torques do."""
+    found = run(
+        ["instantaneous_inertia", "instantaneous_engine_inertia", "engine_inertia", "omega",
+         "gas_torque", "friction_torque", "load_torque"],
+        engine, solver={"inertia_model": "variable", "tolerance": 1e-8},
+        output={"angle_step": 0.25},
+    )  # fmt: skip
+    theta = found["instantaneous_inertia"]
+    own = found["instantaneous_engine_inertia"]
+    assert float(own.mean()) == pytest.approx(float(found["engine_inertia"]), rel=1e-12)
+    np.testing.assert_allclose(theta - theta.mean(), own - own.mean(), atol=1e-14)
+    assert float(theta.max() - theta.min()) > 1e-4 * float(theta.mean())
+    energy = (0.5 * theta * found["omega"] ** 2).values
+    power = (found["gas_torque"] - found["friction_torque"] - found["load_torque"]).values
+    step = math.radians(0.25)
+    gained = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * step)])
+    swing = np.ptp(gained)
+    # the trapezoidal rule at a quarter of a degree, over a whole cycle
+    assert np.abs(energy - energy[0] - gained).max() < 1e-3 * swing
+
+
+def test_inertia_of_a_single_cylinder_by_hand() -> None:
+    found = run(["instantaneous_inertia", "velocity"], set={"inertia": 3.0})
+    mass = 4.97 + 6.33 * 0.094 / ROD
+    ratio = 0.09 / ROD
+
+    def square(phi: float) -> float:
+        beta = math.asin(ratio * math.sin(phi))
+        return (math.sin(phi + beta) / math.cos(beta)) ** 2
+
+    mean = quad(square, 0.0, math.tau)[0] / math.tau
+    each = np.array([square(phi) for phi in np.radians(found["crank_angle"].values)])
+    wanted = 3.0 + mass * 0.09**2 * (each - mean)
+    np.testing.assert_allclose(found["instantaneous_inertia"].values, wanted, rtol=1e-12)
+
+
+def test_speed_at_the_start_is_that_of_the_curve() -> None:
+    solver = {"method": "thesis", "passes": 3}
+    found = run(
+        ["omega_start", "omega"], axes={"inertia": [2.0, 5.0]},
+        solver={**solver, "start_angle": 0.0, "start_speed": 125.6},
+    )  # fmt: skip
+    np.testing.assert_array_equal(found["omega_start"], found["omega"].sel(crank_angle=0.0))
+    assert float(run(["omega_start"])["omega_start"]) == float(
+        run(["omega"])["omega"].sel(crank_angle=-180.0)
+    )
+
+
+def test_speed_at_the_start_is_not_interpolated() -> None:
+    """A march that is not closed jumps at its start angle."""
+    with pytest.raises(SceneError) as told:
+        run(
+            ["omega_start"], output={"angle_step": 4.0},
+            solver={"method": "thesis", "start_angle": 30.0},
+        )  # fmt: skip
+    assert str(told.value) == (
+        "scene: [solver] start_angle = 30: 'omega_start' is a point of the curve of the speed; "
+        "must be one of its angles, in steps of 4 degrees ([output] angle_step)"
+    )
+    with pytest.raises(SceneError, match=r"\[designs\] start_angle = 2: "):
+        run(
+            ["omega_start"], output={"angle_step": 4.0}, solver={"method": "thesis"},
+            designs={"start_angle": [0.0, 2.0], "inertia": [2.0, 3.0]},
+        )  # fmt: skip
+
+
+def test_start_speeds_of_the_thesis() -> None:
+    """Kakaitsas (2015), section 5.4: 119.038 and 124.46 rad/s; the diagrams were fitted."""
+    found = run(
+        ["omega_start"], set={"crankcase_pressure": 0.0}, solver={"method": "thesis"},
+        designs={
+            "cylinders": [2, 4], "passes": [20, 6], "start_speed": [125.6, 125.6],
+            "start_angle": [0.0, 0.0],
+        },
+    )  # fmt: skip
+    assert found["omega_start"].values == pytest.approx([119.038, 124.46], rel=1e-3)
+
+
+# Counterweights -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("engine", "settings"),
+    [
+        ("ntua", {"counterweight_mass": 3.0, "counterweight_radius": 0.07}),
+        ("ntua", {"counterweight_fraction": 0.5, "pin_offset": 0.01}),
+        ("parallel_twin_270", {"counterweight_fraction": 0.4}),
+    ],
+)
+def test_the_shaking_force_is_the_sum_of_its_parts(engine: str, settings: dict[str, float]) -> None:
+    found = run(
+        ["reciprocating_force", "throw_force", "counterweight_force", "shaking_force"], engine,
+        set=settings,
+    )  # fmt: skip
+    parts = found["reciprocating_force"] + found["throw_force"] + found["counterweight_force"]
+    size = float(np.abs(found["reciprocating_force"]).max())
+    assert float(np.abs(parts - found["shaking_force"]).max()) < 1e-12 * size
+
+
+def test_counterweight_of_asgari() -> None:
+    """B b omega^2, eq. 12, opposite to the crank: figure 6."""
+    found = sweeps.run("asgari_forces")
+    omega, phi = 100.0 * math.pi, np.radians(found["crank_angle"].values)
+    for fraction in (0.0, 0.5):
+        here = found.sel(counterweight_fraction=fraction)
+        size = float(here["counterweight_required"]) * 0.03134 * omega**2
+        force = here["counterweight_force"]
+        np.testing.assert_allclose(force.sel(direction=0), -size * np.cos(phi), atol=1e-9 * size)
+        np.testing.assert_allclose(force.sel(direction=90), -size * np.sin(phi), atol=1e-9 * size)
+    # (7): primary force of m1 = 0.841 kg; printed to three digits
+    first = found["reciprocating_force_first"].sel(direction=0)
+    wanted = 0.841 * 0.0355 * omega**2 * np.cos(phi)
+    np.testing.assert_allclose(first, wanted, atol=6e-4 * float(np.abs(wanted).max()))
+    # figure 4, without what balances: the sum is that of the reciprocating masses, first and second
+    # order, less than 1 % of higher ones
+    none = found.sel(counterweight_fraction=0.0, direction=0)
+    orders = none["reciprocating_force_first"] + none["reciprocating_force_second"]
+    assert float(np.abs(none["shaking_force"] - orders).max()) < 0.01 * float(np.abs(orders).max())
+
+
+# Figures ------------------------------------------------------------------------------------------
+
+
+def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
+    found = run(
+        ["tangential_force", "gas_tangential_force", "inertia_tangential_force",
+         "tangential_pressure", "gas_tangential_pressure", "rod_angle", "pressure",
+         "cylinder_volume"],
+        output={"angle_step": 5.0},
+    )  # fmt: skip
+    stems = {path.stem for path in draw(found, tmp_path)}
+    assert {
+        "tangential_force_parts", "tangential_pressure_parts", "kinematics", "work_diagrams",
+    } <= stems  # fmt: skip
+    assert "gas_tangential_force" not in stems
+
+
+def test_parts_of_the_shaking_force_are_drawn(tmp_path: Path) -> None:
+    found = sweeps.run("asgari_forces")
+    stems = {path.stem for path in draw(found, tmp_path)}
+    assert "shaking_force_parts_counterweight_fraction" in stems
+    one = found.isel(counterweight_fraction=1)
+    stems = {path.stem for path in draw(one, tmp_path / "one")}
+    assert "shaking_force_parts" in stems
+    only = found[["counterweight_force", "shaking_force"]]
+    stems = {path.stem for path in draw(only, tmp_path / "two")}
+    assert not any(stem.startswith("shaking_force_parts") for stem in stems)
