@@ -1,4 +1,4 @@
-"""Loads of the bearings over the speed: largest and mean loads of pins and journals."""
+"""Loads and pressures of the bearings over the speed: largest and mean of pins and journals."""
 
 from __future__ import annotations
 
@@ -28,11 +28,14 @@ if TYPE_CHECKING:
 SPEED, JOURNALS = "speed", "main_bearing"
 
 BEARINGS = {
-    "crank_pin_load": "crank pin, cylinder 1",
-    "piston_pin_load": "piston pin, cylinder 1",
-    "main_journal_load": "main journal",
+    "crank_pin": "crank pin, cylinder 1",
+    "piston_pin": "piston pin, cylinder 1",
+    "main_journal": "main journal",
 }
-"""Beginnings of the names of loads, and what bears them."""
+"""Beginnings of the names, and what bears."""
+
+LOAD, PRESSURE = "load", "pressure"
+"""Words of the names: the load of a bearing, or its pressure over the projected area."""
 
 SIZES = {"_max": "largest", "_mean": "mean"}
 """Endings, and what of the cycle they are."""
@@ -40,7 +43,16 @@ SIZES = {"_max": "largest", "_mean": "mean"}
 
 def bearing_load_names(view: View) -> list[str]:
     """Largest and mean loads over the speed, if there are two or more."""
-    names = [load + size for load in BEARINGS for size in SIZES]
+    return _over_speed(view, LOAD)
+
+
+def bearing_pressure_names(view: View) -> list[str]:
+    """Largest and mean pressures over the speed, if there are two or more."""
+    return _over_speed(view, PRESSURE)
+
+
+def _over_speed(view: View, what: str) -> list[str]:
+    names = [f"{bearing}_{what}{size}" for bearing in BEARINGS for size in SIZES]
     found = [name for name in names if view.has(name) and SPEED in view.array(name).dims]
     return found if len(found) > 1 else []
 
@@ -51,6 +63,15 @@ def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
     Of the main journals, the one whose largest load is greatest over all speeds is drawn, and the
     legend names it.
     """
+    yield from _figures(study, names, LOAD)
+
+
+def bearing_pressures(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the same of the pressures over the projected area."""
+    yield from _figures(study, names, PRESSURE)
+
+
+def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
     for whole, along in study.along(names):
         if along != SPEED or not whole.varies(names, along):
             continue
@@ -63,7 +84,7 @@ def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
         figure, panels = new_sheet(rows, columns, height, sharex=True, sharey=True)
         entries: Entries = {}
         for panel, index in zip(panels, shown, strict=False):
-            _lines(panel, view.cut({facet: index}) if facet else view, names, entries)
+            _lines(panel, view.cut({facet: index}) if facet else view, names, what, entries)
             parameter_ticks(panel, view.axis(SPEED), "x", 5.0 / columns)
             if across:
                 panel.set_title(across.tag(index))
@@ -71,23 +92,24 @@ def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
         bare_panels(panels, len(shown), columns)
         for panel in lowest_panels(panels, len(shown), columns):
             x_label(panel, view.axis(SPEED).label, 5.0 / columns)
-        label = "Load of the bearing" + unit_in_brackets(view.array(names[0]))
+        label = f"{what.capitalize()} of the bearing" + unit_in_brackets(view.array(names[0]))
         left_labels(panels, columns, label, 1.5 if across else 2.8)
         yield (
-            stem_of("bearing_loads", view, SPEED),
+            stem_of(f"bearing_{what}s", view, SPEED),
             finish(
-                figure, "Loads of the bearings over the speed",
+                figure, f"{what.capitalize()}s of the bearings over the speed",
                 [*view.notes(names), picked_text(across, MOST_PANELS)], entries,
                 caption=view.caption, below=across is not None, spare=panels[len(shown) :],
             ),
         )  # fmt: skip
 
 
-def _lines(panel: Axes, view: View, names: Sequence[str], entries: Entries) -> None:
-    """Draw one line for each load: a colour for each bearing, dashes for mean loads."""
+def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
+    """Draw one line for each variable: a colour for each bearing, dashes for means."""
     speed = view.axis(SPEED).values
-    for rank, (load, bearing) in enumerate(BEARINGS.items()):
-        journal, text = _most_loaded(view, names, load), bearing
+    for rank, (bearing, said_of) in enumerate(BEARINGS.items()):
+        load = f"{bearing}_{what}"
+        journal, text = _most_loaded(view, names, load), said_of
         if journal is not None:
             text += f" {view.axis(JOURNALS).text(journal)}, the most loaded"
         for size, said in SIZES.items():
@@ -105,7 +127,7 @@ def _lines(panel: Axes, view: View, names: Sequence[str], entries: Entries) -> N
                 markerfacecolor=None if size == "_max" else "white",
                 markevery=max(speed.size // 20, 1),
             )  # fmt: skip
-            entries.setdefault(f"{text}: {said} load", line)
+            entries.setdefault(f"{text}: {said} {what}", line)
 
 
 def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:

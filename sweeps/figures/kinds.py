@@ -46,13 +46,19 @@ from dataclasses import dataclass
 from sweeps.dimensions import EXPLAINED, FAILED_DRAWS, PUBLISHED, SHARE, UNCERTAIN
 from sweeps.figures.arrangement import arrangements, described
 from sweeps.figures.balance import shaking, vector_names
-from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
+from sweeps.figures.bearing_loads import (
+    bearing_load_names,
+    bearing_loads,
+    bearing_pressure_names,
+    bearing_pressures,
+)
 from sweeps.figures.compared import compared, compared_names
 from sweeps.figures.crank_star import crank_stars, star_names
 from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
 from sweeps.figures.cylinder_deviations import deviation_names, deviations
 from sweeps.figures.fitted import fitted_names, fitted_speeds
+from sweeps.figures.friction import friction_components, friction_names
 from sweeps.figures.indicator import (
     recorded_names,
     recording_sheet,
@@ -195,6 +201,14 @@ KINDS = (
     Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
          "two loads of pins or journals along an axis speed", bearing_load_names, bearing_loads,
          shared=True),
+    Kind("bearing_pressures",
+         "largest and mean pressures of pins and journals over their projected area",
+         "two pressures of pins or journals along an axis speed", bearing_pressure_names,
+         bearing_pressures, shared=True),
+    Kind("friction_components",
+         "friction of rings, skirts, bearings, valve train and auxiliaries above each other",
+         "three components of the friction, such as fmep_rings", friction_names,
+         friction_components),
     Kind("curves", "any other variable over the crank angle",
          "a variable over the crank angle that no other kind draws", _running("crank_angle"),
          curves, general=True),

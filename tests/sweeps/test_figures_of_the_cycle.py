@@ -1,5 +1,5 @@
-"""Turning-moment diagram, curves by load, bearing loads over speed: what is drawn, from datasets
-made here."""
+"""Turning-moment diagram, curves by load, bearing loads over speed, friction by component: what is
+drawn, from datasets made here."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from sweeps.figures.bearing_loads import bearing_load_names, bearing_loads
+from sweeps.figures.bearing_loads import (
+    bearing_load_names,
+    bearing_loads,
+    bearing_pressure_names,
+    bearing_pressures,
+)
+from sweeps.figures.friction import COMPONENTS, friction_components, friction_names
 from sweeps.figures.load_curves import load_curve_names, load_curves
 from sweeps.figures.sheet import STYLE
 from sweeps.figures.study import Study, study_of
@@ -209,3 +215,69 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
 
 def test_one_load_alone_is_no_comparison_of_bearings() -> None:
     assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
+
+
+def test_pressures_of_bearings_are_drawn_as_their_loads_are() -> None:
+    data = bearings().rename(
+        {name: str(name).replace("load", "pressure") for name in bearings().data_vars}
+    )
+    assert not bearing_load_names(study_of(data, {}).view)
+    found = drawn(bearing_pressures, bearing_pressure_names, study_of(data, {}))
+    figure = found["bearing_pressures_speed"]
+    assert len(figure.axes[0].lines) == 4
+    assert figure.axes[0].get_ylabel().startswith("Pressure of the bearing")
+    assert "main journal 2, the most loaded: largest pressure" in words(figure)
+
+
+# --- friction by component ---------------------------------------------------------------------
+
+
+def friction(axis: str = "speed") -> xr.Dataset:
+    """Eight components, of which the first does not depend on the axis, and another total."""
+    places = np.array([1.0, 2.0, 4.0])
+    parts = {
+        name: variable(axis, (0.1 + 0.01 * rank) * places, name, "bar")
+        for rank, name in enumerate(COMPONENTS)
+    }
+    first = next(iter(COMPONENTS))
+    return xr.Dataset(
+        {**parts, first: variable((), 0.25, first, "bar"),
+         "fmep": variable(axis, 2.0 * places, "friction", "bar")},
+        coords={axis: variable(axis, places, axis, "1")},
+    )  # fmt: skip
+
+
+def test_components_stand_on_each_other() -> None:
+    data = friction()
+    figure = drawn(friction_components, friction_names, study_of(data, {}))[
+        "friction_components_speed"
+    ]
+    panel = figure.axes[0]
+    tops = [float(area.get_paths()[0].vertices[:, 1].max()) for area in panel.collections]
+    totals = np.cumsum([float(data[name].max()) for name in COMPONENTS])
+    np.testing.assert_allclose(tops, totals)
+    (line,) = panel.lines
+    assert list(line.get_ydata()) == [2.0, 4.0, 8.0]
+    assert panel.get_ylim()[0] == 0.0
+    # The legend goes down as the areas do.
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["fmep of the torque", *reversed(COMPONENTS.values())]
+
+
+def test_kinds_are_bars_and_one_design_shows_its_shares() -> None:
+    data = friction("valve_train")
+    found = drawn(friction_components, friction_names, study_of(data, {}))
+    panel = found["friction_components_valve_train"].axes[0]
+    assert len(panel.patches) == 3 * len(COMPONENTS)
+    assert not panel.collections
+    one = drawn(friction_components, friction_names, study_of(data, {"valve_train": 4.0}))
+    panel = one["friction_components"].axes[0]
+    widths = [bar.get_width() for bar in panel.patches]
+    np.testing.assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
+    share = 100.0 * widths[0] / sum(widths)
+    assert f"0.250, {share:.0f} %" in words(one["friction_components"])
+
+
+def test_two_components_are_no_breakdown() -> None:
+    names = list(COMPONENTS)[:2]
+    assert not friction_names(study_of(friction()[names], {}).view)
