@@ -151,7 +151,7 @@ wheel: $(VENV)/.installed
 
 # For all platforms and Python from 3.11 on; the versions are those of constraints.txt.
 lock: $(VENV)/.installed-release
-	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster lab excel report explore study
+	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster lab excel optimise report explore study
 	tools/lock.sh $(VENV)/bin/uv requirements-test.txt test lint
 
 licences: $(VENV)/.installed-release

@@ -12,6 +12,7 @@ from .measuring.cylinder_deviations import cylinder_deviations as cylinder_devia
 from .measuring.identification import identify as identify
 from .measuring.measured import measured as measured
 from .measuring.recorded_train import follow_cycles as follow_cycles
+from .optimising.optimise import optimise as optimise
 from .planning.plan import Plan as Plan
 from .planning.plan import plan as plan
 from .presenting.report.page import report as report

@@ -13,6 +13,8 @@ __all__ = [
     "ENGINE",
     "EXPLAINED",
     "FAILED_DRAWS",
+    "FOUND",
+    "GENERATION",
     "HIGH",
     "INERTIA_MODEL",
     "LABELS",
@@ -20,6 +22,8 @@ __all__ = [
     "METHOD",
     "PARAMETER",
     "PUBLISHED",
+    "RESTART",
+    "SEARCHED",
     "SHARE",
     "UNCERTAIN",
 ]
@@ -57,6 +61,12 @@ variance that is linear, and the shares of the parameters, over `UNCERTAIN`."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""
+
+GENERATION, RESTART, FOUND = "generation", "restart", "found"
+"""Columns of designs that a search computed: when it came to each, and whether it is what was
+found."""
+
+SEARCHED = (GENERATION, RESTART, FOUND)
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""

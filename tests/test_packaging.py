@@ -138,10 +138,11 @@ def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
     # What an extra installs is imported where it is used, and nowhere else.
-    extras = {"pyarrow", "opentorsion", "distributed", "scipy", "openpyxl", "bokeh"}
+    extras = {"pyarrow", "opentorsion", "distributed", "scipy", "openpyxl", "bokeh", "pymoo"}
     for extra, package in (
         ("parquet", "pyarrow"), ("torsion", "opentorsion"), ("cluster", "distributed"),
         ("lab", "scipy"), ("excel", "openpyxl"), ("report", "bokeh"),
+        ("optimise", "pymoo"),
     ):  # fmt: skip
         assert any(r.startswith(f"{package}>") for r in PROJECT["optional-dependencies"][extra])
     found = {

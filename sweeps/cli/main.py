@@ -18,7 +18,7 @@ from sweeps.cli.looking import compare, export, info, plot, show
 from sweeps.cli.measuring import cylinders, measured, train
 from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
-from sweeps.cli.searching import best, sensitivities
+from sweeps.cli.searching import best, optimise, sensitivities
 
 __all__ = ["main"]
 
@@ -36,6 +36,6 @@ def main() -> None:
 
 for command in (
     run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, show,
-    best, sensitivities, compare, export, info, plot, report, plan, list_, schema, new,
+    best, optimise, sensitivities, compare, export, info, plot, report, plan, list_, schema, new,
 ):  # fmt: skip
     main.add_command(command)

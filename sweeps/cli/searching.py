@@ -1,4 +1,4 @@
-"""Commands that search archives, and say what moves their results: best, sensitivities."""
+"""Commands that search designs, and say what moves their results: best, optimise, sensitivities."""
 
 from __future__ import annotations
 
@@ -13,13 +13,23 @@ from sweeps.cli.arguments import (
     number_of,
     overwrite_option,
     quiet_option,
+    threads_option,
     untrusted_option,
 )
-from sweeps.cli.completing import complete_quantities
-from sweeps.cli.exits import guarded, say, terminal_width
+from sweeps.cli.completing import complete_quantities, complete_scene
+from sweeps.cli.exits import (
+    FAILURE,
+    announce_compiling,
+    end,
+    guarded,
+    say,
+    terminal_width,
+    warn,
+)
 from sweeps.cli.files import check_output, opened, writing
+from sweeps.optimising.limits import DESIGNS, GENERATIONS, RESTARTS
 
-__all__ = ["best", "sensitivities"]
+__all__ = ["best", "optimise", "sensitivities"]
 
 
 @click.command()
@@ -99,6 +109,118 @@ def best(
 
 def _names(text: str | None) -> list[str]:
     return [] if text is None else [name.strip() for name in text.split(",")]
+
+
+@click.command()
+@click.argument("scene", shell_complete=complete_scene)
+@click.option(
+    "--least",
+    multiple=True,
+    metavar="NAMES",
+    shell_complete=complete_quantities,
+    help="Quantities or searched keys of which less is better. With several names, of --least and "
+    "--most together, the Pareto front is found.",
+)
+@click.option(
+    "--most",
+    multiple=True,
+    metavar="NAMES",
+    shell_complete=complete_quantities,
+    help="Those of which more is better.",
+)
+@click.option(
+    "--within",
+    multiple=True,
+    metavar="CONDITION",
+    help="Condition such as 'delta <= 1/200', at every value of the scene's axes. May be given "
+    "several times; all must hold.",
+)
+@click.option(
+    "--over",
+    multiple=True,
+    metavar="KEY[=RANGE]",
+    help="What may vary: 'inertia = 0.2 to 5', 'inertia = 0.2 to 5 log', 'cylinders = 4, 6', "
+    "'arrangement = in-line 6 | boxer 6', or keys of the scene's [sample] with commas. May be "
+    "given several times. Default: all of [sample].",
+)
+@click.option(
+    "--not-counted",
+    metavar="OUTCOMES",
+    help="Outcomes whose points are left out, such as no_steady_state (idle).",
+)
+@click.option(
+    "--designs",
+    default=DESIGNS,
+    show_default=True,
+    help="Designs of a generation.",
+)
+@click.option(
+    "--generations", default=GENERATIONS, show_default=True, help="Generations of a search."
+)
+@click.option(
+    "--restarts",
+    default=RESTARTS,
+    show_default=True,
+    help="Searches, each from other first designs.",
+)
+@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
+@click.option(
+    "-o", "--output", type=PATH, help="Also write all designs that were computed to this archive."
+)
+@overwrite_option()
+@threads_option
+@quiet_option
+@guarded
+def optimise(
+    scene: str, least: tuple[str, ...], most: tuple[str, ...], within: tuple[str, ...],
+    over: tuple[str, ...], not_counted: str | None, designs: int, generations: int,
+    restarts: int, seed: int, output: Path | None, overwrite: bool, threads: int | None,
+    quiet: bool,
+) -> None:  # fmt: skip  # one parameter for each option
+    """Search SCENE for the design with the least, or most, of a quantity, under conditions.
+
+    The conditions hold at every value of the scene's axes. The least inertia under a limit of delta
+    follows exactly; all else is searched by generations of designs, and the best of those that
+    were computed is printed. An interrupted search writes nothing. Ends with 1 where no design
+    fulfils the conditions.
+
+    Lightest flywheel for 1/200: `engine-dyn optimise my.toml --least inertia --within "delta <=
+    1/200" --over "inertia = 0.2 to 5"`.
+    """
+    import sys
+    import warnings
+
+    if output is not None:
+        check_output(output, overwrite, Path(scene))
+    from sweeps.dimensions import FOUND
+    from sweeps.optimising.optimise import optimise as search
+    from sweeps.presenting.optimised import optimised_text
+
+    announce_compiling(quiet)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the archive has them, and they are printed below
+        found = search(
+            scene, least=_several(least), most=_several(most), within=within,
+            over=list(over) or None, not_counted=_names(not_counted), number=designs,
+            generations=generations, restarts=restarts, seed=seed, threads=threads,
+            progress=not quiet and sys.stderr.isatty(),
+        )  # fmt: skip
+    if output is not None:
+        from sweeps.archive.netcdf import write
+
+        with writing(output):
+            write(found, output, overwrite=overwrite)
+    if not quiet:
+        warn(found.attrs["warnings"].splitlines())
+        say(optimised_text(found))
+        if output is not None:
+            say(f"{output}: all of them; engine-dyn show, plot and best take it")
+    if not found[FOUND].values.any():
+        end("no design that was computed fulfils the conditions", FAILURE)
+
+
+def _several(texts: tuple[str, ...]) -> list[str]:
+    return [name for text in texts for name in _names(text)]
 
 
 @click.command()

@@ -25,7 +25,14 @@ from sweeps.reading.netcdf_files import slabs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["TEXT", "EveryPoint", "Judged", "best_at_every_point", "front_at_every_point"]
+__all__ = [
+    "TEXT",
+    "EveryPoint",
+    "Judged",
+    "best_at_every_point",
+    "front_at_every_point",
+    "outcomes_given",
+]
 
 AT_ONCE = 1 << 22
 """Designs that are compared at a time; each takes some twenty bytes."""
@@ -94,15 +101,27 @@ def front_at_every_point(
     return found
 
 
-def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
-    words = [not_counted] if isinstance(not_counted, str) else list(not_counted)
+def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
+    """Codes of the outcomes that are not counted.
+
+    Raises
+    ------
+    SceneError
+        For words that are no outcome of a design that failed.
+    """
     failed = {word: code for code, word in enumerate(MEANINGS) if code not in WITH_NUMBERS}
+    words = names_given(not_counted, "not_counted")
     for word in words:
         if word not in failed:
             raise SceneError(f"not counted: {shown(word)}: unknown{not_known(word, failed)}")
-    if words and "status" not in archive:
-        raise SceneError("not counted: the archive has no status: none of its designs can fail")
     return [failed[word] for word in words]
+
+
+def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
+    codes = outcomes_given(not_counted)
+    if codes and "status" not in archive:
+        raise SceneError("not counted: the archive has no status: none of its designs can fail")
+    return codes
 
 
 @dataclass

@@ -34,7 +34,7 @@ from sweeps.dimensions import DESIGN, LABELS, PARAMETER
 from sweeps.errors import SceneError, counted, shown
 from sweeps.exploring.columns import chosen_quantities
 from sweeps.reading.libraries import library
-from sweeps.scene.sample import parameters_of
+from sweeps.scene.sample import SEARCH, parameters_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -176,6 +176,11 @@ def _study_of(archive: xr.Dataset) -> _Study:
     """Find out how the designs were chosen."""
     scene = json.loads(archive.attrs.get("scene", "{}"))
     sample = scene.get("sample")
+    if sample and sample.get("method") == SEARCH:
+        raise SceneError(
+            "the designs were found by a search, which favours the best ones: they tell no shares "
+            "of a variance; draw a sample for that"
+        )
     if DESIGN not in archive.dims:
         axes = [str(d) for d in archive.dims if d in archive.coords and archive.sizes[d] > 1]
         grid = {d: archive[d].values for d in axes if d in scene.get("axes", {d: None})}

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
+from sweeps.dimensions import SEARCHED
 from sweeps.errors import SceneError, did_you_mean, outside_axis, shown
 from sweeps.figures.options import Options, check_targets, turned
 from sweeps.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
@@ -23,7 +24,7 @@ from sweeps.ratios import number_or_ratio
 MOST_ASIDES = 4
 """Families away from the nominal design that get curves; a grid of designs has many more."""
 
-BOOKKEEPING = ("case", "start_speed", "start_angle", "passes")
+BOOKKEEPING = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
 """Columns of a list of designs that say how a design was computed and not what it is."""
 
 FOLLOWERS = {

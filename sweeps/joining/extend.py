@@ -24,7 +24,7 @@ from sweeps.planning.plan import Plan
 from sweeps.planning.shards import part
 from sweeps.running.into_archive import remove_folder, run
 from sweeps.running.options import Options, Stopped
-from sweeps.scene.sample import WORDS, drawn, read_sample
+from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
 
 __all__ = ["extend", "extend_sample"]
 
@@ -182,6 +182,11 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
     where = f"{old.path}: --number {number}"
     if sample is None:
         raise SceneError(f"{where}: the scene has no [sample]; --axis adds points to an axis")
+    if sample.method == SEARCH:
+        raise SceneError(
+            f"{where}: its designs were found by a search, which has no following points; run "
+            "`engine-dyn optimise` with more generations"
+        )
     if sample.method == "latin_hypercube":
         raise SceneError(
             f"{where}: a Latin hypercube cannot be extended, because each of its points stands for "

@@ -13,7 +13,6 @@ from sweeps.ratios import ratio_text
 
 if TYPE_CHECKING:
     from sweeps.scene.model import Scene
-from sweeps.scene.sample import METHODS
 
 __all__ = ["scene_text"]
 
@@ -110,7 +109,7 @@ def _varying(scene: Scene) -> list[str]:
         lines.append(f"  {key} = {_listed(values)} {about}".rstrip())
     if scene.designs or scene.labels:
         first: Any = next(iter([*scene.designs.values(), *scene.labels.values()]))
-        how = "" if scene.sample is None else f"drawn as {METHODS[scene.sample.method]}, "
+        how = "" if scene.sample is None else f"{scene.sample.how}, "
         lines.append(f"  together, {how}{counted(len(first), 'design')}:")
         for label, texts in scene.labels.items():
             said = _listed(texts) if scene.sample is None else scene.sample.parameters[label].words

@@ -19,6 +19,7 @@ OPTIONS = (
     "progress", "threads", "resume", "overwrite", "memory", "scheduler", "compression", "single",
     "full_paths", "archive", "computed", "vary", "teeth", "tooth_deviation", "loss", "predict",
     "largest_condition", "false_alarms",
+    "least", "most", "within", "over", "not_counted", "number", "generations", "restarts", "seed",
 )  # fmt: skip
 """Keywords of `sweeps.run` and others that are no tables; a misspelt one arrives here."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -53,7 +53,15 @@ from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.uncertainty import read_uncertainty
 from sweeps.scene.values import GivenValues
 
-__all__ = ["built_in_scenes", "is_scene", "read_scene", "scene_of", "with_uncertainty"]
+__all__ = [
+    "GivenScene",
+    "built_in_scenes",
+    "given_scene",
+    "is_scene",
+    "read_scene",
+    "scene_of",
+    "with_uncertainty",
+]
 
 MOST_DESIGNS = 10**15
 
@@ -114,6 +122,31 @@ def read_scene(
                 "file, name or dict"
             )
         return scene
+    given = given_scene(scene, **tables)
+    return scene_of(given.raw, given.name, given.base, given.path, instead=given.instead)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenScene:
+    """A scene as it was given, before its tables are looked at: arguments of `scene_of`."""
+
+    raw: dict[str, Any]
+    name: str
+    base: Path
+    path: Path | None
+    instead: Mapping[Path, bytes]
+
+
+def given_scene(
+    scene: str | Path | Mapping[str, Any] | None = None, **tables: Unpack[Tables]
+) -> GivenScene:
+    """Find a scene and read its tables, which are not checked yet; see `read_scene`.
+
+    Raises
+    ------
+    SceneError
+        For what is no scene, and files that cannot be read.
+    """
     path: Path | None = None
     if hasattr(scene, "data_vars"):
         raise SceneError("scene: is a dataset; must be a path, a name, a dict or a Scene")
@@ -135,7 +168,7 @@ def read_scene(
             path, name = None, f"{name} with {', '.join(tables)}"
     given, texts = plain_objects(given, name)
     instead = {base / file: text.encode() for file, text in texts.items()}
-    return scene_of(plain(given, name), name, base, path, instead=instead)
+    return GivenScene(plain(given, name), name, base, path, instead)
 
 
 def with_uncertainty(scene: str | Path) -> Scene:

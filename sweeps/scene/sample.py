@@ -22,6 +22,7 @@ from sweeps.scene.distributions import Distribution, read_distribution
 
 __all__ = [
     "METHODS",
+    "SEARCH",
     "WORDS",
     "Sample",
     "drawn",
@@ -36,6 +37,9 @@ METHODS = {
     "saltelli": "Saltelli's design for Sobol' indices",
 }
 """Ways to draw, in words."""
+
+SEARCH = "search"
+"""What archives of a search have for a method: their designs were looked for, not drawn."""
 
 LARGEST = 1 << 24
 """Designs that one sample may have."""
@@ -57,7 +61,7 @@ class Sample:
     Attributes
     ----------
     method : str
-        One of `METHODS`.
+        One of `METHODS`; `SEARCH` for designs that a search has chosen.
     number : int
         Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
         there are parameters and two more.
@@ -81,7 +85,12 @@ class Sample:
     def words(self) -> str:
         """What is drawn, in words."""
         count = counted(self.number * self.group, "design")
-        return f"{count}, {METHODS[self.method]}, seed {self.seed}"
+        return f"{count}, {METHODS.get(self.method, 'a search')}, seed {self.seed}"
+
+    @property
+    def how(self) -> str:
+        """How the designs were chosen, in words."""
+        return "found by a search" if self.method == SEARCH else f"drawn as {METHODS[self.method]}"
 
 
 def with_sample(
@@ -111,7 +120,8 @@ def with_sample(
             f"{name}: [sample] and [designs]: only one of them is allowed, because the values "
             "that [sample] draws are the designs; what else varies belongs in [axes]"
         )
-    sample = read_sample(raw["sample"], f"{name}: [sample]", words=WORDS)
+    where = f"{name}: [sample]"
+    sample = read_sample(raw["sample"], where, words=WORDS, known=columns is not None)
     for key in sample.parameters:
         for table in ("set", "axes", "solver"):
             inside = raw.get(table)
@@ -132,7 +142,9 @@ def parameters_of(raw: Mapping[str, Any]) -> list[str]:
     return [key for key in raw if key not in _OWN]
 
 
-def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
+def read_sample(
+    raw: Any, where: str, *, words: tuple[str, ...] = (), known: bool = False
+) -> Sample:
     """Check what a table [sample] asks for; nothing is drawn.
 
     Parameters
@@ -143,6 +155,8 @@ def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
         What messages call it.
     words : tuple of str
         Keys beside the parameters that may be drawn from lists of texts.
+    known : bool
+        Whether the values are known, so that a search may have chosen them.
 
     Raises
     ------
@@ -153,7 +167,7 @@ def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
     if not isinstance(raw, Mapping):
         raise SceneError(f"{where} = {shown(raw)}: must be a table")
     method = raw.get("method", "sobol")
-    if not isinstance(method, str) or method not in METHODS:
+    if not isinstance(method, str) or method not in (*METHODS, *([SEARCH] if known else ())):
         raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
     parameters = {
         key: read_distribution(item, f"{where} {key}", known_key(key, where, also=words))
@@ -164,7 +178,7 @@ def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
             f"{where}: no parameter; at least one is needed, such as inertia = {{ low = 1.0, "
             "high = 12.0 }}"
         )
-    if method != "latin_hypercube" and len(parameters) > MOST_OF_SOBOL:
+    if method in ("sobol", "saltelli") and len(parameters) > MOST_OF_SOBOL:
         raise SceneError(
             f"{where}: {counted(len(parameters), 'parameter')}; with method = '{method}' there "
             f"must be at most {MOST_OF_SOBOL} (use 'latin_hypercube')"
@@ -177,6 +191,8 @@ def read_sample(raw: Any, where: str, *, words: tuple[str, ...] = ()) -> Sample:
             f"{where} seed = {shown(seed)}: must be a whole number from 0 to 4294967295"
         )
     sample = Sample(method, 0, seed, parameters)
+    if method == SEARCH:
+        return Sample(method, int(raw["number"]), seed, parameters)
     return Sample(method, _number(raw["number"], sample, f"{where} number"), seed, parameters)
 
 

@@ -61,7 +61,7 @@ def test_keywords_are_the_tables_of_a_scene() -> None:
     assert named == set(SceneFile.model_fields)
     of_scenes = [
         sweeps.run, sweeps.plan, sweeps.read_scene, sweeps.stream, sweeps.measured, sweeps.identify,
-        sweeps.follow_cycles, sweeps.cylinder_deviations,
+        sweeps.follow_cycles, sweeps.cylinder_deviations, sweeps.optimise,
     ]  # fmt: skip
     options: set[str] = set()
     for function in of_scenes:

@@ -1,0 +1,210 @@
+"""What a search is asked for: a scene, what may vary, what is least or most, and conditions.
+
+Everything that can be seen to be wrong without computing is refused here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS, QUANTITIES
+from sweeps.checks import names_given
+from sweeps.dimensions import DESIGN
+from sweeps.errors import SceneError, not_known, shown
+from sweeps.exploring.conditions import Constraint, conditions_of
+from sweeps.exploring.every_point import outcomes_given
+from sweeps.optimising.space import Space, read_space
+from sweeps.planning.plan import Plan, make_plan
+from sweeps.scene.reading import GivenScene, scene_of
+from sweeps.scene.sample import SEARCH
+
+__all__ = ["Task", "read_task"]
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A search as it was asked for.
+
+    Attributes
+    ----------
+    given : GivenScene
+        The scene without [sample], and without values of what is searched.
+    space : Space
+        What may vary.
+    wanted : tuple of (str, float)
+        Quantities and parameters, with 1 where less is wanted and -1 where more is.
+    conditions : tuple of Constraint
+        What must hold at every point.
+    not_counted : tuple of str
+        Outcomes whose points are left out.
+    quantities : tuple of str
+        What is computed: what the scene asks for and what the search is about, without curves.
+    left_out : tuple of str
+        Curves that the scene asks for.
+    files : dict of bytes
+        The files that the scene names: they are read once.
+    points : tuple of str
+        The scene's axes.
+    seed : int
+        Of the random numbers.
+    """
+
+    given: GivenScene
+    space: Space
+    wanted: tuple[tuple[str, float], ...]
+    conditions: tuple[Constraint, ...]
+    not_counted: tuple[str, ...]
+    quantities: tuple[str, ...]
+    left_out: tuple[str, ...]
+    files: Mapping[str, bytes]
+    points: tuple[str, ...]
+    seed: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it is about: of which less or more is wanted, and what the conditions limit."""
+        return tuple(
+            dict.fromkeys((*(n for n, _ in self.wanted), *(c.name for c in self.conditions)))
+        )
+
+    def plan(self, columns: Mapping[str, Any], number: int) -> Plan:
+        """Plan of some designs; `number` is how many of them the scene is said to have."""
+        return _plan_of(
+            self.given, self.space, columns, self.quantities, number, self.seed, self.files
+        )
+
+
+def _plan_of(
+    given: GivenScene, space: Space, columns: Mapping[str, Any], quantities: Sequence[str],
+    number: int, seed: int, files: Mapping[str, bytes] | None = None,
+) -> Plan:  # fmt: skip
+    sample = {"method": SEARCH, "number": number, "seed": seed, **space.tables}
+    output = {**(given.raw.get("output") or {}), "quantities": list(quantities)}
+    raw = {"sample": sample, **given.raw, "output": output}  # the first table varies slowest
+    return make_plan(
+        scene_of(raw, given.name, given.base, given.path, files, given.instead, columns)
+    )
+
+
+def read_task(
+    given: GivenScene, over: Any, least: str | Sequence[str], most: str | Sequence[str],
+    within: str | Sequence[str], not_counted: str | Sequence[str], seed: int,
+) -> Task:  # fmt: skip
+    """Check what a search is asked for; see `sweeps.optimise`.
+
+    Raises
+    ------
+    SceneError
+        In one line.
+    """
+    raw, name = given.raw, given.name
+    for table in ("designs", "uncertainty", "measured", "reference"):
+        if raw.get(table) is not None:
+            why = "a search finds the designs" if table == "designs" else "not of a search"
+            raise SceneError(f"{name}: [{table}]: not allowed with optimise: {why}")
+    wanted = _wanted(least, most)
+    conditions = conditions_of(within)
+    outcomes_given(not_counted)
+    space = read_space(over, raw, name)
+    names = list(dict.fromkeys([*(n for n, _ in wanted), *(c.name for c in conditions)]))
+    for one in names:
+        _check_known(one, space, raw)
+    searched = _without(raw, space)
+    given = GivenScene(searched, name, given.base, given.path, given.instead)
+    output = raw.get("output")
+    asked = output.get("quantities", []) if isinstance(output, Mapping) else []
+    if not isinstance(asked, list) or not all(isinstance(q, str) for q in asked):
+        raise SceneError(f"{name}: [output] quantities = {shown(asked)}: must be a list of texts")
+    own = [q for q in asked if q not in names]
+    quantities = [*own, *(one for one in names if one in QUANTITIES)]
+    if not quantities:
+        raise SceneError(
+            "least and most: nothing that is computed; at least one quantity is needed"
+        )
+    few = space.one_of_each()
+    plan = _plan_of(given, space, space.columns(few), quantities, len(few), seed)
+    for one in names:
+        if one in QUANTITIES:
+            _check_number(one, plan)
+    for one, _ in wanted:
+        if one in QUANTITIES and DESIGN not in plan.dims(one):
+            raise SceneError(f"{one}: changes with nothing that is searched: {_listed(space)}")
+    curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
+    # What is computed beside quantities, such as elasticities, is left out with them.
+    curves += [q for q in own if q not in QUANTITIES]
+    kept = [q for q in quantities if q not in curves]
+    points = tuple(d for d in plan.scene.dimensions if d != DESIGN)
+    return Task(
+        given, space, tuple(wanted), tuple(conditions),
+        tuple(names_given(not_counted, "not_counted")), tuple(kept), tuple(curves),
+        plan.scene.files, points, seed,
+    )  # fmt: skip
+
+
+def _wanted(least: str | Sequence[str], most: str | Sequence[str]) -> list[tuple[str, float]]:
+    wanted = [(n, 1.0) for n in names_given(least, "least")]
+    wanted += [(n, -1.0) for n in names_given(most, "most")]
+    if not wanted:
+        raise SceneError("optimise: least and most: neither is given; at least one name is needed")
+    for number, (name, _) in enumerate(wanted):
+        if name in [other for other, _ in wanted[:number]]:
+            raise SceneError(f"optimise: {name} is given twice; each name once")
+    return wanted
+
+
+def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
+    """Check that a name is a quantity or a number that is searched."""
+    if name == "status":
+        raise SceneError("status: is an outcome, no number; designs that failed are never found")
+    if name in QUANTITIES:
+        return
+    searched = [key for key in space.parameters if key in PARAMETERS]
+    if name in searched:
+        return
+    if name in space.parameters:
+        raise SceneError(f"{name}: is a word, of which there is no less or more")
+    if name in (raw.get("axes") or {}):
+        raise SceneError(
+            f"{name}: is an axis of the scene, at all values of which the conditions must hold; "
+            "search it instead (--over)"
+        )
+    if name in PARAMETERS:
+        raise SceneError(
+            f"{name}: is a parameter that is not searched; searched are {_listed(space)}"
+        )
+    raise SceneError(
+        f"{shown(name)}: not computed"
+        f"{not_known(name, [*QUANTITIES, *searched], command='engine-dyn list quantities')}"
+    )
+
+
+def _curve(name: str, plan: Plan) -> list[str]:
+    """Dimensions of a quantity beside those of designs and bearings."""
+    return [d for d in plan.dims(name) if d in DIMENSIONS and d not in ALONG_SHAFT]
+
+
+def _check_number(name: str, plan: Plan) -> None:
+    """Check that a quantity has one number for each design and bearing."""
+    curve = _curve(name, plan)
+    if curve:
+        largest = f"{name}_max"
+        hint = f"; take {largest}" if largest in QUANTITIES else ""
+        raise SceneError(
+            f"{name}: not one number a design, it is over {', '.join(curve)}: nothing that can be "
+            f"least or have a limit{hint}"
+        )
+
+
+def _without(raw: Mapping[str, Any], space: Space) -> dict[str, Any]:
+    """Tables of a scene without [sample] and without values of what is searched."""
+    found = {key: table for key, table in raw.items() if key not in ("sample", *space.parameters)}
+    settings = raw.get("set")
+    if isinstance(settings, Mapping):
+        found["set"] = {key: v for key, v in settings.items() if key not in space.parameters}
+    return found
+
+
+def _listed(space: Space) -> str:
+    return ", ".join(space.parameters)

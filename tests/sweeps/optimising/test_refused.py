@@ -1,0 +1,161 @@
+"""What a search refuses, in one line and before anything is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import sweeps
+from sweeps.errors import SceneError
+from sweeps.optimising import evaluation, least_inertia
+from sweeps.optimising.space import read_space
+
+BASE: dict[str, Any] = {
+    "engine": "ntua",
+    "set": {"load": 50.0},
+    "axes": {"speed": [1200.0, 1500.0]},
+    "least": "delta",
+    "over": "inertia = 2 to 8",
+}
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "nothing wanted": ({"least": ()}, "least and most: neither is given"),
+    "unknown": ({"least": "dleta"}, "'dleta': not computed; did you mean 'delta'?"),
+    "unknown in a condition": (
+        {"within": "shaft_stress <= 1"},
+        "'shaft_stress': not computed",
+    ),
+    "a curve": (
+        {"least": "torque"},
+        "torque: not one number a design, it is over crank_angle: nothing that can be least or "
+        "have a limit; take torque_max",
+    ),
+    "a curve in a condition": ({"within": "omega <= 10"}, "omega: not one number a design"),
+    "an outcome": ({"least": "status"}, "status: is an outcome"),
+    "twice": ({"least": ["delta", "delta"]}, "delta is given twice"),
+    "least and most": ({"most": "delta"}, "delta is given twice"),
+    "an axis": (
+        {"least": ["delta", "speed"]},
+        "speed: is an axis of the scene, at all values of which the conditions must hold; search "
+        "it instead",
+    ),
+    "not searched": (
+        {"within": "stroke <= 0.2"},
+        "stroke: is a parameter that is not searched; searched are inertia",
+    ),
+    "a word": (
+        {
+            "over": ["inertia = 2 to 8", "arrangement = in-line 1 | in-line 2"],
+            "least": "arrangement",
+        },
+        "arrangement: is a word, of which there is no less or more",
+    ),
+    "changes with nothing": (
+        {"least": "imep"},
+        "imep: changes with nothing that is searched: inertia",
+    ),
+    "what the engine lacks": (
+        {"least": "shaking_moment_max"},
+        "'shaking_moment_max' needs cylinder_",
+    ),
+    "no condition": ({"within": "delta = 1"}, "condition 'delta = 1': must be a name"),
+    "an unknown outcome": (
+        {"not_counted": "idle"},
+        "not counted: 'idle': unknown",
+    ),
+    "nothing to search": ({"over": None}, "scene: nothing to search: no [sample]"),
+    "an empty range": ({"over": "inertia = 2 to 2"}, "over inertia: low = 2 and high = 2"),
+    "reversed": ({"over": "inertia = 8 to 2"}, "over inertia: low = 8 and high = 2: low must be"),
+    "outside": ({"over": "inertia = -1 to 2"}, "over inertia low = -1: must be a finite number"),
+    "one value": ({"over": "inertia = 2"}, "over inertia = [2]: must have at least two values"),
+    "no range": ({"over": "inertia = two to 8"}, "over 'inertia = two to 8': must be 'inertia ="),
+    "an unknown key": ({"over": "inertai = 2 to 8"}, "over inertai: unknown key; did you mean"),
+    "a quantity": ({"over": "delta = 1 to 2"}, "over delta: unknown key: is a quantity"),
+    "not in the sample": (
+        {"over": "inertia"},
+        "over 'inertia': not in [sample] of scene; with a range it is searched too, such as "
+        "'inertia = 0.2 to 5'",
+    ),
+    "over twice": (
+        {"over": ["inertia = 2 to 8", "inertia = 3 to 8"]},
+        "over inertia: given twice",
+    ),
+    "over an axis": (
+        {"over": "speed = 1000 to 2000"},
+        "over speed: is an axis of the scene",
+    ),
+    "over nothing": ({"over": 3}, "over = 3: must be"),
+    "one word": (
+        {"over": "arrangement = in-line 2"},
+        "over arrangement = ['in-line 2']: must have at least two values",
+    ),
+    "designs": (
+        {"designs": {"inertia": [1.0, 2.0]}},
+        "scene: [designs]: not allowed with optimise",
+    ),
+    "few designs": ({"number": 4}, "optimise: number = 4: must be a whole number from 8"),
+    "no generation": ({"generations": 0}, "optimise: generations = 0: must be a whole number"),
+    "half a restart": ({"restarts": 1.5}, "optimise: restarts = 1.5: must be a whole number"),
+    "seed": ({"seed": -1}, "optimise: seed = -1: must be a whole number from 0"),
+    "too many": (
+        {"number": 1_000_000, "generations": 1000},
+        "optimise: number x generations x restarts = 3000000000: must be at most 16777216",
+    ),
+    "an unknown keyword": ({"wihtin": "delta <= 1"}, "wihtin: unknown keyword; did you mean"),
+}
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: Any, **__: Any) -> None:
+        raise AssertionError("computed")
+
+    monkeypatch.setattr(evaluation, "compute", never)
+    monkeypatch.setattr(least_inertia, "compute", never)
+
+
+@pytest.mark.parametrize("case", list(WRONG))
+def test_bad_input_is_told_in_one_line(case: str) -> None:
+    changed, expected = WRONG[case]
+    with pytest.raises(SceneError) as error:
+        sweeps.optimise(**{**BASE, **changed})
+    assert expected in str(error.value) and "\n" not in str(error.value)
+
+
+def test_what_does_not_fit_into_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "MOST_MEMORY", 1e-9)
+    with pytest.raises(SceneError, match=r"92160 designs need .* of memory"):
+        sweeps.optimise(**BASE)
+
+
+def test_a_scene_that_is_read_is_refused() -> None:
+    scene = sweeps.read_scene("first")
+    with pytest.raises(SceneError, match="is read already"):
+        sweeps.optimise(scene, least="delta")
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    monkeypatch.setattr(evaluation.Designs, "check_memory", lambda *_: None)
+    monkeypatch.setitem(sys.modules, "pymoo.core.problem", None)
+    with pytest.raises(SceneError, match=r"optimise: needs pymoo, .*engine-dyn\[optimise\]"):
+        sweeps.optimise(**BASE)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("inertia = 0.2 to 5", {"inertia": {"low": 0.2, "high": 5}}),
+        ("inertia=0.2..5 log", {"inertia": {"low": 0.2, "high": 5, "spacing": "log"}}),
+        ("crank_ratio = 1/5 to 1/3", {"crank_ratio": {"low": 0.2, "high": 1 / 3}}),
+        ("cylinders = 2, 4,6", {"cylinders": [2, 4, 6]}),
+        ("cylinders = 2 to 6", {"cylinders": {"low": 2, "high": 6}}),
+        ("arrangement = in-line 4| W6 0,90 ", {"arrangement": ["in-line 4", "W6 0,90"]}),
+        ("stroke, bore", {"stroke": [0.1, 0.2], "bore": {"low": 0.1, "high": 0.2}}),
+    ],
+)
+def test_ranges_in_place(text: str, expected: dict[str, Any]) -> None:
+    sample = {"number": 4, "stroke": [0.1, 0.2], "bore": {"low": 0.1, "high": 0.2}}
+    assert read_space(text, {"sample": sample}, "scene").tables == expected
