@@ -22,10 +22,12 @@ __all__ = [
     "ADMISSIBLE",
     "DENSITIES",
     "RIM_SPEEDS",
+    "VERDICTS",
     "MethodOne",
     "RequiredInertia",
     "Triangle",
     "energy_swing_inertia",
+    "inertia_behind",
     "largest_diameter",
     "mean_diameter",
     "method_one",
@@ -34,7 +36,9 @@ __all__ = [
     "ring_inertia",
     "ring_mass",
     "ring_thickness",
+    "shaft_torque",
     "triangular_torque",
+    "verdict",
 ]
 
 RIM_SPEEDS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -65,7 +69,77 @@ ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 3.2.1; road vehicle: Power units, lecture 18."""
 
 
+VERDICTS = ("within", "below", "above")
+"""What the numbers 0, 1 and 2 of a verdict say of a value and its usual range."""
+
+
+# --- the shaft beside the flywheel ----------------------------------------------------------------
+
+
+def inertia_behind(inertia: Any, in_front: Any) -> Any:
+    """Inertia on the flywheel's side of a cut through the shaft [kg m2]: all less that in front.
+
+    Parameters
+    ----------
+    inertia : array_like
+        Of engine, flywheel and load at the crank [kg m2].
+    in_front : array_like
+        Of the running gear, as its cycle mean, and of the auxiliaries [kg m2].
+
+    Returns
+    -------
+    ndarray
+        NaN where the running gear alone has more than all of it, which no engine has.
+
+    Examples
+    --------
+    >>> round(float(inertia_behind(2.0, 0.25)), 6)
+    1.75
+    """
+    rest = np.asarray(inertia, dtype=float) - in_front
+    return np.where(rest >= 0.0, rest, np.nan)
+
+
+def shaft_torque(load_torque: Any, inertia: Any, angular_acceleration: Any) -> Any:
+    """Torque that a rigid shaft transmits to the flywheel [N m], positive where it drives it.
+
+    Newton's law for flywheel and load, which turn with the crank: M_F = M_L + Theta_F eps, with
+    eps the angular acceleration. By the equation of motion, docs/method.md (21) and (27), it equals
+    the torque of the engine less what accelerates the inertia in front of the cut.
+
+    Parameters
+    ----------
+    load_torque : array_like
+        Of the load less that of a driver, both of which act behind the cut [N m].
+    inertia : array_like
+        Of flywheel and load at the crank [kg m2].
+    angular_acceleration : array_like
+        [rad/s2].
+
+    Examples
+    --------
+    >>> float(shaft_torque(100.0, 2.0, -30.0))
+    40.0
+    """
+    return load_torque + inertia * angular_acceleration
+
+
 # --- Asgari's method 1 ----------------------------------------------------------------------------
+
+
+def verdict(value: Any, low: Any, high: Any) -> Any:
+    """Whether values lie in a usual range: the numbers of `VERDICTS`, NaN where there is no value.
+
+    The ends belong to the range. Asgari, eqs. 14, 16 and 18.
+
+    Examples
+    --------
+    >>> verdict([42.4, 30.0, 50.0], 40.0, 45.0).tolist()
+    [0.0, 1.0, 2.0]
+    """
+    value = np.asarray(value, dtype=float)
+    found = np.where(value < low, 1.0, np.where(value > high, 2.0, 0.0))
+    return np.where(np.isnan(value), np.nan, found)
 
 
 def rim_speed(outer_diameter: Any, speed: Any) -> Any:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.errors import SceneError, not_known, one_line, shown
@@ -253,7 +253,7 @@ def known_key(
     node = PARAMETERS.get(key)
     if node is None:
         known = [*(name for name in PARAMETERS if name not in without), *also]
-        if key in QUANTITIES:
+        if key in ALL_QUANTITIES:
             raise SceneError(
                 f"{where} {key}: unknown key: is a quantity, which is computed; must be a "
                 "parameter. Allowed: what `engine-dyn list keys` shows"

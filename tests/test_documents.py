@@ -183,6 +183,11 @@ def test_no_path_of_a_machine() -> None:
         assert not re.search(r"(?:^|[\s`(])/(?:home|root|tmp|work|usr|opt|Users)/", text)
 
 
+def test_torques_beside_the_flywheel_are_current() -> None:
+    table = validation.balance_study.shaft_torque_table(sweeps.run("asgari_flywheel"))
+    assert table in DOCUMENTS["flywheel.md"]
+
+
 # Validation ---------------------------------------------------------------------------------------
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")

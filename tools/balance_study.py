@@ -211,6 +211,34 @@ def draw_shaft(path: Path) -> None:
         shutil.copyfile(made["shaking_force_polar_balance_shaft_mass"], path)
 
 
+def draw_shaft_torques(folder: Path) -> None:
+    """Draw the torques before and behind the flywheel at the lowest speed of Asgari's Table 2."""
+    from sweeps.figures import draw
+
+    names = ("flywheel_shaft_torque", "load_shaft_torque")
+    archive = sweeps.run("asgari_flywheel").isel(speed=0)
+    archive = archive[[*names, *(f"{name}_rms" for name in names)]]
+    with tempfile.TemporaryDirectory() as made_in:
+        made = {file.stem: file for file in draw(archive, made_in)}
+        for name in names:
+            shutil.copyfile(made[f"{name}_flywheel_inertia"], folder / f"{name}.png")
+
+
+def shaft_torque_table(archive: Any) -> str:
+    """Asgari's Table 2 beside both torques of the rigid shaft: the table of docs/flywheel.md."""
+    rows = []
+    for inertia in archive["flywheel_inertia"].values:
+        for speed in archive["speed"].values[:4]:
+            at = archive.sel(flywheel_inertia=inertia, speed=speed)
+            rows.append(
+                [f"{inertia:g}", f"{speed:g}", f"{float(at['load_shaft_torque_rms_published']):g}",
+                 f"{float(at['flywheel_shaft_torque_rms']):.1f}",
+                 f"{float(at['load_shaft_torque_rms']):.1f}"]
+            )  # fmt: skip
+    heads = ["flywheel (kg m²)", "speed (rpm)", "printed", "before the flywheel", "behind it"]
+    return table(heads, rows, texts=0)
+
+
 def values() -> dict[str, str]:
     """What the places of the template are filled with."""
     archive = asgari()

@@ -855,6 +855,7 @@ def main() -> None:
         draw_two_diagrams(FIGURES / "ntua_diagrams.png")
         draw_thesis(FIGURES / "torque_and_speed.png")
         balance_study.draw_shaft(FIGURES / "shaking_force.png")
+        balance_study.draw_shaft_torques(FIGURES)
         print(f"written: {FIGURES.relative_to(ROOT)}")
 
 

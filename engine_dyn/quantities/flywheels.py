@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,11 @@ PARAMETERS = (
         low=0.0, named=tuple(flywheel.DENSITIES.items()),
     ),
     parameter(
+        "rim_speed_lowest", r"v_{min}", "m s-1", "least usual speed of the flywheel's rim",
+        "Asgari eq. 14", low=0.0, low_included=True,
+        named=tuple((name, least) for name, (least, _) in flywheel.RIM_SPEEDS.items()),
+    ),
+    parameter(
         "rim_speed_limit", r"v_{max}", "m s-1", "largest speed of the flywheel's rim",
         "Asgari eq. 14", low=0.0,
         named=tuple((name, high) for name, (_, high) in flywheel.RIM_SPEEDS.items()),
@@ -69,12 +75,92 @@ def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
     return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
 
 
+_SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
+
+
+def _verdict(
+    name: str, symbol: str, long_name: str, source: str, needs: tuple[str, ...],
+    make: Callable[..., Any],
+) -> Node:  # fmt: skip
+    """Return a node that says whether a value lies in a usual range."""
+    return Node(
+        name, symbol, "1", long_name, source, needs=needs, make=make, meanings=flywheel.VERDICTS
+    )
+
+
 NODES = (
+    Node(
+        "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
+        "moment of inertia on the flywheel's side of the running gear: flywheel and load, at the "
+        "crank", "Kakaitsas eq. 3.2", when="given_inertia inertia_in_parts",
+        needs=("flywheel_inertia", "inertia_beyond_gear"),
+        make=lambda flywheel_inertia, inertia_beyond_gear: flywheel_inertia + inertia_beyond_gear,
+    ),
+    *(
+        Node(
+            "flywheel_side_inertia", r"\Theta_{F}", "kg m2",
+            "moment of inertia on the flywheel's side of the running gear: flywheel and load, at "
+            "the crank", "Kakaitsas eq. 3.2", when=when,
+            needs=("inertia", "engine_inertia", "auxiliary_inertia"),
+            make=lambda inertia, engine_inertia, auxiliary_inertia: flywheel.inertia_behind(
+                inertia, engine_inertia + auxiliary_inertia
+            ),
+        )
+        for when in ("given_inertia inertia_whole", "wanted_delta")
+    ),
+    Node(
+        "flywheel_shaft_torque", "M_{F}", "N m",
+        "torque in the shaft before the flywheel, from running gear to flywheel and load, rigid",
+        "Newton's law, Kakaitsas eqs. 3.1, 3.2", kind="curve",
+        needs=("load_torque", "driver_torque", "flywheel_side_inertia", "angular_acceleration"),
+        make=lambda load_torque, driver_torque, flywheel_side_inertia, angular_acceleration:
+        flywheel.shaft_torque(
+            load_torque - driver_torque, flywheel_side_inertia, angular_acceleration
+        ),
+    ),
+    Node(
+        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        public=False, when="wanted_delta", needs=("inertia_beyond_gear",),
+        make=lambda inertia_beyond_gear: inertia_beyond_gear,
+    ),
+    Node(
+        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        public=False, when="given_inertia inertia_in_parts", needs=("inertia_beyond_gear",),
+        make=lambda inertia_beyond_gear: inertia_beyond_gear,
+    ),
+    # Of an inertia that is given whole, the load's part is not known: scenes are refused.
+    Node(
+        "load_side_inertia", "", "kg m2", "moment of inertia of the load, at the crank",
+        public=False, when="given_inertia inertia_whole", kind="parameter",
+    ),
+    Node(
+        "load_shaft_torque", "M_{FL}", "N m",
+        "torque in the shaft behind the flywheel, from it to the load, at the crank, rigid",
+        "Newton's law, Kakaitsas eq. 3.1", kind="curve",
+        needs=("load_torque", "driver_torque", "load_side_inertia", "angular_acceleration"),
+        make=lambda load_torque, driver_torque, load_side_inertia, angular_acceleration:
+        flywheel.shaft_torque(
+            load_torque - driver_torque, load_side_inertia, angular_acceleration
+        ),
+    ),
     Node(
         "rim_speed", "v_f", "m s-1", "speed of the flywheel's rim", "Asgari eq. 15",
         needs=("flywheel_outer_diameter", "speed"),
         make=lambda flywheel_outer_diameter, speed: flywheel.rim_speed(
             flywheel_outer_diameter, speed
+        ),
+    ),
+    Node(
+        "flywheel_smallest_diameter", "D_{min}", "m",
+        "outer diameter of the flywheel at which its rim has the least usual speed",
+        "Asgari eqs. 14, 15", needs=("rim_speed_lowest", "speed"),
+        make=lambda rim_speed_lowest, speed: 2.0 * rim_speed_lowest / speed,
+    ),
+    _verdict(
+        "rim_speed_verdict", r"\chi_v", "whether the rim's speed lies within its limits",
+        "Asgari eq. 14", ("rim_speed", "rim_speed_lowest", "rim_speed_limit"),
+        lambda rim_speed, rim_speed_lowest, rim_speed_limit: flywheel.verdict(
+            rim_speed, rim_speed_lowest, rim_speed_limit
         ),
     ),
     Node(
@@ -96,6 +182,19 @@ NODES = (
         needs=("flywheel_mean_diameter", "stroke"),
         make=lambda flywheel_mean_diameter, stroke: flywheel_mean_diameter / stroke,
     ),
+    _verdict(
+        "diameter_over_stroke_verdict", r"\chi_D",
+        "whether the flywheel's mean diameter is 2 to 3 strokes", "Asgari eq. 16",
+        ("diameter_over_stroke",),
+        lambda diameter_over_stroke: flywheel.verdict(
+            diameter_over_stroke, *flywheel.DIAMETER_OVER_STROKE
+        ),
+    ),
+    Node(
+        "cycle_rate", "n_c", "min-1", "number of cycles a minute at nominal speed, of a cylinder",
+        "Asgari eq. 20", si=1.0 / 60.0, needs=("speed", "period"),
+        make=lambda speed, period: speed / period,
+    ),
     _of_triangle("cycle_work", "W", "J", "work of a cycle", "Asgari eqs. 20, 21", "work"),
     _of_triangle(
         "triangle_expansion_work", "W_E", "J", "triangular torque: work of the expansion",
@@ -112,6 +211,10 @@ NODES = (
     _of_triangle(
         "triangle_torque_excess", "T_{Ex}", "N m", "triangular torque: what stands above the mean",
         "Asgari eq. 27", "torque_excess",
+    ),
+    _of_triangle(
+        "triangle_base", "DE", "rad", "triangular torque: angle over which it is above the mean",
+        "Asgari eq. 28", "base",
     ),
     _of_triangle(
         "triangle_energy_swing", r"\Delta E", "J", "triangular torque: work above the mean",
@@ -166,18 +269,35 @@ NODES = (
         ),
     ),
     Node(
-        "inertia_share", "I_F/I_T", "1",
-        "flywheel's inertia over all of it, usually 0.8 to 0.9", "Asgari eq. 18",
-        needs=("flywheel_inertia_required", "inertia_required"),
-        make=lambda flywheel_inertia_required, inertia_required: flywheel_inertia_required
-        / inertia_required,
+        *_SIZED, public=False, when="wanted_delta", needs=("flywheel_inertia_required",),
+        make=lambda flywheel_inertia_required: flywheel_inertia_required,
     ),
     Node(
-        "flywheel_mass", "M_f", "kg", "mass of a ring with the flywheel's inertia",
-        "Asgari eq. 31", needs=("flywheel_inertia_required", *_RING),
-        make=lambda flywheel_inertia_required, flywheel_outer_diameter, flywheel_inner_diameter:
+        *_SIZED, public=False, when="given_inertia inertia_in_parts", needs=("flywheel_inertia",),
+        make=lambda flywheel_inertia: flywheel_inertia,
+    ),
+    # Of an inertia that is given whole, the flywheel's part is not known: scenes are refused.
+    Node(*_SIZED, public=False, when="given_inertia inertia_whole", kind="parameter"),
+    Node(
+        "inertia_share", "I_F/I_T", "1",
+        "flywheel's inertia over that of all rotating parts of the engine, usually 0.8 to 0.9",
+        "Asgari eq. 18", needs=("sized_flywheel_inertia", "inertia", "inertia_beyond_gear"),
+        make=lambda sized_flywheel_inertia, inertia, inertia_beyond_gear: sized_flywheel_inertia
+        / (inertia - inertia_beyond_gear),
+    ),
+    _verdict(
+        "inertia_share_verdict", r"\chi_I",
+        "whether the flywheel's share of the inertia is 0.8 to 0.9", "Asgari eq. 18",
+        ("inertia_share",),
+        lambda inertia_share: flywheel.verdict(inertia_share, *flywheel.SHARE_OF_INERTIA),
+    ),
+    Node(
+        "flywheel_mass", "M_f", "kg",
+        "mass of a ring with the inertia of the flywheel, given or required", "Asgari eq. 31",
+        needs=("sized_flywheel_inertia", *_RING),
+        make=lambda sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter:
         flywheel.ring_mass(
-            flywheel_inertia_required, flywheel_outer_diameter, flywheel_inner_diameter
+            sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter
         ),
     ),
     Node(

@@ -16,6 +16,7 @@ from engine_dyn.quantities import (
     balance,
     bearing_loads,
     characteristics,
+    curve_means,
     flywheels,
     friction,
     friction_components,
@@ -34,8 +35,10 @@ from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.units import DEGREE
 
 __all__ = [
+    "ALL_QUANTITIES",
     "ALONG_SHAFT",
     "CONSTANTS",
+    "CURVE_MEANS",
     "DIMENSIONS",
     "NODES",
     "PARAMETERS",
@@ -73,6 +76,8 @@ _QUANTITIES: tuple[Node, ...] = (
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
 """
+
+_CURVE_MEANS = curve_means.means_of_curves(_QUANTITIES)
 
 _CONSTANTS = tuple(
     Node(name, "", "1", long_name, kind="constant", public=False)
@@ -129,7 +134,7 @@ NODES: Mapping[str, tuple[Node, ...]]
 """Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
-for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_QUANTITIES):
+for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 
@@ -144,6 +149,13 @@ UNLESS_GIVEN: Mapping[str, float] = MappingProxyType(
 QUANTITIES: Mapping[str, Node] = MappingProxyType(
     {name: _by_name[name][0] for name in sorted({n.name for n in _QUANTITIES if n.public})}
 )
+"""What lists and tables show of what a scene may ask for."""
+
+CURVE_MEANS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _CURVE_MEANS})
+"""Root mean square and mean of every curve, by the endings of `curve_means`: lists name these once.
+"""
+
+ALL_QUANTITIES: Mapping[str, Node] = MappingProxyType({**QUANTITIES, **CURVE_MEANS})
 """What a scene may ask for."""
 
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)

@@ -47,6 +47,9 @@ class Node:
         Names of the nodes that `make` takes.
     adds : tuple of str
         Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
+    removes : tuple of str
+        Dimensions of the needs that the node does not have: `make` sums over them. They are the
+        last axes of what it takes.
     make : callable, optional
         Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
         needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
@@ -73,6 +76,8 @@ class Node:
         Whether scenes may ask for it.
     named : tuple of (str, float)
         Names that scenes may write for values of a parameter, in file units.
+    meanings : tuple of str
+        What the numbers 0, 1, 2 ... mean, for a quantity that is a verdict; one word each.
     throws : bool
         The places of the engine's throws must be known.
     width : int
@@ -93,6 +98,7 @@ class Node:
     source: str = ""
     needs: tuple[str, ...] = ()
     adds: tuple[str, ...] = ()
+    removes: tuple[str, ...] = ()
     make: Callable[..., Any] | None = None
     si: float = 1.0
     kind: str = "value"
@@ -108,6 +114,7 @@ class Node:
     unless_given: float | None = None
     public: bool = True
     named: tuple[tuple[str, float], ...] = ()
+    meanings: tuple[str, ...] = ()
     throws: bool = False
     width: int = 8
     threaded: bool = False

@@ -199,7 +199,23 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
-        low_included=True, source="Kakaitsas eq. 2.15",
+        low_included=True, source="Kakaitsas eq. 2.15", when="throw_given",
+        needs=("throw_mass", "throw_radius", "double_radius"),
+        make=lambda throw_mass, throw_radius, double_radius: masses.crank_mass_at_pin(
+            throw_mass, throw_radius, 0.5 * double_radius
+        ),
+    ),
+    parameter(
+        "crank_mass", r"m_\sigma", "kg", "crank throw mass reduced to the crank radius", low=0.0,
+        low_included=True, source="Kakaitsas eq. 2.15", when="crank_mass_given",
+    ),
+    parameter(
+        "throw_mass", "m_o", "kg", "mass of a crank throw", low=0.0, low_included=True,
+        source="Kakaitsas eq. 2.15, Asgari eq. 6",
+    ),
+    parameter(
+        "throw_radius", "r_o", "m", "distance of a throw's centre of gravity from the crank's axis",
+        low=0.0, low_included=True, source="Kakaitsas eq. 2.15, Asgari eq. 6",
     ),
     parameter(
         "friction_constant", "a_2", "bar", "constant part of the friction mean effective pressure",

@@ -88,6 +88,17 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     Node(
+        "crank_mass_at_pin", "M''_c", "kg", "mass of a crank throw reduced to the crank radius",
+        "Asgari eq. 6, Kakaitsas eq. 2.15", needs=("crank_mass",),
+        make=lambda crank_mass: crank_mass,
+    ),
+    Node(
+        "reciprocating_mass_of_cylinder", "m_1", "kg",
+        "reciprocating mass of a cylinder, piston and the rod's part of it unless given",
+        "Asgari eq. 10, Kakaitsas eq. 2.10", needs=("reciprocating_mass",),
+        make=lambda reciprocating_mass: reciprocating_mass,
+    ),
+    Node(
         "rotating_mass", "m_r", "kg", "rotating mass per cylinder at the crank radius",
         "Kakaitsas eq. 2.11",
         needs=("crank_mass", "rod_mass", "rod_centre_of_gravity", "rod"),

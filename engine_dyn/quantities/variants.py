@@ -84,6 +84,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "inertia_in_parts": "it is that of the running gear and of the parts given",
     },
     {
+        "crank_mass_given": "the mass of a throw is given, reduced to the crank radius",
+        "throw_given": "it follows from the throw's mass and the radius of its centre of gravity",
+    },
+    {
         "no_load_inertia": "the load has no moment of inertia of its own",
         "load_inertia": "the load has a moment of inertia at its own shaft",
     },

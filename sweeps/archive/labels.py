@@ -155,6 +155,8 @@ def describe(
         else:
             kind = "f4" if single else "f8"
             about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
+            if node.meanings:
+                about = {**about, **_flags(node, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     for name, column in (scene.reference.columns if scene.reference else {}).items():
         node = select(name, *variant_words(scene))
@@ -302,12 +304,12 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
     return attributes
 
 
-def _flags(node: Node, meanings: Sequence[str]) -> dict[str, Any]:
-    """Attributes of a variable whose numbers stand for words."""
+def _flags(node: Node, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
+    """Attributes of a variable whose numbers stand for words; `kind` is that of its numbers."""
     return {
         "long_name": node.long_name,
         "units": "1",
-        "flag_values": np.arange(len(meanings), dtype=np.int8),
+        "flag_values": np.arange(len(meanings), dtype=kind),
         "flag_meanings": " ".join(meanings),
     }
 

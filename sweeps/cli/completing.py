@@ -62,9 +62,9 @@ def _keys() -> list[tuple[str, str]]:
 
 
 def _quantities() -> list[tuple[str, str]]:
-    from engine_dyn.quantities.graph import QUANTITIES
+    from engine_dyn.quantities.graph import ALL_QUANTITIES
 
-    return [(name, node.long_name) for name, node in QUANTITIES.items()]
+    return [(name, node.long_name) for name, node in ALL_QUANTITIES.items()]
 
 
 complete_scene = _words(_scenes, files=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.checks import names_given
@@ -15,7 +16,13 @@ from sweeps.exploring.slices import words_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["chosen_quantities", "columns_of", "has_single_numbers"]
+__all__ = [
+    "chosen_quantities",
+    "columns_of",
+    "has_single_numbers",
+    "in_words",
+    "words_of_flags",
+]
 
 
 def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
@@ -63,6 +70,21 @@ def has_single_numbers(archive: xr.Dataset) -> bool:
         name != "status" and not set(data.dims) & set(DIMENSIONS)
         for name, data in archive.data_vars.items()
     )
+
+
+def words_of_flags(variable: xr.Variable) -> npt.NDArray[Any] | None:
+    """Words that the numbers 0, 1, 2 ... of a verdict stand for; None for a measure."""
+    words = str(variable.attrs.get("flag_meanings", "")).split()
+    values = np.atleast_1d(variable.attrs.get("flag_values", []))
+    if not words or variable.dtype.kind != "f" or not np.array_equal(values, np.arange(len(words))):
+        return None
+    return np.array(words, dtype=object)
+
+
+def in_words(values: npt.NDArray[Any], words: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Words in place of the numbers of a verdict; empty where there is none."""
+    known = np.isin(values, np.arange(len(words)))
+    return np.where(known, words[np.where(known, values, 0).astype(np.int64)], "")
 
 
 def columns_of(

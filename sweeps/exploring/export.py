@@ -19,7 +19,7 @@ from engine_dyn.status import MEANINGS
 from sweeps.archive import netcdf as archives
 from sweeps.checks import a_path, check_dataset
 from sweeps.errors import SceneError
-from sweeps.exploring.columns import chosen_quantities, columns_of
+from sweeps.exploring.columns import chosen_quantities, columns_of, in_words, words_of_flags
 from sweeps.exploring.excel import check_rows, unit_of, workbook
 from sweeps.exploring.ranges import ranges
 
@@ -102,12 +102,16 @@ def export(
     if path.suffix.lower() == ".xlsx":
         check_rows(math.prod(shape), path)
     written = {_head(n, v) if head_units else n: v for n, v in columns.items()}
+    words = {name: words_of_flags(variable) for name, variable in written.items()}
+    verdicts = {name: meant for name, meant in words.items() if meant is not None}
     rows = 0
     with archives.replaced(path) as partial, opener(partial, written, archive) as put:
         for _, extent, arrays in ranges(written, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
             if "status" in table:
                 table["status"] = _OUTCOMES[table["status"]]
+            for name in table.keys() & verdicts.keys():
+                table[name] = in_words(table[name], verdicts[name])
             put(table)
             rows += len(next(iter(table.values())))
     return Exported(rows, tuple(columns), tuple(left_out))
@@ -176,6 +180,7 @@ def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
 
     def field(name: str, variable: xr.Variable) -> Any:
         is_text = name == "status" or variable.dtype.kind in "UOT"
+        is_text = is_text or words_of_flags(variable) is not None
         kind = pa.string() if is_text else pa.from_numpy_dtype(variable.dtype)
         about = {
             key: str(variable.attrs[key]) for key in ("units", "long_name") if key in variable.attrs

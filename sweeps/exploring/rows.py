@@ -24,7 +24,7 @@ from sweeps.dimensions import (
     UNCERTAIN,
 )
 from sweeps.errors import SceneError, not_known, shown
-from sweeps.exploring.columns import chosen_quantities, columns_of
+from sweeps.exploring.columns import chosen_quantities, columns_of, in_words, words_of_flags
 from sweeps.exploring.nominal import NOMINAL, nominal_places
 from sweeps.exploring.ranges import ranges
 from sweeps.exploring.slices import nearest
@@ -157,10 +157,12 @@ def rows(
     bands = {n: (found.pop(f"{n} low"), found.pop(f"{n} high")) for n in uncertain if ends}
     columns = {name: column for name, column in columns.items() if name not in ends}
     table = pd.DataFrame({name: found[name] for name in columns})
+    words = {name: words_of_flags(column) for name, column in columns.items()}
+    verdicts = {name: found for name, found in words.items() if found is not None}
     changes = frozenset[str]()
     if relative_to is not None:
         one = _one_design(part, relative_to, dims)
-        changes = frozenset(names) - {"status"}
+        changes = frozenset(names) - {"status"} - frozenset(verdicts)
         for name in names:
             if name in changes:
                 base = float(one[name])
@@ -170,10 +172,12 @@ def rows(
                 table[name] = change
     if "status" in table:
         table["status"] = OUTCOMES[table["status"].to_numpy(dtype=np.int64)]
+    for name, meant in verdicts.items():
+        table[name] = in_words(table[name].to_numpy(), meant)
     units = {
         name: "percent" if name in changes else str(variable.attrs.get("units", ""))
         for name, variable in columns.items()
-        if variable.dtype.kind in "fiu" and name != "status"
+        if variable.dtype.kind in "fiu" and name != "status" and name not in verdicts
     }
     texts = {name: str(v.attrs.get("long_name", "")) for name, v in columns.items()}
     fixed = fixed_of(archive, part)

@@ -275,6 +275,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in found[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
+                and "flag_meanings" not in study.view.array(name).attrs  # a verdict is a word
                 and name not in beside
                 and (name in chosen if chosen else name not in taken)
             ]

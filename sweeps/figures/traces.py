@@ -14,11 +14,14 @@ from sweeps.figures.scales import crank_axis, no_ordinate
 from sweeps.figures.sheet import WIDTH, Entries
 from sweeps.figures.targets import target_lines
 from sweeps.figures.views import FROM_SPEED, MOST_LINES, NO_VALUE, StudyAxis, View, pick
-from sweeps.figures.wording import title_of
+from sweeps.figures.wording import title_of, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+
+RMS = "_rms"
+"""Ending of the root mean square of a curve."""
 
 PADDED = {"cylinder", "main_bearing"}
 """Dimensions as long as the largest engine needs; others have no values at their end."""
@@ -92,6 +95,8 @@ def draw_curves(
         if nominal:
             text += " (nominal)"
         style = line_style(rank, len(picked), nominal)
+        if not (lost or fixed):
+            text += _rms_text(view, name, place)
         if lost:
             padded = lost == NO_VALUE and PADDED & set(view.array(name).dims)
             if not padded:  # to the longest engine
@@ -112,6 +117,17 @@ def draw_curves(
         target_lines(axes, view, [name], entries)
     axes.set_xlim(*_cycle(view))
     return drawn
+
+
+def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
+    """The root mean square of a curve, where the archive has it."""
+    if not view.has(name + RMS):
+        return ""
+    array = view.array(name + RMS)
+    array = array.isel({dim: i for dim, i in place.items() if dim in array.dims})
+    if array.ndim or not np.isfinite(float(array.values)):
+        return ""
+    return f", rms {with_unit(array, float(array.values))}"
 
 
 def _cycle(view: View) -> tuple[float, float]:

@@ -31,6 +31,7 @@ from sweeps.planning.elasticities import (
 from sweeps.planning.leaves import Value, given_values, leaves_of, points_of
 from sweeps.planning.points_of_several import points_of_several
 from sweeps.planning.uncertainty import Uncertainty, plan_uncertainty, uncertainty_nodes
+from sweeps.scene.derived_quantities import meanings_of
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import Scene
@@ -292,7 +293,7 @@ def _with_uncertainty(plan: Plan) -> Plan:
     """Add the variables of bands, and what is computed for them."""
     scene = plan.scene
     singles = [name for name in scene.quantities if not set(plan.dims(name)) & set(DIMENSIONS)]
-    singles = [name for name in singles if name != "status"]
+    singles = [name for name in singles if name != "status" and not meanings_of(name)]
     found = plan_uncertainty(scene, singles, make_plan, plan.name)
     points = {**plan.points, UNCERTAIN: np.array(found.keys, dtype=object)}
     sizes = {**plan.sizes, UNCERTAIN: len(found.keys)}
@@ -417,6 +418,7 @@ class _Ancestors:
             here = self.visit(need)
             # A kernel takes points whole: only the curves among its results have their dimension.
             dims.update(d for d in here if not (node.kind == "stage" and d in DIMENSIONS))
+        dims.difference_update(node.removes)
         ordered = tuple(d for d in self.order if d in dims)
         size = math.prod(self.sizes[d] for d in ordered)
         self.stages[name] = Stage(node, ordered, size)

@@ -54,6 +54,8 @@ def quantity_lines(words: str = "") -> list[str]:
             unit = node.unit or "unit follows the load exponent"
             symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
             lines.append(f"{node.name:<{width}}  [{unit}] {node.long_name}{symbol} ({node.source})")
+    if not words:
+        lines += ["", "# and of every curve over crank_angle its <curve>_rms and <curve>_mean"]
     return lines
 
 

@@ -22,7 +22,7 @@ from engine_dyn.quantities import (
     speed,
     torque,
 )
-from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, QUANTITIES
 from engine_dyn.quantities.node import Node
 from sweeps.errors import SceneError, shown
 
@@ -44,6 +44,9 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
     "shortened series": series.NODES,
 }
 """Files of quantities, and what they are about."""
+
+MEANS = "root mean squares and means of curves over the cycle"
+"""Subject of those, which are listed only where words lead to them alone."""
 
 OTHER_WORDS: Mapping[str, str] = {
     "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
@@ -75,6 +78,8 @@ OTHER_WORDS: Mapping[str, str] = {
     "inertia_required": "flywheel sizing, moment of inertia wanted, flywheel size, GD2",
     "flywheel_inertia_required": "flywheel sizing, flywheel size, GD2",
     "flywheel_mass": "weight of the flywheel",
+    "flywheel_shaft_torque": "torque on the flywheel, twisting torque, torsion of the crankshaft",
+    "load_shaft_torque": "twisting torque, torsion, coupling torque, torque on the generator",
     "load_torque": "resisting torque, driven machine, brake",
     "load_coefficient": "propeller law, load constant",
     "wall_thrust": "side thrust, side force, lateral force, piston side force, normal force",
@@ -112,7 +117,8 @@ def found_quantities(words: str) -> dict[str, list[Node]]:
     ----------
     words : str
         All of them must stand in a quantity's name, description, source or other names; nothing
-        finds all quantities. Where nothing has them all, near spellings count.
+        finds all quantities. Where none has them all, the root mean squares and means of curves
+        are searched, then near spellings count.
 
     Raises
     ------
@@ -120,11 +126,10 @@ def found_quantities(words: str) -> dict[str, list[Node]]:
         Where nothing is found.
     """
     wanted = _parts(words)
-    texts = {
-        name: f"{name.replace('_', ' ')} {node.long_name} {node.source} {OTHER_WORDS.get(name, '')}"
-        for name, node in QUANTITIES.items()
-    }
+    texts = _texts(QUANTITIES)
     hits = {name for name, text in texts.items() if _holds(text.lower(), wanted)}
+    if not hits:
+        hits = {n for n, text in _texts(CURVE_MEANS).items() if _holds(text.lower(), wanted)}
     if not hits:
         known = {part for text in texts.values() for part in _parts(text)}
         near = [difflib.get_close_matches(part, known, n=1, cutoff=0.75) for part in wanted]
@@ -137,11 +142,19 @@ def found_quantities(words: str) -> dict[str, list[Node]]:
         )
     return {
         subject: sorted(
-            {n.name: QUANTITIES[n.name] for n in nodes if n.name in hits}.values(),
+            {n.name: ALL_QUANTITIES[n.name] for n in nodes if n.name in hits}.values(),
             key=lambda node: node.name,
         )
-        for subject, nodes in SUBJECTS.items()
+        for subject, nodes in (*SUBJECTS.items(), (MEANS, CURVE_MEANS.values()))
         if any(n.name in hits for n in nodes)
+    }
+
+
+def _texts(quantities: Mapping[str, Node]) -> dict[str, str]:
+    """All that quantities are found by."""
+    return {
+        name: f"{name.replace('_', ' ')} {node.long_name} {node.source} {OTHER_WORDS.get(name, '')}"
+        for name, node in quantities.items()
     }
 
 

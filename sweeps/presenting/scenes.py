@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from sweeps.errors import counted, one_line
 from sweeps.ratios import ratio_text
 
@@ -44,7 +44,7 @@ def scene_text(scene: Scene, name: str) -> str:
     lines += _driven(scene)
     lines += ["", "computes"]
     for quantity in scene.quantities:
-        node = QUANTITIES[quantity]
+        node = ALL_QUANTITIES[quantity]
         source = f" ({node.source})" if node.source else ""
         lines.append(f"  {quantity} [{node.unit or 'no single unit'}] {node.long_name}{source}")
     lines.append(f"  by method {', '.join(scene.methods)}, closure {scene.closure}")

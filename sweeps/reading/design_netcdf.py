@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.dimensions import DESIGN, PUBLISHED
 from sweeps.errors import SceneError, one_line
 from sweeps.reading.design_columns import (
@@ -74,7 +74,7 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
         key: variable
         for key, variable in file.variables.items()
         if key != DESIGN and not (archive and (variable.dimensions != (DESIGN,)))
-        and key.removesuffix(PUBLISHED) not in QUANTITIES
+        and key.removesuffix(PUBLISHED) not in ALL_QUANTITIES
     }  # fmt: skip
     if not variables:
         found = one_line(", ".join(file.variables) or "none", 200)

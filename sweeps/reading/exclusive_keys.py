@@ -30,6 +30,11 @@ _EXCLUSIVE: tuple[tuple[str, tuple[str, ...], str], ...] = (
         ("motor_synchronous_speed",),
         "both give the motor's synchronous speed; give one of them",
     ),
+    (
+        "crank_mass",
+        ("throw_mass", "throw_radius"),
+        "both give the mass of a crank throw at the crank radius; give one of them",
+    ),
     ("inertia", INERTIA_PARTS, "give the inertia whole or in parts"),
     *(
         (key, other.keys, "each is a law of the load over speed; give one law")

@@ -236,8 +236,7 @@ def _computed(
             dims = {s.node.name: s.dims for s in stages}
             values |= {name: Value(bundle[name], dims[name]) for name in wanted}
         else:
-            # What the node adds, it makes itself: its needs do not have that dimension.
-            before = tuple(d for d in stage.dims if d not in node.adds)
+            before = _dims_of_needs(plan, stage)
             arguments = {n: _aligned(v, before, n) for n, v in needs.items()}
             if node.threaded:
                 arguments["threads"] = threads
@@ -252,6 +251,15 @@ def _computed(
             if waiting[need] == 0 and need not in plan.outputs and need not in given:
                 values.pop(need)
     return values
+
+
+def _dims_of_needs(plan: Plan, stage: Stage) -> tuple[str, ...]:
+    """Dimensions of what a node takes: those it adds it makes itself, those it removes it needs."""
+    node = stage.node
+    if not node.removes:
+        return tuple(d for d in stage.dims if d not in node.adds)
+    found = {*stage.dims, *node.removes} - {*node.adds}
+    return tuple(d for d in (*plan.scene.dimensions, *DIMENSIONS) if d in found)
 
 
 def _filled(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from engine_dyn.quantities.graph import NODES, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, NODES
 from sweeps.errors import SceneError
 
 __all__ = ["TELLING", "check_quantities", "without_pressures"]
@@ -37,7 +37,7 @@ def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
             if name not in found and any(not found.isdisjoint(node.needs) for node in nodes)
         }
         found |= more
-    return frozenset(found & set(QUANTITIES))
+    return frozenset(found & set(ALL_QUANTITIES))
 
 
 TELLING = _all_that_need(_OF_ONE_CYLINDER)

@@ -1,24 +1,31 @@
-"""Quantities that are derivatives of others by the parameters of a design: their names.
+"""Quantities that follow from others: their names, and of which there are some.
 
 `delta_elasticity` in [output] asks for the elasticities of `delta`. What is computed for it is in
-`sweeps.planning.elasticities`.
+`sweeps.planning.elasticities`. `torque_rms` and `torque_mean`, the root mean square and the mean of
+a curve, are nodes of the graph (`engine_dyn.quantities.curve_means`) and so need nothing here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError
 
-__all__ = ["elasticities_in", "ordinary"]
+__all__ = ["elasticities_in", "meanings_of", "ordinary"]
 
 
 def elasticities_in(quantities: Sequence[str]) -> tuple[str, ...]:
     """Quantities whose elasticities are asked for."""
     found = (q.removesuffix(ELASTICITY) for q in quantities if q.endswith(ELASTICITY))
-    return tuple(name for name in found if name in QUANTITIES)
+    return tuple(name for name in found if name in ALL_QUANTITIES)
+
+
+def meanings_of(quantity: str) -> tuple[str, ...]:
+    """What the numbers of a verdict mean; empty for a quantity that is a measure."""
+    node = ALL_QUANTITIES.get(quantity)
+    return node.meanings if node is not None else ()
 
 
 def ordinary(quantities: Sequence[str], where: str) -> tuple[str, ...]:
@@ -27,12 +34,14 @@ def ordinary(quantities: Sequence[str], where: str) -> tuple[str, ...]:
     Raises
     ------
     SceneError
-        Where the elasticity of an outcome is asked for.
+        Where the elasticity of an outcome or of a verdict is asked for.
     """
     names = []
     for quantity in quantities:
         base = quantity.removesuffix(ELASTICITY)
         if base == "status" and base != quantity:
             raise SceneError(f"{where}: '{quantity}': an outcome has no elasticity")
-        names.append(base if quantity != base and base in QUANTITIES else quantity)
+        if meanings_of(base) and base != quantity:
+            raise SceneError(f"{where}: '{quantity}': a verdict has no elasticity")
+        names.append(base if quantity != base and base in ALL_QUANTITIES else quantity)
     return tuple(dict.fromkeys(names))

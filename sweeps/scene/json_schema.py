@@ -8,7 +8,7 @@ exclude each other, `engine-dyn plan` finds.
 from __future__ import annotations
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.checks import is_ratio
@@ -133,7 +133,15 @@ def scene_schema() -> Schema:
                     for name, node in QUANTITIES.items()
                 ),
                 {
-                    "enum": [f"{name}{ELASTICITY}" for name in QUANTITIES if name != "status"],
+                    "enum": list(CURVE_MEANS),
+                    "description": "root mean square and mean over the cycle of every curve",
+                },
+                {
+                    "enum": [
+                        f"{name}{ELASTICITY}"
+                        for name, node in ALL_QUANTITIES.items()
+                        if name != "status" and not node.meanings
+                    ],
                     "description": "elasticities of a single value by every parameter",
                 },
             ]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
 from sweeps.checks import is_ratio
@@ -88,7 +88,7 @@ def _placed(
         columns[quantity] = np.full(shape, np.nan)
         for place, value in zip(
             places,
-            table.numbers(quantity, blanks=True, ratios=QUANTITIES[quantity].unit == "1"),
+            table.numbers(quantity, blanks=True, ratios=ALL_QUANTITIES[quantity].unit == "1"),
             strict=True,
         ):
             columns[quantity][place] = value
@@ -104,7 +104,7 @@ def _length(scene: Scene, dimension: str) -> int:
 def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
     """Columns that hold published values; every other column must be a key, label or axis."""
     words = tuple(key for key in (METHOD, INERTIA_MODEL) if key in scene.axes)
-    known = (*QUANTITIES, *PARAMETERS, *LABELS, *words)
+    known = (*ALL_QUANTITIES, *PARAMETERS, *LABELS, *words)
     for column in table.header:
         if column not in known:
             raise SceneError(
@@ -115,9 +115,9 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
             raise SceneError(
                 f"{table.name}: column '{column}': the scene's [designs] have no such labels"
             )
-    quantities = tuple(column for column in table.header if column in QUANTITIES)
+    quantities = tuple(column for column in table.header if column in ALL_QUANTITIES)
     for quantity in quantities:
-        if QUANTITIES[quantity].kind == "curve":
+        if ALL_QUANTITIES[quantity].kind == "curve":
             raise SceneError(
                 f"{table.name}: column '{quantity}': runs over crank angle; published values must "
                 "be of quantities with one value for each design"

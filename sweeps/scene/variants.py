@@ -72,7 +72,17 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
     return (
         "wanted_delta" if values.gives("wanted_delta") else "given_inertia",
         "inertia_in_parts" if in_parts else "inertia_whole",
+        "throw_given" if _throw_given(values) else "crank_mass_given",
     )
+
+
+def _throw_given(values: GivenValues) -> bool:
+    """Whether the throws' mass is given as it is, in the scene or, without one there, the engine.
+
+    As of the inertia, what the scene gives holds over what the engine does.
+    """
+    throw = ("throw_mass", "throw_radius")
+    return not values.gives("crank_mass") and (values.gives(*throw) or values.engine_gives(*throw))
 
 
 def _balance_words(values: GivenValues) -> tuple[str, ...]:

@@ -13,7 +13,13 @@ import pytest
 import sweeps
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.quantities.arithmetic import power
-from engine_dyn.quantities.graph import DIMENSIONS, NODES, PARAMETERS, QUANTITIES, select
+from engine_dyn.quantities.graph import (
+    ALL_QUANTITIES,
+    DIMENSIONS,
+    NODES,
+    PARAMETERS,
+    select,
+)
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -104,7 +110,7 @@ def test_words_of_a_scene_select_one_variant(name: str) -> None:
 
 
 def test_every_unit_is_read_by_udunits() -> None:
-    for node in (*PARAMETERS.values(), *QUANTITIES.values()):
+    for node in (*PARAMETERS.values(), *ALL_QUANTITIES.values()):
         if node.unit:
             cf_units.Unit(node.unit)
         else:
@@ -114,9 +120,9 @@ def test_every_unit_is_read_by_udunits() -> None:
 def test_factors_to_si_are_those_of_udunits() -> None:
     base = {
         "bar": "Pa", "rpm": "rad s-1", "degree": "rad", "bar s m-1": "Pa s m-1",
-        "bar s2 m-2": "Pa s2 m-2", "MPa": "Pa", "cm3": "m3",
+        "bar s2 m-2": "Pa s2 m-2", "MPa": "Pa", "cm3": "m3", "min-1": "s-1",
     }  # fmt: skip
-    for node in (*PARAMETERS.values(), *QUANTITIES.values()):
+    for node in (*PARAMETERS.values(), *ALL_QUANTITIES.values()):
         if node.unit in base:
             exact = cf_units.Unit(node.unit).convert(1.0, cf_units.Unit(base[node.unit]))
             assert node.si == pytest.approx(exact, rel=1e-12), node.name
@@ -125,7 +131,7 @@ def test_factors_to_si_are_those_of_udunits() -> None:
 
 
 def test_what_people_see_is_described() -> None:
-    for node in (*PARAMETERS.values(), *QUANTITIES.values()):
+    for node in (*PARAMETERS.values(), *ALL_QUANTITIES.values()):
         assert node.long_name and node.source, node.name
         if node.name not in ("status", "load_factor"):
             assert node.symbol, node.name
@@ -139,17 +145,17 @@ def test_every_quantity_is_computed(closure: str) -> None:
             **NOT_OF_AN_ENGINE,
             "axes": {"speed": [1000, 1400]},
             "solver": {"closure": closure},
-            "output": {"quantities": list(QUANTITIES), "angle_step": 10.0},
+            "output": {"quantities": list(ALL_QUANTITIES), "angle_step": 10.0},
         }
     )
-    for name in QUANTITIES:
+    for name in ALL_QUANTITIES:
         assert np.isfinite(result[name]).all(), name
     used = {need for variants in NODES.values() for node in variants for need in node.needs}
     used |= {*DIMENSIONS}  # points of what quantities add
     used |= set(CYCLE_KEYS)  # the planner makes the family and which cycle of it from them
     used |= {"misfire", *OF_CYLINDER}  # and the sets of cylinders
     used |= {"friction_law"}  # and a word
-    assert {name for name in NODES if name not in used and name not in QUANTITIES} == set()
+    assert {name for name in NODES if name not in used and name not in ALL_QUANTITIES} == set()
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.5, 2.0, 3.0])

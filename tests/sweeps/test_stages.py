@@ -123,7 +123,7 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"set": {"wanted_delta": 0.01}, "solver": {"closure": "cycle_time"}},
     {"engine": "compressor_79x83"},
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
-    {"set": {"load_square": 0.01}},
+    {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
     {"set": {"friction_law": "patton_nitschke_heywood"}},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip

@@ -8,11 +8,11 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.graph import (
+    ALL_QUANTITIES,
     ALONG_SHAFT,
     CONSTANTS,
     DIMENSIONS,
     PARAMETERS,
-    QUANTITIES,
     UNLESS_GIVEN,
     select,
 )
@@ -73,7 +73,7 @@ def _check_quantities(output: Output, name: str) -> None:
     if not output.quantities:
         raise SceneError(f"{where} = []: empty; ask for at least one, such as 'delta'")
     for i, quantity in enumerate(output.quantities):
-        if quantity.removesuffix(ELASTICITY) not in QUANTITIES:
+        if quantity.removesuffix(ELASTICITY) not in ALL_QUANTITIES:
             if quantity in PARAMETERS:
                 raise SceneError(
                     f"{where}: '{quantity}' is a parameter, not a quantity; given in [axes] or "
@@ -81,7 +81,7 @@ def _check_quantities(output: Output, name: str) -> None:
                 )
             raise SceneError(
                 f"{where}: {shown(quantity)}: unknown quantity"
-                f"{not_known(quantity, QUANTITIES, command='engine-dyn list quantities')}"
+                f"{not_known(quantity, ALL_QUANTITIES, command='engine-dyn list quantities')}"
             )
         if quantity in output.quantities[:i]:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
@@ -105,6 +105,13 @@ def check_needs(scene: Scene, name: str) -> None:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
                     "with a kind, such as 'diesel'"
+                )
+            if need in _OF_PARTS and not _parts_known(words):
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs the inertia of flywheel and "
+                    "load apart, which is not known where inertia is given whole; must be given as "
+                    "flywheel_inertia, auxiliary_inertia and load_inertia in its place, or follow "
+                    "from wanted_delta"
                 )
             if need in seen:
                 continue
@@ -147,6 +154,15 @@ def check_start(scene: Scene, name: str) -> None:
         )
 
 
+_OF_PARTS = ("sized_flywheel_inertia", "load_side_inertia")
+"""Nodes that only parts of an inertia give."""
+
+
+def _parts_known(words: tuple[str, ...]) -> bool:
+    """Whether the inertia of the flywheel is given apart from others, or follows."""
+    return "wanted_delta" in words or "inertia_in_parts" in words
+
+
 def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
     """Names that `sweeps.planning.plan` has values for before it computes anything."""
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
@@ -155,6 +171,8 @@ def _known_values(scene: Scene, words: tuple[str, ...]) -> set[str]:
         given.discard("crank_ratio")  # the scene's rod replaces the engine's
     if "wanted_delta" in given or "inertia_in_parts" in words:
         given.discard("inertia")  # what the scene gives replaces the engine's whole inertia
+    if "throw_given" in words:
+        given.discard("crank_mass")  # it follows from the throw's own mass
     if scene.characteristic is not None:
         given.discard("load")  # it follows from the speed
     if "motor_of_slip" in words:

@@ -1,0 +1,59 @@
+"""Root mean square and mean over the cycle, by formula and as nodes of the graph."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from engine_dyn.quantities.curve_means import MEAN, RMS, curve_mean, root_mean_square
+from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, NODES, QUANTITIES
+
+ANGLE = np.arange(0.0, 4.0 * math.pi, 4.0 * math.pi / 720)
+
+
+def test_of_a_sum_of_waves_it_is_parseval() -> None:
+    curve = 3.0 + 2.0 * np.cos(ANGLE) - 5.0 * np.sin(1.5 * ANGLE + 0.3)
+    assert root_mean_square(curve) == pytest.approx(math.sqrt(9.0 + 2.0 + 12.5), rel=1e-14)
+    assert curve_mean(curve) == pytest.approx(3.0, rel=1e-13)
+
+
+def test_of_a_smooth_periodic_curve_it_is_the_integral() -> None:
+    def curve(angle: float) -> float:
+        return math.exp(2.0 * math.cos(angle)) - math.sin(0.5 * angle)
+
+    square = quad(lambda x: curve(x) ** 2, 0.0, 4.0 * math.pi, epsrel=1e-13)[0] / (4.0 * math.pi)
+    found = root_mean_square([curve(x) for x in ANGLE])
+    assert found == pytest.approx(math.sqrt(square), rel=1e-12)
+
+
+def test_a_constant_and_a_lost_curve() -> None:
+    assert root_mean_square(-2.5) == 2.5
+    assert curve_mean(-2.5) == -2.5
+    assert root_mean_square(np.full((3, 1), -2.0)).tolist() == [2.0, 2.0, 2.0]
+    assert np.isnan(root_mean_square([[1.0, np.nan], [1.0, 1.0]])).tolist() == [True, False]
+
+
+def test_a_row_has_the_same_bits_in_every_shape() -> None:
+    rows = np.random.default_rng(1).normal(size=(57, 720))
+    for function in (root_mean_square, curve_mean):
+        expected = function(rows)
+        one_by_one = np.array([function(row) for row in rows])
+        pieces = np.concatenate([function(rows[i : i + 5]) for i in range(0, 57, 5)])
+        across = function(np.asfortranarray(rows))
+        deep = function(rows[:, None, :])[:, 0]
+        for found in (one_by_one, pieces, across, deep):
+            assert np.array_equal(found, expected)
+
+
+def test_every_curve_has_both_under_one_name() -> None:
+    curves = {name for name, node in QUANTITIES.items() if node.kind == "curve"}
+    assert {name + end for name in curves for end in (RMS, MEAN)} <= set(ALL_QUANTITIES)
+    assert set(CURVE_MEANS).isdisjoint(QUANTITIES)
+    for name, node in CURVE_MEANS.items():
+        (curve,) = node.needs
+        assert name in (curve + RMS, curve + MEAN)
+        assert {(one.unit, one.si) for one in NODES[curve]} == {(node.unit, node.si)}
+        assert len(NODES[name]) == 1 and node.removes == ("crank_angle",)
