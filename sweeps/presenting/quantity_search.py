@@ -117,8 +117,8 @@ def found_quantities(words: str) -> dict[str, list[Node]]:
     ----------
     words : str
         All of them must stand in a quantity's name, description, source or other names; nothing
-        finds all quantities. Where none has them all, the root mean squares and means of curves
-        are searched, then near spellings count.
+        finds all quantities. Where none has them all, or `rms` is one of them, the root mean
+        squares and means of curves are searched too; then near spellings count.
 
     Raises
     ------
@@ -128,8 +128,8 @@ def found_quantities(words: str) -> dict[str, list[Node]]:
     wanted = _parts(words)
     texts = _texts(QUANTITIES)
     hits = {name for name, text in texts.items() if _holds(text.lower(), wanted)}
-    if not hits:
-        hits = {n for n, text in _texts(CURVE_MEANS).items() if _holds(text.lower(), wanted)}
+    if not hits or ("rms" in wanted and len(wanted) > 1):
+        hits |= {n for n, text in _texts(CURVE_MEANS).items() if _holds(text.lower(), wanted)}
     if not hits:
         known = {part for text in texts.values() for part in _parts(text)}
         near = [difflib.get_close_matches(part, known, n=1, cutoff=0.75) for part in wanted]
