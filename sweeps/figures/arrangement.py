@@ -33,18 +33,23 @@ def described(view: View) -> list[str]:
     return ["arrangement"] if _listed(view) else []
 
 
-def _listed(view: View) -> list[Mapping[str, Any]]:
-    """Arrangements of two cylinders or more."""
+def _listed(view: View) -> dict[str, Mapping[str, Any]]:
+    """Arrangements of two cylinders or more, by the ending of their file's name.
+
+    The number is that among all arrangements, as in the names of other figures.
+    """
     described = json.loads(view.data.attrs.get("arrangement") or "[]")
     listed = [described] if isinstance(described, dict) else described
-    return [one for one in listed if "period" in one and len(one["throws"]) > 1]
+    return {
+        f"_{number}" if len(listed) > 1 else "": one
+        for number, one in enumerate(listed, start=1)
+        if "period" in one and len(one["throws"]) > 1
+    }
 
 
 def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a figure for each arrangement that the archive describes."""
-    listed = _listed(study.view)
-    for number, one in enumerate(listed, start=1):
-        suffix = f"_{number}" if len(listed) > 1 else ""
+    for suffix, one in _listed(study.view).items():
         yield f"arrangement{suffix}", _figure(one)
 
 

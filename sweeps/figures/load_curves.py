@@ -1,4 +1,4 @@
-"""Several loads in one chart: pressure, torque and speed over the crank angle."""
+"""Several loads in one chart: pressure, torques and speed over the crank angle."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ from collections.abc import Sequence
 
 from sweeps.figures.curves import DEVIATION, deviation, far_apart
 from sweeps.figures.scales import y_label
-from sweeps.figures.sheet import Entries, NamedFigures, finish, new_sheet
+from sweeps.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
-from sweeps.figures.traces import draw_curves, over_angle, set_cycle
+from sweeps.figures.traces import draw_curves, over_angle, set_cycle, trace
 from sweeps.figures.views import MOST_LINES, View, key_text, picked_text
 from sweeps.figures.wording import axis_label, title_of
 
 LOAD = "load"
 """The axis that is taken where there is one."""
 
-CURVES = ("pressure", "torque", "load_torque", "omega")
+CURVES = ("pressure", "gas_torque", "torque", "load_torque", "omega")
 """What is drawn over the angle, a panel for each, from above."""
+
+BESIDE = {"gas_torque": "inertia_torque"}
+"""What is drawn in a panel too where it is the same for all loads (Kakaitsas, Fig 5.8)."""
 
 
 def load_curve_names(view: View) -> list[str]:
@@ -26,7 +29,7 @@ def load_curve_names(view: View) -> list[str]:
 
 
 def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw pressure, torque and speed over the angle, a line for each load.
+    """Draw pressure, torques and speed over the angle, a line for each load.
 
     Without loads, the lines are those of another axis of few values.
     """
@@ -39,7 +42,12 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     shown = [name for name in names if whole.varies([name], along)]
     if len(shown) < 2:
         return  # which a general kind draws
-    view = whole.only(shown, [along])
+    beside = {
+        name: also
+        for name, also in BESIDE.items()
+        if name in shown and over_angle(whole, also) and not whole.varies([also], along)
+    }
+    view = whole.only([*shown, *beside.values()], [along])
     axis = view.axis(along)
     figure, panels = new_sheet(len(shown), 1, 0.6 + 1.7 * len(shown), sharex=True)
     entries: Entries = {}
@@ -53,6 +61,10 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
             draw_curves(panel, view, name, axis, {}, {}, deviation)
             panel.autoscale_view(scalex=False)
             label = f"{title_of(view.array(name), name)}: {DEVIATION[0].lower()}{DEVIATION[1:]}"
+        if name in beside:
+            x, y, _ = trace(view, beside[name], {along: 0})
+            also = title_of(view.array(beside[name]), beside[name])
+            entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
         y_label(panel, label, 1.6)
     set_cycle(panels, view, 5.0, panels[-1:])
     yield (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -162,23 +162,38 @@ def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
 
 
 def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
-    """A column for each; where they do not fit, several tables below each other."""
+    """A column for each; where they do not fit, several tables below each other.
+
+    Where what says which design it is takes more than half of a line, it stands in a table of its
+    own, and the others repeat one column that tells the rows apart.
+    """
     given = [c for n, c in columns.items() if n in rows.given]
-    begin = sum(c.width + GAP for c in given)
+    others = [c for n, c in columns.items() if n not in rows.given]
+    texts = []
+    if _needed([*given, *others]) > width and 2 * _needed(given) > width:
+        telling = [c for c in given if len(set(c.cells)) == len(c.cells)]
+        words = [c for c in telling if not c.number]
+        if telling and len(given) > 1:
+            texts.append(_columns_text(given, rows, width))
+            given = (words or telling)[:1]
     parts: list[list[_Column]] = [[]]
-    for column in (c for n, c in columns.items() if n not in rows.given):
-        used = begin + sum(c.width + GAP for c in parts[-1])
-        if parts[-1] and used + column.width + GAP > width:
+    for column in others:
+        if parts[-1] and _needed([*given, *parts[-1], column]) > width:
             parts.append([])
         parts[-1].append(column)
-    texts = []
-    for part in parts:
-        table = _table()
-        for column in (*given, *part):
-            justify = "right" if column.number else "left"
-            table.add_column(column.head, justify=justify, no_wrap=True)
-        for place in range(len(rows.table)):
-            table.add_row(*(column.cells[place] for column in (*given, *part)))
-        needed = sum(c.width + GAP for c in (*given, *part))
-        texts.append(_printed(table, max(width, needed)))
+    texts += [_columns_text([*given, *part], rows, width) for part in parts]
     return "\n\n".join(texts)
+
+
+def _needed(columns: Sequence[_Column]) -> int:
+    return sum(c.width + GAP for c in columns)
+
+
+def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
+    table = _table()
+    for column in columns:
+        justify = "right" if column.number else "left"
+        table.add_column(column.head, justify=justify, no_wrap=True)
+    for place in range(len(rows.table)):
+        table.add_row(*(column.cells[place] for column in columns))
+    return _printed(table, max(width, _needed(columns)))

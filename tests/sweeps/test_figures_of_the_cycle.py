@@ -174,6 +174,21 @@ def test_each_load_has_its_line_in_the_panel_of_each_curve() -> None:
     assert "Curves of the cycle by load" in words(figure)
 
 
+def test_torque_of_the_masses_stands_beside_that_of_the_gas_where_it_is_one_curve() -> None:
+    data = cycle((0.0, 50.0, 100.0))
+    data["gas_torque"] = data["torque"] * 1.5
+    masses = 20.0 * np.sin(2.0 * PHI)
+    data["inertia_torque"] = variable("crank_angle", masses, "torque of the masses", "N m")
+    figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
+    lines = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 10]
+    assert len(lines) == 4
+    assert lines[-1].get_ydata()[:-1] == pytest.approx(masses)
+    assert "torque of the masses" in words(figure).lower()
+    data["inertia_torque"] = data["torque"] * 0.1  # another one at each load
+    figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
+    assert len([line for line in figure.axes[1].lines if len(line.get_xdata()) > 10]) == 3
+
+
 def test_speeds_far_apart_are_drawn_as_deviations_from_their_means() -> None:
     data = cycle().rename(load="speed")
     data["omega"] = data["omega"] + xr.DataArray([0.0, 100.0], dims="speed")

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 import sweeps
 from sweeps.errors import SceneError
 from sweeps.exploring import ranges as reading
-from sweeps.exploring.rows import rows
+from sweeps.exploring.rows import Rows, rows
 from sweeps.presenting.readable_units import factor, unit_choices
 from sweeps.presenting.tables import number_text, rows_text
 from tests.support.commands import ok, refused
@@ -169,3 +170,16 @@ def test_run_shows_few_numbers_and_says_where_many_are(tmp_path: Path) -> None:
     (tmp_path / "many.toml").write_text(scene.format(list(range(10, 90, 5))))
     told = ok("run", tmp_path / "many.toml", "-o", tmp_path / "many.nc")
     assert f"numbers: engine-dyn show {tmp_path / 'many.nc'}" in told
+
+
+def test_names_stand_for_designs_that_do_not_fit() -> None:
+    """Tables below the first repeat what tells the rows apart, not all that was given."""
+    columns = {f"parameter_{number}": np.arange(4.0) + number for number in range(8)}
+    table = pd.DataFrame({**columns, "case": ["a", "b", "c", "d"], "delta": 1.5, "imep": range(4)})
+    table["delta"] = [0.1, 0.2, 0.3, 0.4]
+    given = (*columns, "case")
+    made = Rows(table, {n: "1" for n in table.columns if n != "case"}, {}, given, {}, 4, ())
+    first, second = rows_text(made, width=100).split("\n\n")
+    assert "parameter_7" in first and "case" in first and "delta" not in first
+    assert second.split()[0] == "case" and "parameter_7" not in second
+    assert rows_text(made, width=400).count("case") == 1
