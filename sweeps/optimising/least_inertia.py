@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError
 from sweeps.optimising.task import Task
@@ -112,7 +112,7 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
     found = LeastInertia(task, min(limits), threads)
     few = task.space.without(KEY).one_of_each()
     try:
-        if any(_changes_with_inertia(task, name) for name in names if name in QUANTITIES):
+        if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
         columns = task.space.without(KEY).columns(few)
         make_plan(found._scene(columns, len(few)))

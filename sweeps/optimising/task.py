@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import ALL_QUANTITIES, ALONG_SHAFT, DIMENSIONS, PARAMETERS
 from sweeps.checks import names_given
 from sweeps.dimensions import DESIGN
 from sweeps.errors import SceneError, not_known, shown
@@ -118,7 +118,7 @@ def read_task(
     if not isinstance(asked, list) or not all(isinstance(q, str) for q in asked):
         raise SceneError(f"{name}: [output] quantities = {shown(asked)}: must be a list of texts")
     own = [q for q in asked if q not in names]
-    quantities = [*own, *(one for one in names if one in QUANTITIES)]
+    quantities = [*own, *(one for one in names if one in ALL_QUANTITIES)]
     if not quantities:
         raise SceneError(
             "least and most: nothing that is computed; at least one quantity is needed"
@@ -126,14 +126,14 @@ def read_task(
     few = space.one_of_each()
     plan = _plan_of(given, space, space.columns(few), quantities, len(few), seed)
     for one in names:
-        if one in QUANTITIES:
+        if one in ALL_QUANTITIES:
             _check_number(one, plan)
     for one, _ in wanted:
-        if one in QUANTITIES and DESIGN not in plan.dims(one):
+        if one in ALL_QUANTITIES and DESIGN not in plan.dims(one):
             raise SceneError(f"{one}: changes with nothing that is searched: {_listed(space)}")
     curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
     # What is computed beside quantities, such as elasticities, is left out with them.
-    curves += [q for q in own if q not in QUANTITIES]
+    curves += [q for q in own if q not in ALL_QUANTITIES]
     kept = [q for q in quantities if q not in curves]
     points = tuple(d for d in plan.scene.dimensions if d != DESIGN)
     return Task(
@@ -158,7 +158,7 @@ def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
     """Check that a name is a quantity or a number that is searched."""
     if name == "status":
         raise SceneError("status: is an outcome, no number; designs that failed are never found")
-    if name in QUANTITIES:
+    if name in ALL_QUANTITIES:
         return
     searched = [key for key in space.parameters if key in PARAMETERS]
     if name in searched:
@@ -176,7 +176,7 @@ def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
         )
     raise SceneError(
         f"{shown(name)}: not computed"
-        f"{not_known(name, [*QUANTITIES, *searched], command='engine-dyn list quantities')}"
+        f"{not_known(name, [*ALL_QUANTITIES, *searched], command='engine-dyn list quantities')}"
     )
 
 
@@ -190,7 +190,7 @@ def _check_number(name: str, plan: Plan) -> None:
     curve = _curve(name, plan)
     if curve:
         largest = f"{name}_max"
-        hint = f"; take {largest}" if largest in QUANTITIES else ""
+        hint = f"; take {largest}" if largest in ALL_QUANTITIES else ""
         raise SceneError(
             f"{name}: not one number a design, it is over {', '.join(curve)}: nothing that can be "
             f"least or have a limit{hint}"

@@ -210,6 +210,18 @@ def test_they_are_searched_sampled_and_differentiated() -> None:
 
 
 @pytest.mark.compiled
+def test_a_search_may_want_the_least_of_them() -> None:
+    rest = {key: value for key, value in PARTS.items() if key != "flywheel_inertia"}
+    found = sweeps.optimise(
+        {"engine": "ntua", "set": rest}, least="load_shaft_torque_rms",
+        over="flywheel_inertia = 1 to 3", number=32, generations=8,
+    )  # fmt: skip
+    # Behind the flywheel a heavier one leaves less.
+    best = found["flywheel_inertia"].values[found["found"].values == 1]
+    assert best == pytest.approx([3.0], rel=1e-2)
+
+
+@pytest.mark.compiled
 def test_cut_into_blocks_they_have_the_same_bits(tmp_path: Path) -> None:
     raw = scene(
         ["torque_rms", "flywheel_shaft_torque_rms"],
