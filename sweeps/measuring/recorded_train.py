@@ -37,7 +37,8 @@ __all__ = ["follow_cycles"]
 
 NOT_FOLLOWED: Mapping[str, str] = {
     **LEFT_OUT,
-    "stroke_friction": "friction over the stroke is not followed; its shares must be 0",
+    "stroke_friction": "friction over the stroke is not followed; its shares must be 0, and with a "
+    "law by component ring_pressure must not be given",
     "angle_load": "a load over angle is not followed; must be a + k omega^alpha",
     "with_driver": "a driver is not followed; the engine must drive its load",
     "linear_square": "the load must be a + k omega^alpha, by load_exponent",

@@ -99,6 +99,11 @@ def read_data_sheet(path: str | Path) -> Sheet:
         key: number(item, f"{name}: [values] {key}", PARAMETERS[key])
         for key, item in given.values.items()
     }
+    if values.get("friction_law", 1.0) != 1.0:
+        raise SceneError(
+            f"{name}: [values] friction_law: not allowed here; diagrams are fitted with a + b p_max"
+            " + c c_m + d c_m^2. Name the law in the scene, or in the calibrated file"
+        )
     for key, what in _NEEDED.items():
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be {what}")

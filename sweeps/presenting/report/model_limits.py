@@ -37,7 +37,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
         (SPEED, TORQUE, FRICTION),
         "Friction is a mean effective pressure; its shape over the stroke, where shares of it are "
         "given, is a model without a source for the shares, and equal for all cylinders but for "
-        "their pressure.",
+        "their pressure. Friction by component was fitted to warm car engines of the 1980s.",
     ),
     (
         (SPEED, LOADS),

@@ -114,7 +114,7 @@ def test_the_catalogue_comes_out_again(tmp_path: Path) -> None:
     table = raw["diagram"][-1]
     fits = ("load", "kind", "wall", "heat", "intake_pressure")
     text = 'title = "x"\ncycle = "four-stroke"\n[values]\n'
-    text += "".join(f"{k} = {v}\n" for k, v in raw["values"].items())
+    text += "".join(f"{k} = {v!r}\n" for k, v in raw["values"].items())
     text += "[data_sheet.cycle]\n"
     text += "".join(f"{k} = {v}\n" for k, v in table.items() if k not in fits)
     path = tmp_path / "sheet.toml"
@@ -340,6 +340,8 @@ def test_what_cannot_be_is_refused_with_what_could(
         ("title", "arrangement = 2026-11-23\ntitle", "arrangement"),
         ("title", "title = 3 #", "title"),
         ("title", "title =", "not TOML"),
+        ("cylinders = 4", 'cylinders = 4\nfriction_law = "patton_nitschke_heywood"',
+         "[values] friction_law: not allowed here"),
     ],
 )  # fmt: skip
 def test_a_bad_data_sheet_is_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
