@@ -61,6 +61,7 @@ from engine_dyn.given_numbers import given_array
 __all__ = [
     "DeadCentres",
     "acceleration",
+    "angle_of_travel",
     "crank_radius",
     "crank_radius_of_ratio",
     "dead_centres",
@@ -188,6 +189,67 @@ def rod_angle(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayL
     """
     ratio, offset, sine, _, _ = _crank(phi, crank_ratio, offset)
     return np.arcsin(ratio * (sine - offset))
+
+
+def angle_of_travel(
+    travel: npt.ArrayLike, down: npt.ArrayLike, crank_ratio: npt.ArrayLike,
+    offset: npt.ArrayLike = 0.0,
+) -> Any:  # fmt: skip
+    """Crank angle at which the piston has a travel: the inverse of `position`, exact.
+
+    Parameters
+    ----------
+    travel : array_like
+        Travel from top dead centre over the crank radius, x/r, from 0 to the stroke over r.
+    down : array_like of bool
+        Whether the piston moves towards bottom dead centre: each travel has one angle in either
+        stroke.
+    crank_ratio, offset : array_like
+        As of `position`; all four broadcast.
+
+    Returns
+    -------
+    numpy.ndarray or numpy.float64
+        Crank angle [rad]: from 0 to bottom dead centre where the piston moves down, from the bottom
+        dead centre before (below 0) to 0 where it moves up.
+
+    Raises
+    ------
+    ValueError
+        As `position`, and for a travel outside the stroke.
+
+    Notes
+    -----
+    With the pin at (E, y), all over r, its distance d from the crank's axis closes a triangle with
+    crank and rod. The law of cosines gives the angle gamma at the axis, cos(gamma) = (1 + d^2 -
+    1/lambda^2)/(2 d), here by its half, tan^2(gamma/2) = (1/lambda + 1 - d)(1/lambda + d - 1)/((d +
+    1 - 1/lambda)(d + 1 + 1/lambda)). The first factors of both products vanish at the dead centres
+    and follow from the travel without differences of nearly equal numbers. The crank stands at
+    gamma to one side of the pin or the other. docs/method.md (2) and (3), inverted.
+
+    Examples
+    --------
+    >>> bool(abs(angle_of_travel(position(1.0, 0.25), True, 0.25) - 1.0) < 1e-15)
+    True
+    """
+    x, ratio, apart = _checked(travel, crank_ratio, offset)
+    rod = 1.0 / ratio
+    top, bottom = (np.sqrt((rod + one) ** 2 - apart**2) for one in (1.0, -1.0))
+    stroke = 2.0 * np.asarray(dead_centres(ratio, apart).stroke)
+    outside = ~((x >= 0.0) & (x <= stroke))
+    if np.any(outside):
+        bad = np.broadcast_to(x, outside.shape)[outside].flat[0]
+        most = np.broadcast_to(stroke, outside.shape)[outside].flat[0]
+        raise ValueError(f"travel = {bad:g} crank radii: must be from 0 to the stroke, {most:g}")
+    rest = stroke - x
+    distance = np.hypot(apart, top - x)
+    near = x * (2.0 * top - x) / (rod + 1.0 + distance)
+    far = rest * (2.0 * bottom + rest) / (distance + rod - 1.0)
+    gamma = 2.0 * np.arctan2(
+        np.sqrt(near * (rod + distance - 1.0)), np.sqrt(far * (distance + 1.0 + rod))
+    )
+    lean = np.arctan2(apart * x, (top - x) * top + apart**2)  # of the pin, since top dead centre
+    return lean + np.where(down, gamma, -gamma)
 
 
 class DeadCentres(NamedTuple):

@@ -82,10 +82,15 @@ class CylinderGeometry:
             slider_crank.crank_radius_of_ratio(self.stroke, self.crank_ratio, self.pin_offset)
         )
 
+    @property
+    def offset_ratio(self) -> float:
+        """Offset of the pin's line over the crank radius [1]."""
+        return self.pin_offset / self._radius
+
     def displaced(self, angle: ArrayLike) -> Floats:
         """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (145)."""
         radius = self._radius
-        travel = slider_crank.position(angle, self.crank_ratio, self.pin_offset / radius)
+        travel = slider_crank.position(angle, self.crank_ratio, self.offset_ratio)
         return np.asarray(self.area * radius * travel, dtype=np.float64)
 
     def volume(self, angle: ArrayLike) -> Floats:
@@ -101,7 +106,7 @@ class CylinderGeometry:
     def volume_slope(self, angle: ArrayLike) -> Floats:
         """dV/dphi [m3/rad] at crank angles [rad]."""
         radius = self._radius
-        speed = slider_crank.velocity(angle, self.crank_ratio, self.pin_offset / radius)
+        speed = slider_crank.velocity(angle, self.crank_ratio, self.offset_ratio)
         return np.asarray(self.area * radius * speed, dtype=np.float64)
 
     def with_compression_ratio(self, compression_ratio: float) -> CylinderGeometry:

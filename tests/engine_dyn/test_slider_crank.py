@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn import acceleration, position, rod_angle, velocity
+from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.slider_crank import acceleration_at, position_at, velocity_at
 from oracle import solution
 from tests.support.differences import PHI, slope
@@ -123,3 +124,24 @@ def test_impossible_crank_ratios_are_refused(ratio: float) -> None:
             curve(0.3, ratio)
         with pytest.raises(ValueError, match="crank_ratio"):
             curve([0.1, 0.2], [0.25, ratio])
+
+
+@pytest.mark.parametrize(("ratio", "offset"), [(0.25, 0.0), (0.5, 0.0), (0.3, 0.2), (0.35, -0.4)])
+def test_angle_of_a_travel_is_the_inverse(ratio: float, offset: float) -> None:
+    centres = slider_crank.dead_centres(ratio, offset)
+    bottom, stroke = float(centres.bottom), 2.0 * float(centres.stroke)
+    for low, high, down in ((0.0, bottom, True), (bottom - 2.0 * np.pi, 0.0, False)):
+        phi = np.linspace(low, high, 1001)
+        travel = np.clip(slider_crank.position(phi, ratio, offset), 0.0, stroke)
+        found = slider_crank.angle_of_travel(travel, down, ratio, offset)
+        # rounding of the travel, 1e-15, over the piston's velocity; its root at the dead centres
+        slope = np.abs(slider_crank.velocity(phi, ratio, offset))
+        limit = np.minimum(1e-15 / np.maximum(slope, 1e-300), 5e-8) * 5.0 + 1e-15
+        assert np.all(np.abs(found - phi) < limit)
+        back = slider_crank.position(found, ratio, offset)
+        np.testing.assert_allclose(back, travel, rtol=0, atol=2e-15)
+    both = slider_crank.angle_of_travel(1.0, [True, False], ratio, offset)
+    assert both[0] > 0.0 > both[1]
+    for wrong in (-1e-9, stroke + 1e-9, np.nan):
+        with pytest.raises(ValueError, match="must be from 0 to the stroke"):
+            slider_crank.angle_of_travel(wrong, True, ratio, offset)

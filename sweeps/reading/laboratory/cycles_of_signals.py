@@ -17,13 +17,24 @@ from sweeps.errors import SceneError, counted, one_line
 from sweeps.reading.laboratory.pressure_options import PressureOptions
 from sweeps.reading.laboratory.recorded_columns import Recording
 
-__all__ = ["CrankAngles", "crank_angles", "cut_into_cycles", "is_half_a_cycle_late", "work_sign"]
+__all__ = [
+    "LONGEST",
+    "CrankAngles",
+    "crank_angles",
+    "cut_into_cycles",
+    "is_half_a_cycle_late",
+    "work_sign",
+]
 
 SAME = 1e-6
 """Degrees within which angles are the same."""
 
 MOST_ANGLE = 1e9
 """[degree]; beyond it, parts of a degree are lost."""
+
+LONGEST = 30.0
+"""Degrees between points of a pressure over volume, beyond which they do not tell what is between.
+"""
 
 GAP = 2.5
 """A step is a gap where it is longer than this many of the steps on both its sides."""
@@ -209,7 +220,7 @@ def is_half_a_cycle_late(angle: Floats, pressure: Floats, period: float) -> tupl
 
 def cut_into_cycles(
     recording: Recording, angle: Floats, pressure: Floats, period: float, name: str,
-    step: float | None, said: list[str],
+    step: float | None, said: list[str], *, regular: bool = True,
 ) -> RecordedCycles:  # fmt: skip
     """Cut a signal into cycles from bottom dead centre of the gas exchange on; whole ones are kept.
 
@@ -227,6 +238,9 @@ def cut_into_cycles(
         Onto this grid cycles that differ are interpolated [degree].
     said : list of str
         What was found is added.
+    regular : bool
+        Whether a step much longer than those beside it is a gap; otherwise only one of more than
+        `LONGEST`.
 
     Raises
     ------
@@ -236,7 +250,7 @@ def cut_into_cycles(
     where = f"{recording.label}, '{one_line(name, 60)}'"
     usual = float(np.median(np.diff(angle)))
     total = float(angle[-1] - angle[0]) + usual
-    if total < period - max(5.0, 3.0 * usual):
+    if regular and total < period - max(5.0, 3.0 * usual):
         raise SceneError(
             f"{where}: covers {total:.6g} degree; must be a whole cycle of {period:g} degree"
         )
@@ -249,14 +263,15 @@ def cut_into_cycles(
         ends = np.append(begins[1:], len(number))
         cycles = [(inside[b:e], pressure[b:e]) for b, e in zip(begins, ends, strict=True)]
         for place, (cut, _) in ((0, cycles[0]), (-1, cycles[-1])):
-            if cut[-1] - cut[0] + 1.5 * usual < period:
+            if cut[-1] - cut[0] + (1.5 * usual if regular else LONGEST) < period:
                 cycles.pop(place)
                 said.append(f"the {'first' if place == 0 else 'last'} cycle is not whole, left out")
     if not cycles:
         raise SceneError(f"{where}: has no whole cycle of {period:g} degree")
     grids = [grid for grid, _ in cycles]
     for order, grid in enumerate(grids, start=1):
-        _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)
+        if regular:
+            _check_gaps(grid, period, f"{where}, cycle {order}" if len(grids) > 1 else where)
     lengths = np.array([len(grid) for grid in grids])
     if np.ptp(lengths) == 0:
         spread = float(np.abs(np.array(grids) - grids[0]).max())

@@ -1,8 +1,9 @@
 """Recorded pressure becomes an indicator diagram: the steps, in a fixed order, each reported.
 
-1. columns, 2. unit and calibration, 3. angles: unit, direction, zero, delay and shift, 4. firing
-angles of the cylinders, firing or gas exchange, 5. cycles, 6. pegging, 7. average or one cycle,
-8. smoothing, lag of the measuring chain, 9. thinning. 6 to 9 are done where they are asked for.
+1. columns, 2. unit and calibration, 3. angles: of a pressure over volume by the mechanism; unit,
+direction, zero, delay and shift, 4. firing angles of the cylinders, firing or gas exchange, 5.
+cycles, 6. pegging, 7. average or one cycle, 8. smoothing, lag of the measuring chain, 9. thinning.
+6 to 9 are done where they are asked for.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ from sweeps.reading.laboratory.pressure_options import ImportOptions, PressureOp
 from sweeps.reading.laboratory.recorded_columns import Recording
 from sweeps.reading.laboratory.recording import read_recording
 from sweeps.reading.laboratory.units import angle_factor, pressure_unit, unit_of_name
+from sweeps.reading.laboratory.work_loops import with_loop_angles
 
 __all__ = ["imported", "read_pressure"]
 
@@ -148,12 +150,18 @@ def imported(
     if options.encoder_column is not None or options.wheel is not None:
         recording, options, angle = with_encoder_angles(recording, options, said)
     try:
+        geometry = _geometry(engine, options)
+        if options.is_loop:
+            recording, options, angle = with_loop_angles(
+                recording, options, geometry, engine, degrees, said
+            )
         recorded = _cycles(recording, options, degrees, engine, angle, said, warnings)
-        geometry = _geometry(engine, options, said)
+        _say_crank_ratio(engine, options, said)
         recorded = {name: _pegged(c, name, geometry, options, said) for name, c in recorded.items()}
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
-            warnings += [f"{before}{finding}" for finding in examine(cycles, geometry)]
+            found = examine(cycles, geometry, silenced=("gap",) if options.is_loop else ())
+            warnings += [f"{before}{finding}" for finding in found]
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)
@@ -233,7 +241,14 @@ def _cycles(
         )
     return {
         name: cut_into_cycles(
-            recording, crank - fires, values, degrees, name, options.angle_step, said
+            recording,
+            crank - fires,
+            values,
+            degrees,
+            name,
+            options.angle_step,
+            said,
+            regular=not options.is_loop,
         )
         for fires, (name, values) in zip(firing, found.pressures.items(), strict=True)
     }
@@ -393,21 +408,27 @@ def _at_firing(
     return crank, abs(peak) > 60.0
 
 
-def _geometry(
-    engine: EngineMeasures | None, options: PressureOptions, said: list[str]
-) -> CylinderGeometry:
+def _geometry(engine: EngineMeasures | None, options: PressureOptions) -> CylinderGeometry:
     """Measures of a cylinder, as far as they are known."""
     values: Mapping[str, float] = {} if engine is None else engine.values
     ratio = options.crank_ratio
-    ratio = values.get("crank_ratio") if ratio is None else ratio
-    if ratio is None:
-        ratio = USUAL_CRANK_RATIO
-        said.append(f"crank ratio of {ratio:g} assumed for works; crank_ratio or engine gives it")
+    ratio = values.get("crank_ratio", USUAL_CRANK_RATIO) if ratio is None else ratio
     compression = options.compression_ratio or values.get("compression_ratio")
     return CylinderGeometry(
         values.get("bore", 1.0), values.get("stroke", 1.0), ratio, compression,
-        values.get("pin_offset", 0.0),
+        values.get("pin_offset", 0.0) + values.get("crank_offset", 0.0),
     )  # fmt: skip
+
+
+def _say_crank_ratio(
+    engine: EngineMeasures | None, options: PressureOptions, said: list[str]
+) -> None:
+    """Tell an assumed crank ratio."""
+    if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
+        said.append(
+            f"crank ratio of {USUAL_CRANK_RATIO:g} assumed for works; crank_ratio or engine gives "
+            "it"
+        )
 
 
 def _pegged(

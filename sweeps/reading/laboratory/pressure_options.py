@@ -48,6 +48,23 @@ class PressureOptions(ReadingChoices):
         default=None, gt=0.0, le=90.0,
         description="a number in degree: the step of the angle, of a file without angles",
     )  # fmt: skip
+    volume_column: str | int | None = Field(
+        default=None,
+        description=f"{_COLUMN}: the volume of the cylinder, instead of crank angles",
+    )
+    volume_unit: str | None = Field(default=None, description="a text: 'cm3', 'l', 'm3' or 'in3'")
+    travel_column: str | int | None = Field(
+        default=None,
+        description=f"{_COLUMN}: the travel of the piston from top dead centre, instead of crank "
+        "angles",
+    )
+    travel_unit: str | None = Field(
+        default=None, description="a text: '1' or '%' of the stroke, or 'mm'"
+    )
+    stroke_column: str | int | None = Field(
+        default=None,
+        description=f"{_COLUMN}: 1 (intake), 2 (compression), 3 (expansion) or 4 (exhaust)",
+    )
     encoder_column: str | int | None = Field(
         default=None, description=f"{_COLUMN}: the signal of a toothed wheel, sampled over time"
     )
@@ -134,6 +151,11 @@ class PressureOptions(ReadingChoices):
         default=None, gt=0.0, le=30.0,
         description="a number in degree that divides the cycle: the step of the diagram",
     )  # fmt: skip
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether the pressure is over volume or travel."""
+        return self.volume_column is not None or self.travel_column is not None
 
 
 class ImportOptions(PressureOptions):

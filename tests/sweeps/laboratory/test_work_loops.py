@@ -1,0 +1,320 @@
+"""Pressure over volume or travel: there and back again, and loops that are refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+import sweeps
+from engine_dyn.geometry import slider_crank
+from sweeps.reading.engine_files import load_engine
+from sweeps.reading.laboratory.pressure import read_pressure
+
+NAMES = "volume_cm3,pressure_bar\n"
+CATALOGUE = Path(sweeps.__file__).parent / "catalogue" / "engines"
+
+
+@pytest.fixture(scope="module")
+def ntua() -> Any:
+    return sweeps.run(
+        {"engine": "ntua", "output": {"quantities": [
+            "pressure", "cylinder_volume", "position", "delta", "imep", "displacement"]}}
+    )  # fmt: skip
+
+
+def rows(*columns: Any) -> str:
+    return "\n".join(",".join(f"{v!r}" for v in row) for row in zip(*columns, strict=True)) + "\n"
+
+
+def lists(data: Any, *names: str) -> list[list[float]]:
+    return [data[name].values.tolist() for name in names]
+
+
+# There and back again -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rolled", [0, 77, 180, 360, 541])
+def test_from_angle_to_volume_and_back(ntua: Any, tmp_path: Path, rolled: int) -> None:
+    """The same points come back: the inverse of the travel is exact, wherever the loop begins."""
+    volume, pressure = (np.roll(v, rolled).tolist() for v in lists(
+        ntua, "cylinder_volume", "pressure"))  # fmt: skip
+    path = tmp_path / "loop.csv"
+    path.write_text(NAMES + rows(volume, pressure))
+    found = read_pressure(path, volume_column="volume_cm3", engine="ntua").mean
+    # at the dead centres the angle goes as the root of the volume: 1e-16 of it are 1e-8
+    assert np.degrees(found.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
+    assert found.pressure[0] == pytest.approx(ntua.pressure.values * 1e5, rel=1e-12)
+
+
+def test_a_scene_takes_the_loop(ntua: Any, tmp_path: Path) -> None:
+    (tmp_path / "loop.csv").write_text(NAMES + rows(*lists(ntua, "cylinder_volume", "pressure")))
+    (tmp_path / "points.csv").write_text(
+        "crank_angle_deg,pressure_bar\n" + rows(*lists(ntua, "crank_angle", "pressure"))
+    )
+    found = {}
+    for name, keys in (("loop", {"volume_column": 1}), ("points", {})):
+        (tmp_path / f"{name}.toml").write_text(
+            f'engine = "ntua"\n[indicator]\nfile = "{name}.csv"\n'
+            + "".join(f"{key} = {value}\n" for key, value in keys.items())
+            + '[output]\nquantities = ["delta", "imep"]\n'
+        )
+        found[name] = sweeps.run(tmp_path / f"{name}.toml")
+    for name in ("delta", "imep"):
+        assert float(found["loop"][name]) == pytest.approx(float(found["points"][name]), rel=1e-7)
+    notes = found["loop"].attrs["indicator_notes"]
+    assert "pressure over volume: crank angles of 720 points" in str(notes)
+
+
+@pytest.mark.parametrize(
+    ("engine", "column", "scale", "unit"),
+    [("ntua", "x/s [%]", 100.0, None), ("ntua", "x [mm]", 180.0, None), ("ntua", "x", 1.0, None),
+     ("marine_80x345", "travel", 345.0, "cm")],
+)  # fmt: skip
+def test_from_angle_to_travel_and_back(
+    tmp_path: Path, engine: str, column: str, scale: float, unit: str | None
+) -> None:
+    data = sweeps.run({"engine": engine, "output": {"quantities": ["pressure", "position"]}})
+    travel = (0.5 * scale * data["position"].values).tolist()
+    path = tmp_path / "loop.csv"
+    path.write_text(f"{column},p [bar]\n" + rows(travel, *lists(data, "pressure")))
+    more = {} if unit is None else {"travel_unit": unit}
+    read = read_pressure(path, travel_column=1, engine=engine, **more)
+    assert np.degrees(read.mean.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
+    assert read.mean.period == pytest.approx(2 * math.pi if engine != "ntua" else 4 * math.pi)
+
+
+def test_travel_alone_needs_no_engine(ntua: Any, tmp_path: Path) -> None:
+    path = tmp_path / "loop.csv"
+    travel = (0.5 * ntua["position"].values).tolist()
+    path.write_text("x,p_bar\n" + rows(travel, *lists(ntua, "pressure")))
+    read = read_pressure(path, travel_column="x", crank_ratio=0.09 / 0.35)
+    assert np.degrees(read.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
+    assert "'x' taken for parts of the stroke" in read.steps
+
+
+def offset_engine(folder: Path) -> Path:
+    text = (CATALOGUE / "ntua.toml").read_text()
+    path = folder / "offset.toml"
+    path.write_text(text.replace("[values]", "[values]\npin_offset = 0.01\ncrank_offset = 0.02"))
+    return path
+
+
+def test_of_an_offset_engine(tmp_path: Path) -> None:
+    """Strokes of unequal length: bottom dead centre lies beyond 180 degrees."""
+    engine = offset_engine(tmp_path)
+    data = sweeps.run(
+        {"engine": str(engine), "output": {"quantities": ["pressure", "cylinder_volume"]}}
+    )
+    path = tmp_path / "loop.csv"
+    path.write_text(NAMES + rows(*lists(data, "cylinder_volume", "pressure")))
+    for given in (str(engine), load_engine(engine)):
+        found = read_pressure(path, volume_column="volume_cm3", engine=given).mean
+        assert np.degrees(found.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
+
+
+def test_strokes_may_be_named_and_the_order_turned_round(ntua: Any, tmp_path: Path) -> None:
+    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
+    strokes = np.repeat([1, 2, 3, 4], 180).tolist()
+    path = tmp_path / "loop.csv"
+    path.write_text("volume_cm3,pressure_bar,stroke\n" + rows(volume, pressure, strokes))
+    keys = {"volume_column": "volume_cm3", "stroke_column": "stroke", "engine": "ntua"}
+    found = read_pressure(path, **keys)
+    # a dead centre belongs to both strokes
+    assert np.degrees(found.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
+    assert not any("360 degree" in step for step in found.steps)
+    backward = "volume_cm3,pressure_bar\n" + rows(volume[::-1], pressure[::-1])
+    path.write_text(backward)
+    found = read_pressure(
+        path, volume_column=1, pressure_column=2, engine="ntua", direction="backward"
+    )
+    assert np.degrees(found.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
+    wrong = read_pressure(path, volume_column=1, engine="ntua")
+    assert any("higher on compression than on expansion" in w for w in wrong.warnings)
+
+
+def test_rounded_volumes(ntua: Any, tmp_path: Path) -> None:
+    """Near dead centre several points have the same rounded volume; they become one."""
+    volume, pressure = (np.repeat(v, 1) for v in lists(ntua, "cylinder_volume", "pressure"))
+    path = tmp_path / "loop.csv"
+    lines = [f"{v:.0f},{p:.3f}" for v, p in zip(volume, pressure, strict=True)]
+    path.write_text(NAMES + "\n".join(lines))
+    found = read_pressure(path, volume_column="volume_cm3", engine="ntua")
+    assert found.mean.angle.size < 720
+    near = np.interp(found.mean.angle, np.radians(ntua.crank_angle.values), ntua.pressure * 1e5)
+    # half a cubic centimetre is 0.5/2771/0.31 of phi^2 near dead centre: 1.4 degrees, at up to
+    # 2.2 bar a degree
+    assert np.abs(found.mean.pressure[0] - near).max() < 1.4 * 2.2e5
+
+
+def test_points_that_are_even_in_travel(ntua: Any, tmp_path: Path) -> None:
+    """Coarse at the dead centres: imep and delta are as near as the spline through the points."""
+    ratio, count = 0.09 / 0.35, 400
+    parts = np.linspace(0.0, 1.0, count + 1)
+
+    def angle_at(part: float) -> float:  # going down, by bisection
+        if part in (0.0, 1.0):
+            return math.pi * part
+        return float(
+            brentq(lambda phi: slider_crank.position(phi, ratio) - 2.0 * part, 0.0, math.pi,
+                   xtol=1e-14)
+        )  # fmt: skip
+
+    down = np.array([angle_at(float(part)) for part in parts])
+    half = np.concatenate([-down[::-1], down[1:]])[:-1]  # from bottom to just before bottom
+    angles = np.concatenate([half - 2.0 * math.pi, half])[count:]
+    angles = np.concatenate([angles, half[:count] + 2.0 * math.pi])  # -360 to 360 degrees
+    grid = np.radians(ntua.crank_angle.values)
+    closed = np.append(ntua.pressure.values, ntua.pressure.values[0])
+    exact = CubicSpline(np.append(grid, 2.0 * math.pi), closed, bc_type="periodic")
+    travel = 0.5 * slider_crank.position(angles, ratio)
+    pressure = exact(angles)
+    path = tmp_path / "loop.csv"
+    path.write_text("x,p_bar\n" + rows(travel.tolist(), pressure.tolist()))
+    scene = {"engine": "ntua", "indicator": {"file": str(path), "travel_column": "x"}}
+    found = sweeps.run({**scene, "output": {"quantities": ["pressure", "delta", "imep"]}})
+    # the spline through these points, by another library
+    through = CubicSpline(
+        np.append(angles, angles[0] + 4.0 * math.pi), np.append(pressure, pressure[0]),
+        bc_type="periodic",
+    )  # fmt: skip
+    wanted = through((grid - angles[0]) % (4.0 * math.pi) + angles[0])
+    assert found["pressure"].values == pytest.approx(wanted, abs=1e-6)
+    # What it misses, integrated over the volume, bounds the error of work and speed.
+    fine = np.linspace(-2.0 * math.pi, 2.0 * math.pi, 20001)
+    missed = np.abs(through(fine) - exact(fine)) * np.abs(slider_crank.velocity(fine, ratio))
+    work = float(missed.mean()) * 4.0 * math.pi * 0.5  # bar, over the swept volume
+    assert work < 0.05
+    assert float(found["imep"]) == pytest.approx(float(ntua["imep"]), abs=work)
+    energy = work * 1e5 * float(ntua["displacement"])
+    # omega_max - omega_min changes by the energy over Theta omega, on each side
+    limit = 2.0 * energy / (2.0 * (40.0 * math.pi) ** 2)
+    assert float(found["delta"]) == pytest.approx(float(ntua["delta"]), abs=limit)
+
+
+def test_angles_that_count_from_bottom_dead_centre(ntua: Any, tmp_path: Path) -> None:
+    """Kakaitsas counts from 0 to 720 degrees, 0 where the compression begins."""
+    angle = np.arange(0.0, 720.0)
+    pressure = np.roll(ntua.pressure.values, 540)  # firing at 180
+    assert pressure.argmax() == 180 + ntua.pressure.values.argmax() - 360
+    (tmp_path / "p.csv").write_text(
+        "crank_angle_deg,pressure_bar\n" + rows(angle.tolist(), pressure.tolist())
+    )
+    table = {"file": str(tmp_path / "p.csv"), "zero": "BDC"}
+    found = sweeps.run(
+        {"engine": "ntua", "indicator": table, "output": {"quantities": ["pressure", "imep"]}}
+    )
+    np.testing.assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
+
+
+def test_several_loops(ntua: Any, tmp_path: Path) -> None:
+    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
+    path = tmp_path / "loops.csv"
+    path.write_text(NAMES + rows(volume * 3, pressure * 3))
+    found = read_pressure(path, volume_column=1, engine="ntua", average=True)
+    assert found.recorded["pressure_bar"].cycles == 3
+    assert found.mean.pressure[0] == pytest.approx(ntua.pressure.values * 1e5, rel=1e-9)
+
+
+# What is refused ----------------------------------------------------------------------------------
+
+
+def loop(folder: Path, travel: Any, pressure: Any, *more: Any, head: str = "x,p_bar") -> Path:
+    path = folder / "loop.csv"
+    columns = [np.asarray(column).tolist() for column in (travel, pressure, *more)]
+    path.write_text(head + "\n" + rows(*columns))
+    return path
+
+
+ANGLE = np.radians(np.arange(-360.0, 360.0, 4.0))
+TRAVEL = 0.5 * slider_crank.position(ANGLE, 0.25)
+PRESSURE = 1.0 + 40.0 * np.exp(-((ANGLE / 0.5) ** 2)) + 3.0 * np.exp(-(((ANGLE - 0.6) / 0.5) ** 2))
+
+
+def changed(at: int, value: float) -> list[float]:
+    values = TRAVEL.tolist()
+    values[at] = value
+    return values
+
+
+@pytest.mark.parametrize(
+    ("travel", "keys", "message"),
+    [
+        (TRAVEL, {"travel_column": "y"}, r"travel_column = 'y': no such column"),
+        (TRAVEL, {"volume_column": 1}, r"travel_column: only one of them"),
+        (TRAVEL, {"angle_column": 1}, r"travel_column and angle_column: only one of them"),
+        (TRAVEL, {"zero": "BDC"}, r"travel_column and zero: only one of them"),
+        (TRAVEL, {"crank_ratio": None}, r"travel_column: needs crank_ratio, or an engine"),
+        (TRAVEL, {"travel_unit": "mm"}, r"column 'x': in mm: needs an engine with its stroke"),
+        (TRAVEL, {"travel_unit": "bar"}, r"column 'x': unit 'bar'; must have travel_unit out of 1"),
+        (TRAVEL * 2.0, {}, r"line 47, column 'x': lies at 2 of the stroke .* must be from 0 to 1"),
+        (changed(20, 0.9), {}, r"line 2\d, column 'x': turns back at 0.\d+ of the stroke; must "),
+        (TRAVEL * 0.9, {}, r"turns back at 0.9 of the stroke; must rise on to within 0.02"),
+        (TRAVEL[:90], {}, r"passes 2 dead centres; must be 4 in the order of the strokes"),
+        (np.full(40, 0.5), {}, r"column 'x': the piston does not move"),
+        (
+            TRAVEL,
+            {"stroke_column": 2},
+            r"line 47, column 'p_bar': '1': must be one of 1 \(intake\)",
+        ),
+    ],
+)
+def test_loops_that_are_refused(
+    tmp_path: Path, travel: Any, keys: dict[str, Any], message: str
+) -> None:
+    path = loop(tmp_path, np.asarray(travel).tolist(), PRESSURE[: len(travel)].tolist())
+    given = {"travel_column": "x", "crank_ratio": 0.25, **keys}
+    with pytest.raises(sweeps.SceneError, match=message) as told:
+        read_pressure(path, **{key: value for key, value in given.items() if value is not None})
+    assert "\n" not in str(told.value) and "loop.csv" in str(told.value)
+
+
+def test_volumes_need_measures(tmp_path: Path, ntua: Any) -> None:
+    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
+    path = loop(tmp_path, volume, pressure, head="V [cm3],p_bar")
+    for keys, message in (
+        ({"crank_ratio": 0.25}, "volume_column: needs an engine with its bore"),
+        ({"engine": "diesel_105x137"}, "column 'V': needs compression_ratio"),
+        ({"engine": "ntua", "compression_ratio": 12.0}, "check unit, compression_ratio and the"),
+        ({"engine": "ntua", "volume_unit": "l"}, r"must be from 0 to 1 \(check unit"),
+    ):
+        with pytest.raises(sweeps.SceneError, match=message):
+            read_pressure(path, volume_column="V", **keys)
+
+
+def test_strokes_out_of_order(tmp_path: Path) -> None:
+    strokes = np.repeat([1, 2, 4, 3], 45)
+    path = loop(tmp_path, TRAVEL, PRESSURE, strokes.tolist(), head="x,p_bar,stroke")
+    keys = {"travel_column": "x", "stroke_column": "stroke", "crank_ratio": 0.25}
+    with pytest.raises(sweeps.SceneError, match="exhaust follows compression; must be expansion"):
+        read_pressure(path, **keys)
+    strokes = np.repeat([2, 3, 4, 1], 45)
+    path = loop(tmp_path, TRAVEL, PRESSURE, strokes.tolist(), head="x,p_bar,stroke")
+    with pytest.raises(sweeps.SceneError, match=r"of the stroke; must fall in compression"):
+        read_pressure(path, **keys)
+    path = loop(tmp_path, TRAVEL, PRESSURE, ["in"] * 180, head="x,p_bar,stroke")
+    with pytest.raises(sweeps.SceneError, match=r"must be one of 1 \(intake\), 2 \(compression\)"):
+        read_pressure(path, **keys)
+    with pytest.raises(sweeps.SceneError, match=r"must be one of 2 \(compression\), 3 \(expans"):
+        read_pressure(path, **keys, two_stroke=True)
+
+
+def test_two_pressures_at_one_place(tmp_path: Path) -> None:
+    travel, pressure = TRAVEL.tolist(), PRESSURE.tolist()
+    travel.insert(100, travel[100])
+    pressure.insert(100, pressure[100] + 5.0)
+    path = loop(tmp_path, travel, pressure)
+    with pytest.raises(sweeps.SceneError, match="at one place of the piston near crank angle"):
+        read_pressure(path, travel_column="x", crank_ratio=0.25)
+
+
+def test_points_too_far_apart(tmp_path: Path) -> None:
+    keep = ~((np.degrees(ANGLE) > 60.0) & (np.degrees(ANGLE) < 100.0))
+    path = loop(tmp_path, TRAVEL[keep], PRESSURE[keep])
+    with pytest.raises(sweeps.SceneError, match=r"line 108, column 'x': the crank turns by 40 deg"):
+        read_pressure(path, travel_column="x", crank_ratio=0.25)
