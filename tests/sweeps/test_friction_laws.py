@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.units import RPM
 from sweeps.errors import SceneError
 from sweeps.reading.engine_files import load_engine
 from tests.support.commands import invoke
@@ -121,18 +120,30 @@ def test_rings_and_skirt_follow_the_stroke() -> None:
     assert (curve >= rest * (1.0 - 1e-12)).all()
 
 
-def test_the_skirt_alone_is_the_square_of_the_piston_speed() -> None:
-    """What lower rings leave: the curve less that with other rings is of the rings alone."""
-    base = {**LAW, "ring_pressure": 2.0, "geometric_compression_ratio": 9.4}
-    asked = ("instantaneous_friction_torque", "velocity", "friction_torque", "fmep", "fmep_skirt")
-    one = run("ntua", *asked, set={**BEARINGS, **VALVES, **base, "crankcase_pressure": 1.0})
-    # With a bore and piston speed that only the skirt knows twice over: halve the bore's share.
-    u2 = one["velocity"] ** 2
-    skirt = one["friction_torque"] * one["fmep_skirt"] / one["fmep"] * u2 / u2.mean()
-    rest = one["instantaneous_friction_torque"] - skirt
-    # What remains is constant but for the rings, whose torque is load times speed.
-    still = rest.sel(crank_angle=[-360, -180, 0, 180])
-    np.testing.assert_allclose(still, still[0], rtol=1e-6)
+def test_the_curve_of_one_cylinder_by_hand() -> None:
+    """Rings by load times speed, skirt by the square of the speed, the rest constant.
+
+    Means over half degrees of curves with kinks are exact to some 1e-4.
+    """
+    asked = ("instantaneous_friction_torque", "friction_torque", "fmep", *PARTS, "velocity",
+             "pressure")  # fmt: skip
+    found = sweeps.run(
+        engine="ntua", set={**BEARINGS, **VALVES, **LAW, "ring_pressure": 2.0, "load": 90},
+        output={"quantities": list(asked), "angle_step": 0.5},
+    )  # fmt: skip
+    speed = np.abs(found["velocity"])
+    load = np.maximum(2.0 + found["pressure"] - 1.01325, 0.0)
+    rings = (found["fmep_rings"] + found["fmep_ring_gas_pressure"]) / found["fmep"]
+    skirt = found["fmep_skirt"] / found["fmep"]
+    of_rings, of_skirt = load * speed, speed**2
+    shape = (
+        1.0 - rings - skirt
+        + rings * of_rings / of_rings.mean("crank_angle")
+        + skirt * of_skirt / of_skirt.mean("crank_angle")
+    )  # fmt: skip
+    expected = found["friction_torque"] * shape
+    np.testing.assert_allclose(found["instantaneous_friction_torque"], expected, rtol=2e-4)
+    assert 0.1 < float(rings) < 0.6 and 0.05 < float(skirt) < 0.6
 
 
 def test_the_speed_is_solved_with_it() -> None:
@@ -205,7 +216,6 @@ def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
         ({"set": LAW, "axes": {"friction_skirt": [0.1, 0.2]}},
          r"\[axes\] friction_skirt: not allowed together with friction_law"),
         ({"engine": "ntua", "set": LAW},
-         r"'fmep' needs crank_pin_width .*which engine ntua does not give|"
          r"'fmep' needs \w+ .*which engine ntua does not give; must be in \[set\]"),
         ({"engine": "marine_80x345", "set": LAW},
          r"friction_law = 'patton_nitschke_heywood': the law of Patton, Nitschke and Heywood is "
@@ -263,8 +273,7 @@ def test_a_length_in_millimetres_is_noticed() -> None:
         run(FOUR, "crank_pin_pressure_max", set={"crank_pin_diameter": 2.0})
 
 
-def test_words_are_shown_and_listed(tmp_path: Path) -> None:
+def test_words_are_listed() -> None:
     assert "friction_law" in invoke("list", "keys").output
     assert "fmep_valve_train" in invoke("list", "quantities", "camshaft").output
-    found = run(FOUR, "fmep", set={**LAW, "speed": 1000.0 / RPM * RPM})
-    assert "patton_nitschke_heywood" in found.attrs["scene"]
+    assert "crank_pin_pressure_max" in invoke("list", "quantities", "specific bearing load").output
