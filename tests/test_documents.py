@@ -15,13 +15,16 @@ import pandas as pd
 import pytest
 
 import sweeps
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
+from engine_dyn.speed.methods import METHODS
 from sweeps.cli.main import main as command
+from sweeps.figures.kinds import KINDS
 from sweeps.planning.plan import make_plan
 from sweeps.planning.shards import shard
-from sweeps.reading.engine_files import load_engine
+from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.running import into_archive
 from sweeps.running.options import Options
-from sweeps.scene.reading import read_scene
+from sweeps.scene.reading import built_in_scenes, read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -259,6 +262,38 @@ def test_one_diagram_gives_all_rows(study: Any, printed: Any) -> None:
         middle = printed.number(case, "delta")
         within = max(high - middle, middle - low, 1e-3 * middle)
         assert abs(fitted.at("published", "delta", case) - middle) <= within, case
+
+
+# Counted in the source documents: K Kakaitsas, A Asgari, R Rakopoulos, M Mosakowski, L lecture 18.
+ITEMS = {"K": 84, "A": 33, "R": 31, "M": 15, "L": 19}
+
+
+def anchors(name: str) -> set[str]:
+    """Anchors of a page's headings, as GitHub makes them."""
+    heads = re.findall(r"^#+ (.*)$", DOCUMENTS[name], re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def test_every_item_of_the_sources_is_covered_by_something_that_exists() -> None:
+    rows = re.findall(r"^\| ([KARML])(\d+) \| (.+) \| (.+) \| (.+) \|$", VALIDATION, re.MULTILINE)
+    for letter, count in ITEMS.items():
+        assert [int(row[1]) for row in rows if row[0] == letter] == list(range(1, count + 1))
+    known = {
+        *PARAMETERS, *ALL_QUANTITIES, *METHODS, *built_in_scenes(), *catalogue(),
+        *(kind.name for kind in KINDS),
+        # Tables of scenes, and words that are not looked up by name.
+        "[indicator]", "[characteristic]", "passes", "truncation", "inertia_model",
+    }  # fmt: skip
+    for letter, number, _, covered, numbers in rows:
+        names = re.findall(r"`([^`]+)`", covered)
+        for name in names:
+            if name.startswith("sweeps."):
+                assert callable(getattr(sweeps, name.removeprefix("sweeps."))), name
+            elif " " not in name:
+                assert name in known, f"{letter}{number}: {name}"
+        assert names or "](" in covered, f"{letter}{number}"
+        for page, anchor in re.findall(r"\]\(([\w.]*)#([^)]+)\)", f"{covered} {numbers}"):
+            assert anchor in anchors(page or "validation.md"), f"{letter}{number}: #{anchor}"
 
 
 @pytest.mark.slow

@@ -65,6 +65,7 @@ from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.reading.engine_files import load_engine
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
+ITEMS = Path(__file__).with_name("source_items.md")
 DOCUMENT = ROOT / "docs" / "validation.md"
 FIGURES = ROOT / "docs" / "figures"
 
@@ -718,6 +719,7 @@ def document(study: Study, printed: Printed, drift: Drift, agreement: Sequence[A
         "no_drift": f"{nominal_speed(load_exponent=0.0).omega_mean:.2f}",
         "drift_table": drift_table(drift),
         "agreement_table": agreement_table(agreement),
+        "source_items": ITEMS.read_text(encoding="utf-8").rstrip("\n"),
         **balance_study.values(),
     }
     return filled(TEMPLATE.read_text(encoding="utf-8"), values)
