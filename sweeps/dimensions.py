@@ -20,6 +20,7 @@ __all__ = [
     "LABELS",
     "LOW",
     "METHOD",
+    "OF_ORDERS",
     "PARAMETER",
     "PUBLISHED",
     "RESTART",
@@ -58,6 +59,10 @@ ELASTICITY = "_elasticity"
 LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
 """Endings of what is known of the uncertainty of a quantity: the ends of its band, the part of the
 variance that is linear, and the shares of the parameters, over `UNCERTAIN`."""
+
+OF_ORDERS = "firing_orders"
+"""Attribute of archives of all firing orders of an engine: how they were chosen, and how many there
+are, as JSON."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""

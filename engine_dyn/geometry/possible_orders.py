@@ -43,6 +43,7 @@ __all__ = [
     "known_order_of",
     "numbered_from_other_end",
     "possible_orders",
+    "sampled_orders",
     "turning_other_way",
 ]
 
@@ -139,6 +140,48 @@ def possible_orders(engine: Arrangement, crank: str = "own") -> tuple[PossibleOr
             found.append(PossibleOrder(_with(engine, places, base, firing), own))
     found.sort(key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles)))
     return _named(found)
+
+
+def sampled_orders(
+    engine: Arrangement, crank: str, number: int, seed: int = 1
+) -> tuple[PossibleOrder, ...]:
+    """Draw some of `possible_orders` at random, all equally likely; the engine's own is among them.
+
+    Parameters
+    ----------
+    engine, crank
+        As of `possible_orders`.
+    number : int
+        How many, at least 1; all of them where there are no more.
+    seed : int
+        Of the random numbers.
+
+    Returns
+    -------
+    tuple of PossibleOrder
+        Different ones, sorted by their orders.
+    """
+    total = count_orders(engine, crank)
+    if number >= total:
+        return possible_orders(engine, crank)
+    random = np.random.default_rng(seed)
+    places = _places(engine)
+    kinds = _kinds_of_cranks(places, alike=crank == "any")
+    kinds = kinds[:1] if crank == "own" else kinds
+    base, firing = places.base, tuple(float(angle) for angle in engine.firing_angles)
+    found: dict[tuple[float, ...], PossibleOrder] = {}
+    while len(found) < number:
+        made = _with(engine, places, base, firing)
+        key = tuple(round(angle / DEGREE, DIGITS) for angle in firing)
+        found.setdefault(key, PossibleOrder(made, _same_angles(base, places.base)))
+        base = kinds[random.integers(len(kinds))]
+        if crank == "any":
+            base = _shuffled(places, base, random)
+        ways = list(_firing_angles(engine, _offsets(places, base)))
+        firing = ways[random.integers(len(ways))]
+    drawn = list(found.values())
+    drawn.sort(key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles)))
+    return _named(drawn)
 
 
 def numbered_from_other_end(engine: Arrangement) -> Arrangement | None:
@@ -345,6 +388,19 @@ def _cranks_of(places: _Places, base: tuple[float, ...]) -> Iterator[tuple[float
         for chosen in _sequences([places.kinds[place] for place in rest], left):
             angles = dict(zip(rest, chosen, strict=True)) | {places.first: first}
             yield tuple((angles[place] + shift) % TURN for place in range(len(base)))
+
+
+def _shuffled(
+    places: _Places, base: tuple[float, ...], random: np.random.Generator
+) -> tuple[float, ...]:
+    """One sequence of throws along the shaft, the place of cylinder 1 at its angle."""
+    angles = list(base)
+    for kind in sorted(set(places.kinds)):
+        mine = [place for place, own in enumerate(places.kinds) if own == kind]
+        for place, other in zip(mine, random.permutation(mine).tolist(), strict=True):
+            angles[place] = base[other]
+    shift = places.base[places.first] - angles[places.first]
+    return tuple((angle + shift) % TURN for angle in angles)
 
 
 def _sequences(

@@ -217,15 +217,15 @@ NODES: tuple[Node, ...] = (
         _shaft_extremes, throws=True, width=shaft_torque.EXTREMES.itemsize,
     ),
     Node(
-        "torque_after_throw_range", r"\max_i(T_{i,max}-T_{i,min})", "N m",
-        "largest range of the torque in the shaft after a throw", "after Kakaitsas section 5.4",
-        needs=("shaft_torque_extremes",),
+        "torque_after_throw_range", r"\Delta T_{i,max}", "N m",
+        "largest range of the torque along the shaft, after any throw",
+        "after Kakaitsas section 5.4", needs=("shaft_torque_extremes",),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["range"],
     ),
     Node(
-        "first_mode_torque_rms", r"M_1^\beta_{rms}", "N m",
-        "root mean square of the torque that excites the first torsional mode of equal throws "
-        "held at the take-off, less its mean",
+        "first_mode_torque_rms", r"M_{1,rms}^{\beta}", "N m",
+        "torque that excites the first torsional mode, root mean square less the mean, of equal "
+        "throws on a uniform shaft held at the take-off",
         "phase vectors in the mode of a uniform shaft, derived here",
         needs=("shaft_torque_extremes",),
         make=lambda shaft_torque_extremes: shaft_torque_extremes["rms"],

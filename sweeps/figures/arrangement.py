@@ -7,6 +7,7 @@ the star is one cycle.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ import numpy as np
 
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
-from sweeps.figures.views import View
+from sweeps.figures.views import MOST_PANELS, View
 from sweeps.figures.wording import number_text, sentence
 
 if TYPE_CHECKING:
@@ -40,11 +41,12 @@ def _listed(view: View) -> dict[str, Mapping[str, Any]]:
     """
     described = json.loads(view.data.attrs.get("arrangement") or "[]")
     listed = [described] if isinstance(described, dict) else described
-    return {
+    found = {
         f"_{number}" if len(listed) > 1 else "": one
         for number, one in enumerate(listed, start=1)
         if "period" in one and len(one["throws"]) > 1
     }
+    return dict(itertools.islice(found.items(), MOST_PANELS))
 
 
 def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -19,7 +19,7 @@ from sweeps.figures.arrangement import blank, circle, gathered, label, point, se
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.strokes import arrangements_of
 from sweeps.figures.study import Study
-from sweeps.figures.views import View
+from sweeps.figures.views import MOST_PANELS, View
 from sweeps.figures.wording import number_text
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw side view and star of the throws, a figure for each arrangement."""
     listed = arrangements_of(study.view.data)
     given = json.loads(study.view.data.attrs.get("parameters", "{}"))
-    for number, one in enumerate(listed, start=1):
+    for number, one in enumerate(listed[:MOST_PANELS], start=1):
         if len(one.get("throws", ())) > 1:
             suffix = f"_{number}" if len(listed) > 1 else ""
             yield f"crank_star{suffix}", _figure(one, given.get("counterweight_fraction", 0.0))

@@ -57,6 +57,7 @@ from sweeps.figures.crank_star import crank_stars, star_names
 from sweeps.figures.crank_train import crank_train, train_force_names
 from sweeps.figures.curves import curves
 from sweeps.figures.cylinder_deviations import deviation_names, deviations
+from sweeps.figures.firing_orders import firing_orders, order_names
 from sweeps.figures.fitted import fitted_names, fitted_speeds
 from sweeps.figures.friction import friction_components, friction_names
 from sweeps.figures.indicator import (
@@ -190,6 +191,8 @@ KINDS = (
     Kind("cylinder_deviations",
          "imep of single cylinders by the measured speed: missed cycles, weak ones",
          "deviations of single cylinders", deviation_names, deviations, own_angle=True),
+    Kind("firing_orders", "firing orders side by side, by every criterion",
+         "firing orders that were ranked (engine-dyn firing-orders)", order_names, firing_orders),
     Kind("mechanism_forces", "forces of the mechanism in one panel",
          "two forces of the piston or the mechanism", grouped_names, groups),
     Kind("crank_train", "crank train with its forces to scale at one crank angle",

@@ -18,7 +18,7 @@ from engine_dyn.types import Floats
 from sweeps.figures.scales import crank_axis
 from sweeps.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.figures.study import Study
-from sweeps.figures.views import View
+from sweeps.figures.views import MOST_PANELS, View
 from sweeps.figures.wording import number_text
 
 TURN = 180.0
@@ -56,7 +56,7 @@ def _several(one: Mapping[str, Any]) -> bool:
 def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the strokes of all cylinders, the first to fire above; a figure for each engine."""
     listed = arrangements_of(study.view.data)
-    for number, one in enumerate(listed, start=1):
+    for number, one in enumerate(listed[:MOST_PANELS], start=1):
         if _several(one):
             suffix = f"_{number}" if len(listed) > 1 else ""
             yield f"strokes{suffix}", _figure(study.view, one)
