@@ -7,6 +7,7 @@ from typing import Any
 
 from engine_dyn.engine import Engine
 from sweeps.errors import SceneError
+from sweeps.reading.exclusive_keys import exclusive_pair
 from sweeps.scene.sample import Sample, read_sample
 from sweeps.scene.values import GivenValues
 
@@ -24,8 +25,8 @@ def read_uncertainty(
 ) -> Sample | None:
     """Read [uncertainty]: the engine's ranges, and those that the scene gives instead or besides.
 
-    What the scene gives in [set], [axes] or [designs] is taken as known, unless its [uncertainty]
-    says otherwise of a value of [set].
+    What the scene gives in [set], [axes] or [designs] is taken as known, and so is what that
+    replaces, unless its [uncertainty] says otherwise of a value of [set].
 
     Raises
     ------
@@ -43,7 +44,7 @@ def read_uncertainty(
         if key in values.axes or key in values.designs:
             place = "axes" if key in values.axes else "designs"
             raise SceneError(f"{where} {key}: varies in [{place}]; give it in one place")
-    known = {key: item for key, item in engine.uncertainty.items() if not values.gives(key)}
+    known = {k: item for k, item in engine.uncertainty.items() if not _given_instead(k, values)}
     if not {**known, **own}:
         raise SceneError(
             f"{where}: nothing is uncertain: engine {engine.name} gives no ranges that the scene "
@@ -52,6 +53,12 @@ def read_uncertainty(
     check_engine_ranges(engine)
     table = {"number": NUMBER, **known, **raw}
     return read_sample(table, where)
+
+
+def _given_instead(key: str, values: GivenValues) -> bool:
+    """Whether the scene gives a value of the engine, or what replaces it: parts of the inertia."""
+    own = (*values.settings, *values.axes, *values.designs)
+    return values.gives(key) or any(exclusive_pair((key, other)) is not None for other in own)
 
 
 def check_engine_ranges(engine: Engine) -> None:

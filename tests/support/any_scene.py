@@ -120,6 +120,10 @@ def _masses(draw: Draw, given: Given) -> None:
         return
     if "piston_mass" in given.own:
         given.values |= {k: around(given.own[k]) for k in ("piston_mass", "rod_mass", "crank_mass")}
+        if draw(st.booleans()):  # the throw as it is, in place of its mass at the crank radius
+            del given.values["crank_mass"]
+            given.values["throw_mass"] = around(2.0 * given.own["crank_mass"])
+            given.values["throw_radius"] = around(0.25 * given.own["stroke"])
     if "rod_centre_of_gravity" in given.own:
         given.values["rod_centre_of_gravity"] = around(given.own["rod_centre_of_gravity"])
 
@@ -374,7 +378,7 @@ def _flywheel(draw: Draw, given: Given) -> None:
     given.values |= {
         "wanted_delta": near(0.01, 0.05), "flywheel_outer_diameter": near(0.45, 0.6),
         "flywheel_inner_diameter": near(0.2, 0.35), "flywheel_density": near(7000.0, 7900.0),
-        "rim_speed_limit": near(25.0, 60.0),
+        "rim_speed_limit": near(25.0, 60.0), "rim_speed_lowest": near(5.0, 24.0),
     }  # fmt: skip
 
 

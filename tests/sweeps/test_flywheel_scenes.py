@@ -326,6 +326,18 @@ def test_verdicts_have_no_elasticity_and_no_band() -> None:
     assert table is None or list(table["rim_speed_verdict"]) == ["below", "within", "above"]
 
 
+@pytest.mark.compiled
+def test_a_range_of_the_whole_inertia_gives_way_to_its_parts() -> None:
+    """The engine's file has a range of `inertia`; drawn beside the parts it would replace them."""
+    found = sweeps.run(
+        {"engine": "b112", "set": {"flywheel_inertia": 0.09, "auxiliary_inertia": 0.0176},
+         "uncertainty": {"number": 16}, "output": {"quantities": ["inertia_share", "delta"]}}
+    )  # fmt: skip
+    assert "inertia" not in found["uncertain_parameter"].values
+    assert float(found["delta_low"]) < float(found["delta"]) < float(found["delta_high"])
+    assert float(found["inertia_share_low"]) == pytest.approx(float(found["inertia_share"]))
+
+
 # --- the crank throw ------------------------------------------------------------------------------
 
 
