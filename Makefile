@@ -17,7 +17,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates stress \
+.PHONY: help demo check test coverage lint imports types docs validation calibrate data-sheet misfire-map bench bench-kernels studies quantities rates stress \
 	large-runs reliability faults soak properties fuzz damage wheel lock licences clean distclean
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make coverage    which lines of engine_dyn the tests reach, with the compiler off (3 min)"
 	@echo "make lint types  ruff and the rules of imports, mypy"
 	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
+	@echo "make docs        the site of the documentation, in out/docs (1 min)"
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make data-sheet  write docs/data_sheet.md, whose commands it runs"
@@ -77,6 +78,11 @@ imports: $(VENV)/.installed-lint
 
 types: $(VENV)/.installed-lint
 	$(python) -m mypy $(typed)
+
+# Any warning is an error: links within the site lead somewhere.
+docs: $(VENV)/.installed-docs
+	$(python) -m sphinx --quiet --fail-on-warning --keep-going --builder html docs out/docs -d out/doctrees
+	@echo "open out/docs/index.html"
 
 validation: $(VENV)/.installed-test
 	$(python) tools/validation.py

@@ -30,28 +30,29 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 VALIDATION = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
 DOCUMENTS = {p.name: p.read_text("utf-8") for p in sorted((ROOT / "docs").glob("*.md"))}
+PAGES = {"README.md": README, **DOCUMENTS}
 
 # Scripts import each other by their bare names, as when they are run.
 sys.path.insert(0, str(ROOT / "tools"))
 friction_breakdown: Any = importlib.import_module("friction_breakdown")
 reliability: Any = importlib.import_module("reliability")
-readme_tables: Any = importlib.import_module("readme_tables")
+reference_tables: Any = importlib.import_module("reference_tables")
 thesis_study: Any = importlib.import_module("thesis_study")
 validation: Any = importlib.import_module("validation")
 
 
-def blocks(language: str) -> list[str]:
-    """Code blocks of the README in one language."""
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def blocks(language: str, page: str) -> list[str]:
+    """Code blocks of a page in one language."""
+    return re.findall(rf"```{language}\n(.*?)```", PAGES[page], re.DOTALL)
 
 
 # README -------------------------------------------------------------------------------------------
 
 
-def test_readme_tables_are_current() -> None:
-    for path, tables in readme_tables.DOCUMENTS.items():
+def test_tables_are_current() -> None:
+    for path, tables in reference_tables.DOCUMENTS.items():
         text = path.read_text(encoding="utf-8")
-        assert readme_tables.updated(text, tables) == text, path.name
+        assert reference_tables.updated(text, tables) == text, path.name
 
 
 @pytest.mark.compiled
@@ -61,7 +62,8 @@ def test_the_friction_breakdown_is_current() -> None:
 
 def test_a_table_without_its_place_is_an_error() -> None:
     with pytest.raises(ValueError, match="0 places for the table 'engines'"):
-        readme_tables.updated(README.replace("<!-- end engines -->", ""))
+        page = DOCUMENTS["engine_files.md"].replace("<!-- end engines -->", "")
+        reference_tables.updated(page, {"engines": reference_tables.engines})
 
 
 @pytest.fixture
@@ -80,15 +82,43 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_readme_first_scene(folder: Path) -> None:
-    first, every_table, *_ = blocks("toml")
+def test_the_flywheel_of_the_readme(folder: Path) -> None:
+    (text,) = blocks("toml", "README.md")
+    (folder / "flywheel.toml").write_text(text, encoding="utf-8")
+    archive = sweeps.run("flywheel.toml")
+    conditions = re.findall(r'best flywheel.nc --least inertia --within "([^"]+)"', README)
+    found = sweeps.best(archive, least="inertia", within=conditions, at_every=["load", "speed"])
+    assert 0.2 < float(found["inertia"]) < 5.0
+    # "The exact one follows from wanted_delta, without the axis of inertia."
+    scene = tomllib.loads(text)
+    del scene["axes"]["inertia"]
+    scene["set"]["wanted_delta"] = "1/150"
+    scene["output"] = {"quantities": ["inertia_required"]}
+    exact = float(sweeps.run(scene)["inertia_required"].max())
+    grid = archive["inertia"].values
+    assert float(found["inertia"]) == grid[np.searchsorted(grid, exact)]
+
+
+@pytest.mark.slow
+def test_the_million_designs_of_the_readme() -> None:
+    (text,) = blocks("python", "README.md")
+    space: dict[str, Any] = {}
+    exec(text, space)
+    assert space["archive"].sizes["design"] > 1_000_000
+    assert float(space["light"]["delta"]) <= 1 / 50
+
+
+def test_first_scene(folder: Path) -> None:
+    (first,) = blocks("toml", "first_scene.md")
+    (every_table,) = blocks("toml", "scene_files.md")
     (folder / "my_scene.toml").write_text(first, encoding="utf-8")
     archive = sweeps.run("my_scene.toml")
     assert dict(archive.sizes) == {"inertia": 24, "speed": 3}
     assert set(archive.data_vars) >= {"delta", "omega_max", "omega_min", "torque_mean"}
     assert (archive["status"] == 0).all()
     # What varies and what is set is explained line by line.
-    explained = README[README.index("| line | says |") : README.index("engine-dyn plan my_scene")]
+    page = DOCUMENTS["first_scene.md"]
+    explained = page[page.index("| line | says |") : page.index("engine-dyn plan my_scene")]
     for table in tomllib.loads(first).values():
         for key in table if isinstance(table, dict) else ():
             assert key in explained
@@ -99,15 +129,15 @@ def test_readme_first_scene(folder: Path) -> None:
     assert archive["delta_published"].values.tolist() == [0.1, 0.09]
 
 
-def test_readme_engine_file(folder: Path) -> None:
-    (folder / "mine.toml").write_text(blocks("toml")[2], encoding="utf-8")
+def test_engine_file(folder: Path) -> None:
+    (folder / "mine.toml").write_text(blocks("toml", "engine_files.md")[0], encoding="utf-8")
     archive = sweeps.run({"engine": "mine.toml", "output": {"quantities": ["delta", "imep"]}})
     assert int(archive["status"]) == 0
     assert float(archive["imep"]) > 0.0
 
 
-def test_readme_arrangement(folder: Path) -> None:
-    described = tomllib.loads(blocks("toml")[3])
+def test_arrangement_of_the_page(folder: Path) -> None:
+    described = tomllib.loads(blocks("toml", "keys.md")[0])
     scene = read_scene(
         {
             "engine": "ntua",
@@ -120,15 +150,17 @@ def test_readme_arrangement(folder: Path) -> None:
     np.testing.assert_allclose(np.degrees(made.firing_intervals), [180, 228, 180, 132])
     assert scene.own_cylinders.along_shaft == ((0, 1), (2, 3))
     # At the top of an engine file, in front of its tables of values.
-    text = blocks("toml")[2].replace("firing_order = [1, 3, 4, 2]\n", "")
-    (folder / "vee.toml").write_text(text + "\n" + blocks("toml")[3], encoding="utf-8")
+    text = blocks("toml", "engine_files.md")[0].replace("firing_order = [1, 3, 4, 2]\n", "")
+    (folder / "vee.toml").write_text(
+        text + "\n" + blocks("toml", "keys.md")[0], encoding="utf-8"
+    )
     engine = load_engine("vee.toml", folder)
     assert engine.firing_order == (1, 3, 2, 4)
     assert engine.own_cylinders == scene.own_cylinders
 
 
 @pytest.mark.usefixtures("folder")
-def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_of_the_pages(capsys: pytest.CaptureFixture[str]) -> None:
     scene = {
         "engine": "ntua",
         "axes": {"inertia": [2, 20, 60, 200], "speed": [1000, 1500], "load": [20, 50, 80]},
@@ -138,7 +170,7 @@ def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
         piece = shard(make_plan(read_scene(scene)), number, 2)
         into_archive.run(piece, Path(f"part{number}.nc"), Options())
     spaces: list[dict[str, Any]] = []
-    for block in blocks("python"):
+    for block in (*blocks("python", "archives.md"), *blocks("python", "python.md")):
         spaces.append({})
         exec(block, spaces[-1])
     known = next(space for space in spaces if "light" in space)
@@ -151,10 +183,12 @@ def test_readme_python(capsys: pytest.CaptureFixture[str]) -> None:
     assert one.endswith(" 0")
 
 
-def test_readme_commands_exist() -> None:
+def test_commands_of_the_pages_exist() -> None:
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
-    lines = [line for block in blocks("console") for line in block.splitlines()]
-    lines += re.findall(r"`((?:engine-dyn|make) [^`]+)`", README)
+    lines = []
+    for page, text in PAGES.items():
+        lines += [line for block in blocks("console", page) for line in block.splitlines()]
+        lines += re.findall(r"`((?:engine-dyn|make) [a-z][^`]+)`", text)
     assert len(lines) > 8
     for line in lines:
         program, name = line.split()[:2]
@@ -164,7 +198,7 @@ def test_readme_commands_exist() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    [ROOT / "README.md", *(ROOT / "docs" / name for name in DOCUMENTS)],
+    [ROOT / "README.md", *(ROOT / "docs" / name for name in DOCUMENTS if name != "index.md")],
     ids=lambda p: p.name,
 )
 def test_links_lead_to_files(path: Path) -> None:

@@ -12,7 +12,7 @@ To add a quantity:
    constants that it is made from, and `make` takes them by these names, in SI units. `unit` is that
    of files, as UDUNITS reads it; `si` converts it. The planner works out the axes, and command
    line, files and figures take name, symbol, unit and long name from the node.
-3. Write the quantity's line into README.md with `python tools/readme_tables.py`, and test the
+3. Write the quantity's line into README.md with `python tools/reference_tables.py`, and test the
    formula.
 
 Where the formula depends on what a scene is (offset or centred mechanism, equal or unequal

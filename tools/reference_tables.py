@@ -1,7 +1,7 @@
-"""Write the tables of README.md and docs/plausibility.md that come from the tables in the code.
+"""Write the tables of the documentation that come from the tables in the code.
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
-between is replaced. Run it from the project's root: `python tools/readme_tables.py`; with `--check`
+between is replaced. Run it from the project's root: `python tools/reference_tables.py`; with `--check`
 it writes nothing and ends with status 1 if one of them is not current.
 """
 
@@ -19,11 +19,12 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, PATTERNS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.checks import allowed
+from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
 from sweeps.reading.engine_files import catalogue, load_engine
 from sweeps.scene.reading import built_in_scenes
 
 ROOT = Path(__file__).resolve().parents[1]
-README, PLAUSIBILITY = ROOT / "README.md", ROOT / "docs" / "plausibility.md"
+DOCS = ROOT / "docs"
 
 OUTCOMES = {
     "converged": "periodic solution found, the tolerance is met",
@@ -59,9 +60,22 @@ def keys() -> str:
 
 
 def quantities() -> str:
-    """Quantities of [output]."""
+    """Quantities of [output], by subject, with the words that people have for them."""
+    listed: set[str] = set()
+    parts = []
+    for subject, nodes in SUBJECTS.items():
+        names = [n for n in dict.fromkeys(node.name for node in nodes) if n in QUANTITIES]
+        listed.update(names)
+        parts.append(f"## {subject[0].upper()}{subject[1:]}\n\n{_quantity_table(names)}\n")
+    if missing := set(QUANTITIES) - listed:
+        raise ValueError(f"quantities without a subject: {', '.join(sorted(missing))}")
+    return "\n".join(parts)
+
+
+def _quantity_table(names: Iterable[str]) -> str:
     rows = []
-    for name, node in QUANTITIES.items():
+    for name in sorted(names):
+        node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
         meaning = node.long_name
         if node.kind == "curve":
@@ -69,8 +83,9 @@ def quantities() -> str:
             meaning += "".join(f" and `{d}`" for d in node.adds if d != "crank_angle")
         elif "order" in node.needs:
             meaning += "; over `order`"
-        rows.append([f"`{name}`", "" if unit == "1" else unit, meaning, node.source])
-    return table(["quantity", "unit", "meaning", "after"], rows)
+        words = OTHER_WORDS.get(name, "")
+        rows.append([f"`{name}`", "" if unit == "1" else unit, meaning, words, node.source])
+    return table(["quantity", "unit", "meaning", "also called", "source"], rows)
 
 
 def outcomes() -> str:
@@ -103,15 +118,6 @@ def scenes() -> str:
     )
 
 
-TABLES: Mapping[str, Callable[[], str]] = {
-    "engines": engines,
-    "scenes": scenes,
-    "keys": keys,
-    "quantities": quantities,
-    "outcomes": outcomes,
-}
-
-
 def ranges() -> str:
     """Usual ranges of plausibility checks."""
     rows = []
@@ -124,13 +130,18 @@ def ranges() -> str:
 
 
 DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
-    README: TABLES,
-    PLAUSIBILITY: {"ranges": ranges},
+    DOCS / "keys.md": {"keys": keys},
+    DOCS / "quantities.md": {"quantities": quantities},
+    DOCS / "conventions.md": {"outcomes": outcomes},
+    DOCS / "engine_files.md": {"engines": engines},
+    DOCS / "scenes.md": {"scenes": scenes},
+    DOCS / "plausibility.md": {"ranges": ranges},
 }
+"""Pages, and the tables in each."""
 
 
-def updated(text: str, tables: Mapping[str, Callable[[], str]] = TABLES) -> str:
-    """Return the text of a document with every table made anew; of README.md unless given.
+def updated(text: str, tables: Mapping[str, Callable[[], str]]) -> str:
+    """Return the text of a page with every table made anew.
 
     Raises
     ------
@@ -139,7 +150,7 @@ def updated(text: str, tables: Mapping[str, Callable[[], str]] = TABLES) -> str:
     """
     for name, make in tables.items():
         place = re.compile(
-            rf"(?<=<!-- begin {name}: made by tools/readme_tables.py -->\n)(.*?)"
+            rf"(?<=<!-- begin {name}: made by tools/reference_tables.py -->\n)(.*?)"
             rf"(?=<!-- end {name} -->)",
             re.DOTALL,
         )

@@ -1,0 +1,73 @@
+"""The site of the documentation: `make docs` builds it into out/docs, without a network."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]
+
+project = "engine-dyn"
+author = copyright = "engine-dyn contributors"
+version = release = importlib.metadata.version("engine-dyn")
+
+extensions = [
+    "mathml",
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx_click",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+exclude_patterns = ["_extensions", "reliability"]
+nitpicky = False
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 4
+suppress_warnings = ["myst.strikethrough"]
+
+# Notebooks are executed while the site is built; a cell that fails ends the build.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+nb_merge_streams = True
+
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+
+html_theme = "furo"
+html_title = f"engine-dyn {version}"
+html_math_renderer = "mathml"
+html_show_sphinx = False
+html_copy_source = False
+html_static_path: list[str] = []
+
+FROM_ABOVE = {
+    "changelog": "CHANGELOG.md",
+    "contributing": "CONTRIBUTING.md",
+    "security": "SECURITY.md",
+}
+"""Pages whose text stands beside this folder, where readers of the repository look for it."""
+
+
+def _read(app: Any, name: str, source: list[str]) -> None:
+    """Let links lead to the pages of the site."""
+    text = source[0]
+    if name in FROM_ABOVE:
+        text = (HERE.parent / FROM_ABOVE[name]).read_text(encoding="utf-8")
+        text = re.sub(
+            r"\]\((?!#|https?:)(?:docs/)?", lambda m: "](" if "docs/" in m[0] else "](../", text
+        )
+    for page, file in {"index": "README.md", **FROM_ABOVE}.items():
+        text = text.replace(f"](../{file}", f"]({page}.md")
+    source[0] = text
+
+
+def setup(app: Any) -> None:
+    """Connect to Sphinx."""
+    app.connect("source-read", _read)
