@@ -1,8 +1,8 @@
 """Write the tables of the documentation that come from the tables in the code.
 
 Each stands between two comments, `<!-- begin NAME: ... -->` and `<!-- end NAME -->`; everything in
-between is replaced. Run it from the project's root: `python tools/reference_tables.py`; with `--check`
-it writes nothing and ends with status 1 if one of them is not current.
+between is replaced. Run it from the project's root: `python tools/reference_tables.py`; with
+`--check` it writes nothing and ends with status 1 if one of them is not current.
 """
 
 from __future__ import annotations
