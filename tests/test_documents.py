@@ -182,7 +182,7 @@ def test_python_of_the_pages(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_commands_of_the_pages_exist() -> None:
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     lines = []
     for page, text in PAGES.items():
         lines += [line for block in blocks("console", page) for line in block.splitlines()]
