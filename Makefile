@@ -158,7 +158,7 @@ wheel: $(VENV)/.installed
 # For all platforms and Python from 3.11 on; the versions are those of constraints.txt.
 lock: $(VENV)/.installed-release
 	tools/lock.sh $(VENV)/bin/uv requirements.txt parquet torsion cluster lab excel optimise report explore study
-	tools/lock.sh $(VENV)/bin/uv requirements-test.txt test lint
+	tools/lock.sh $(VENV)/bin/uv requirements-test.txt test lint docs
 
 licences: $(VENV)/.installed-release
 	$(VENV)/bin/pip-licenses --from=mixed --order=license --with-urls
@@ -202,6 +202,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-lint: $(VENV)/.installed-test
 	@echo "installing what the checks need"
 	@$(pip_install) --editable '.[test,lint]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "installing what the documentation needs"
+	@$(pip_install) --editable '.[docs]'
 	@touch $@
 
 $(VENV)/.installed-release: $(VENV)/.installed-test

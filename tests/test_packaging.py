@@ -215,7 +215,7 @@ def test_locked_packages_are_all_that_is_needed() -> None:
     ]
     for name, wanted in (
         ("requirements.txt", run_time),
-        ("requirements-test.txt", [*run_time, *extras["test"], *extras["lint"]]),
+        ("requirements-test.txt", [*run_time, *extras["test"], *extras["lint"], *extras["docs"]]),
     ):
         names = {re.split(r"[<>=\[; ]", text)[0].lower().replace("_", "-") for text in wanted}
         assert names - {"engine-dyn"} - set(locked(name)) == set()
