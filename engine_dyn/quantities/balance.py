@@ -25,17 +25,18 @@ PARAMETERS = (
     ),
     parameter(
         "bank_offset", "a_b", "m",
-        "how far each bank stands behind the one before along the shaft", "this project",
+        "offset of each bank from the one before, along the shaft", "this project",
         unless_given=0.0,
     ),
     parameter(
         "counterweight_fraction", "c", "1",
-        "share of the reciprocating mass that counterweights balance, beside all that rotates",
+        "balance fraction, share of the reciprocating mass that counterweights balance in "
+        "addition to all rotating mass",
         "Asgari eq. 9", low=0.0, low_included=True, high=1.0, high_included=True, unless_given=0.0,
     ),
     parameter(
         "counterweight_mass", "B", "kg",
-        "counterweight of each cylinder, opposite to its throw, in proportion to its crank radius",
+        "counterweight mass of each cylinder, opposite its throw, scaled with its crank radius",
         "Asgari eq. 12", low=0.0, low_included=True,
     ),
     parameter(
@@ -46,8 +47,8 @@ PARAMETERS = (
     ),
     parameter(
         "balance_shaft_mass", "m_{s1}", "kg",
-        "balance shaft that turns backwards with the crank's speed", "Asgari eq. 13", low=0.0,
-        low_included=True, unless_given=0.0,
+        "mass of the balance shaft that turns backwards at crankshaft speed", "Asgari eq. 13",
+        low=0.0, low_included=True, unless_given=0.0,
     ),
     parameter(
         "balance_shaft_radius", "R_{s1}", "m",
@@ -55,17 +56,17 @@ PARAMETERS = (
     ),
     parameter(
         "second_shaft_mass", "m_{s2}", "kg",
-        "each of the two balance shafts at twice the crank's speed",
+        "mass of each of the two balance shafts at twice crankshaft speed",
         "Lanchester's balancer; derived here", low=0.0, low_included=True, unless_given=0.0,
     ),
     parameter(
         "second_shaft_radius", "R_{s2}", "m",
-        "distance of the second shafts' centre of gravity from their axes, at twice the speed",
+        "distance of the centre of gravity from the axis, balance shafts at twice crankshaft speed",
         "Lanchester's balancer; derived here", low=0.0,
     ),
     parameter(
         "balance_couple", "(mRd)_{s1}", "kg m2",
-        "opposed weights on a shaft that turns backwards with the crank's speed: unbalance times "
+        "balance couple on a shaft that turns backwards at crankshaft speed, unbalance times "
         "distance", "this project", low=0.0, low_included=True, unless_given=0.0,
     ),
 )  # fmt: skip
@@ -250,14 +251,14 @@ NODES = (
         ),
     ),
     Node(
-        "unbalanced_mass", "M", "kg", "mass at the crank pin that a counterweight balances",
+        "unbalanced_mass", "M", "kg", "mass at the crank pin to be balanced by a counterweight",
         "Asgari eq. 9", needs=("counterweight_fraction", "reciprocating_mass", "rotating_mass"),
         make=lambda counterweight_fraction, reciprocating_mass, rotating_mass:
         balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rotating_mass),
     ),
     Node(
         "counterweight_required", "B", "kg",
-        "counterweight of each cylinder for the fraction c, at its radius", "Asgari eq. 12",
+        "counterweight mass of each cylinder for the balance fraction c", "Asgari eq. 12",
         needs=("unbalanced_mass", "counterweight_radius", "double_radius"),
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
         balance.counterweight_mass(
@@ -266,7 +267,7 @@ NODES = (
     ),
     Node(
         "balance_shaft_asgari", "M_{Lan}", "kg",
-        "shaft that cancels the first order along the cylinder of one cylinder, at its radius",
+        "balance-shaft mass for zero first order along the cylinder, single cylinder",
         "Asgari eq. 13",
         needs=("counterweight_fraction", "reciprocating_mass", "double_radius",
                "balance_shaft_radius"),
@@ -277,21 +278,21 @@ NODES = (
     ),
     Node(
         "balance_shaft_required", "m_{s1}", "kg",
-        "shaft that cancels all first order turning backwards, at its radius",
+        "balance-shaft mass for zero first order",
         "Asgari eq. 13 at c = 0.5", needs=(*_MASSES, "balance_shaft_radius"), throws=True,
         make=lambda balance_shaft_radius, **needs: _gear(needs).shaft_required()
         / balance_shaft_radius,
     ),
     Node(
         "second_shaft_required", "m_{s2}", "kg",
-        "each shaft of the pair that leaves least of the second order, at its radius",
+        "mass of each second-order balance shaft for the smallest second-order force",
         "Lanchester's balancer; derived here", needs=(*_MASSES, "second_shaft_radius"), throws=True,
         make=lambda second_shaft_radius, **needs: _gear(needs).pair_required()
         / second_shaft_radius,
     ),
     Node(
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
-        "unbalance times distance, that cancels all first-order moment turning backwards",
+        "balance couple for zero first-order moment, unbalance times distance",
         "this project", needs=(*_MASSES, *_SPACES), throws=True,
         make=_number(lambda gear: gear.couple_required()),
     ),
@@ -375,12 +376,12 @@ NODES = (
     ),
     _scalar(
         "best_fraction_rms", "c_{rms}", "1",
-        "fraction c that leaves the least mean square of the shaking force", "this project",
+        "balance fraction with the smallest root-mean-square shaking force", "this project",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("rms"),
     ),
     _scalar(
         "best_fraction_peak", "c_{peak}", "1",
-        "fraction c that leaves the least largest shaking force", "Asgari section 2: 0.5 to 0.63",
+        "balance fraction with the smallest peak shaking force", "Asgari section 2: 0.5 to 0.63",
         (*_MASSES, "shaft_unbalance", "pair_unbalance"), lambda gear: gear.best_fraction("peak"),
     ),
 )  # fmt: skip

@@ -100,7 +100,7 @@ def _pressure_nodes(bearing: str) -> list[Node]:
     return [
         node("", f"p_{index}", "load", "curve"),
         node("_max", f"p_{{{index},max}}", "largest load"),
-        node("_mean", rf"\bar p_{index}", "mean size of the load"),
+        node("_mean", rf"\bar p_{index}", "mean magnitude of the load"),
     ]
 
 
@@ -144,7 +144,7 @@ def _load_nodes(
              make=lambda **needs: np.abs(needs[whole])),
         Node(f"{load}_load_max", rf"{letter[:-1]},max}}", "N", f"largest {text}", NOTES,
              needs=(extreme,), make=lambda **needs: needs[extreme]["peak"]),
-        Node(f"{load}_load_mean", rf"\bar {letter}", "N", f"cycle mean of the size of the {text}",
+        Node(f"{load}_load_mean", rf"\bar {letter}", "N", f"cycle mean of the magnitude of the {text}",
              NOTES, needs=(extreme,), make=lambda **needs: needs[extreme]["mean"]),
         Node(f"{load}_load_rms", rf"{letter[:-1]},rms}}", "N",
              f"root mean square of the {text}", NOTES, needs=(extreme,),

@@ -77,7 +77,7 @@ PARAMETERS = (
     ),
     *(
         parameter(
-            "load", "L", "percent", "engine load that names the indicator diagram",
+            "load", "L", "percent", "engine load",
             "Power units, lecture 18", low=0.0, low_included=True, when=f"characteristic {law}",
             needs=(*_OF_TORQUE, *needs), make=_load_of_characteristic,
         )
@@ -89,14 +89,14 @@ _RATED = ("characteristic", "speed", "rated_power", "rated_speed")
 
 NODES = (
     Node(
-        "characteristic_power", "N_e", "W", "power of the speed characteristic, all of it",
+        "characteristic_power", "N_e", "W", "power of the speed characteristic, full load",
         "Power units, lecture 18", needs=_RATED,
         make=lambda characteristic, speed, rated_power, rated_speed: characteristic.power(
             speed, rated_power, rated_speed
         ),
     ),
     Node(
-        "characteristic_torque", "M_e", "N m", "torque of the speed characteristic, all of it",
+        "characteristic_torque", "M_e", "N m", "torque of the speed characteristic, full load",
         "Power units, lecture 18", needs=_RATED,
         make=lambda characteristic, speed, rated_power, rated_speed: characteristic.torque(
             speed, rated_power, rated_speed

@@ -27,7 +27,7 @@ def _limits() -> tuple[tuple[str, float], ...]:
 PARAMETERS = (
     parameter(
         "wanted_delta", r"\delta_w", "1",
-        "coefficient of speed fluctuation wanted: the inertia follows from it",
+        "wanted coefficient of speed fluctuation, from which the inertia follows",
         "Kakaitsas section 3.2.2", low=0.0, high=2.0, named=_limits(),
     ),
     parameter(
@@ -209,7 +209,7 @@ NODES = (
         "Asgari eq. 26", "torque_mean",
     ),
     _of_triangle(
-        "triangle_torque_excess", "T_{Ex}", "N m", "triangular torque: what stands above the mean",
+        "triangle_torque_excess", "T_{Ex}", "N m", "triangular torque: maximum above the mean",
         "Asgari eq. 27", "torque_excess",
     ),
     _of_triangle(
@@ -257,7 +257,7 @@ NODES = (
     ),
     Node(
         "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
-        "inertia that a flywheel adds to the running gear for the wanted delta, 0 where none is "
+        "flywheel inertia needed beside the running gear for the wanted delta, 0 where none is "
         "needed", "Kakaitsas sections 3.2, 3.2.2",
         needs=("inertia_required", "engine_inertia", "auxiliary_inertia", "inertia_beyond_gear"),
         make=lambda inertia_required, engine_inertia, auxiliary_inertia, inertia_beyond_gear:

@@ -152,12 +152,12 @@ NODES: tuple[Node, ...] = (
         components.crankshaft_seals,
     ),
     _sized(
-        "main_bearings", "H", "the main bearings, with what they churn",
+        "main_bearings", "H", "the main bearings, including turbulent dissipation",
         ("speed", "main_journal_diameter", "main_journal_width", "main_bearings"),
         components.main_bearings,
     ),
     _sized(
-        "crank_pin_bearings", "C", "the rods' bearings on the crank pins",
+        "crank_pin_bearings", "C", "the connecting-rod bearings",
         ("speed", "crank_pin_diameter", "crank_pin_width"), components.crank_pin_bearings,
     ),
     _part(
@@ -165,7 +165,7 @@ NODES: tuple[Node, ...] = (
         lambda bore, mean_piston_speed: components.skirt(bore, mean_piston_speed),
     ),
     _part(
-        "rings", "R", "the piston rings by their own tension", ("bore", "speed"),
+        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
         lambda bore, speed: components.rings(bore, speed),
     ),
     hidden(
@@ -176,7 +176,7 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     _part(
-        "ring_gas_pressure", "G", "the piston rings, what the gas adds",
+        "ring_gas_pressure", "G", "the piston rings due to gas pressure",
         ("ring_gas_pressure_unthrottled", "intake_ratio"), product,
     ),
     _sized(

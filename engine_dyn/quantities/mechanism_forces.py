@@ -320,7 +320,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_couple", "C_\\delta", "N m",
-        "inertia couple of the rod that two masses leave out, in the sense of a growing rod angle",
+        "inertia couple of the rod that the two-mass model neglects, in the sense of a "
+        "growing rod angle",
         "Kakaitsas section 2.2, derived here", kind="curve",
         needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
@@ -328,7 +329,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "rod_couple_torque", "M_\\delta", "N m",
-        "torque of the rod that two masses leave out, one cylinder",
+        "torque of the rod that the two-mass model neglects, one cylinder",
         "Kakaitsas section 2.2, derived here", kind="curve",
         needs=(*_ANGLE, "rod_inertia_excess", "speed"),
         make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:

@@ -61,13 +61,14 @@ PARAMETERS: tuple[Node, ...] = (
         low=0.0, low_included=True, source="Kakaitsas eq. 3.1", unless_given=0.0,
     ),
     parameter(
-        "gear_ratio", "i", "1", "speed of the load's shaft over that of the crank", low=0.0,
+        "gear_ratio", "i", "1", "gear ratio, load-shaft speed over crankshaft speed", low=0.0,
         high=100.0, high_included=True, source="Kakaitsas eq. 3.1", unless_given=1.0,
     ),
     parameter(
         "load_phase", r"\theta_0", "degree",
-        "angle of a load over angle at firing dead centre of cylinder 1", si=DEGREE, low=-720.0,
-        high=720.0, low_included=True, high_included=True, source="this project", unless_given=0.0,
+        "phase of a load over angle, its angle at firing dead centre of cylinder 1", si=DEGREE,
+        low=-720.0, high=720.0, low_included=True, high_included=True, source="this project",
+        unless_given=0.0,
     ),
     parameter(
         "load_table_factor", "f_L", "1", "factor on a load over angle", low=0.0, low_included=True,
@@ -75,7 +76,7 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "motor_gear_ratio", "i_m", "1",
-        "driving motor: speed of its shaft over that of the crank", low=0.0, high=100.0,
+        "driving motor: shaft speed over crankshaft speed", low=0.0, high=100.0,
         high_included=True, source="this project", unless_given=1.0,
     ),
     parameter(
@@ -124,23 +125,25 @@ PARAMETERS: tuple[Node, ...] = (
     parameter("stroke", "s", "m", "piston stroke", low=0.0, source="Kakaitsas table 4.1"),
     parameter(
         "pin_offset", "e_p", "m",
-        "offset of the piston pin from the cylinder's axis, positive where the crank pin goes down",
+        "piston-pin offset from the cylinder axis, positive on the side where the crank pin moves "
+        "down",
         source="Norton, Design of Machinery: offset slider-crank", unless_given=0.0,
     ),
     parameter(
         "crank_offset", "e_c", "m",
-        "offset of the cylinder's axis from the crank's, positive where the crank pin goes down",
+        "cylinder-axis offset from the crankshaft axis, positive on the side where the crank pin "
+        "moves down",
         source="Norton, Design of Machinery: offset slider-crank", unless_given=0.0,
     ),
     parameter(
         "speed", "n", "rpm", "nominal crank speed", si=RPM, low=0.0, source="Kakaitsas table 4.1"
     ),
     parameter(
-        "load", "L", "percent", "engine load that names the indicator diagram",
+        "load", "L", "percent", "engine load",
         source="Kakaitsas section 5.2.5", low=0.0, low_included=True, when="given_load",
     ),
     parameter(
-        "recorded_cycle", "c", "1", "number of the recorded cycle, as if it repeated for ever",
+        "recorded_cycle", "c", "1", "recorded cycle, treated as if it repeated",
         whole=True, low=1.0, low_included=True, source="this project", when="over_cycles",
     ),
     parameter(
@@ -148,7 +151,7 @@ PARAMETERS: tuple[Node, ...] = (
         high=float(arrangement.MOST_CYLINDERS), high_included=True, source="Kakaitsas section 5.4",
     ),
     parameter(
-        "misfire", "i_0", "1", "number of the cylinder that does not burn, 0: none", whole=True,
+        "misfire", "i_0", "1", "misfiring cylinder, 0 for none", whole=True,
         low=0.0, low_included=True, high=float(arrangement.MOST_CYLINDERS), high_included=True,
         source="this project", unless_given=0.0,
     ),
@@ -174,11 +177,11 @@ PARAMETERS: tuple[Node, ...] = (
         source="Kakaitsas eq. 3.4",
     ),
     parameter(
-        "crankcase_pressure", "p_c", "bar", "absolute pressure under the piston", si=BAR, low=0.0,
-        low_included=True, source="Kakaitsas section 2.1",
+        "crankcase_pressure", "p_c", "bar", "crankcase pressure, absolute, under the piston",
+        si=BAR, low=0.0, low_included=True, source="Kakaitsas section 2.1",
     ),
     parameter(
-        "piston_mass", r"m_\epsilon", "kg", "piston with pin and rings", low=0.0,
+        "piston_mass", r"m_\epsilon", "kg", "piston mass with pin and rings", low=0.0,
         low_included=True, source="Kakaitsas table 4.1",
     ),
     parameter(
@@ -262,7 +265,7 @@ PARAMETERS: tuple[Node, ...] = (
     ),
     parameter(
         "ring_pressure", "p_r", "bar",
-        "pressure of the piston rings on the liner by their own tension", si=BAR, low=0.0,
+        "pressure of the piston rings on the liner from ring tension", si=BAR, low=0.0,
         high=100.0, source="after Rezeka and Henein, SAE 840179",
     ),
     parameter(

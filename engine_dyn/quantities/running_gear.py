@@ -171,7 +171,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "instantaneous_inertia", r"\Theta(\varphi)", "kg m2",
-        "moment of inertia of engine and load over crank angle, as inertia_model variable has it",
+        "moment of inertia of engine and load over crank angle",
         "Kakaitsas eqs. 3.1, 3.2", kind="curve", needs=("inertia", "varying_inertia"),
         make=lambda inertia, varying_inertia: inertia + varying_inertia,
     ),

@@ -116,7 +116,8 @@ TORQUE_RESULTS = (
     ),
     Result(
         "energy_swing", r"\Delta W", "J",
-        "range of the work of the torque, less a load over angle and the mean", "Asgari method 2",
+        "energy swing, range of the work of the torque less its mean and any load over angle",
+        "Asgari method 2",
     ),
 )  # fmt: skip
 """Results of the torque at nominal speed, in the order of their places."""

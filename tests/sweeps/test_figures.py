@@ -33,7 +33,7 @@ ATTRIBUTES = {
     "inertia": ("moment of inertia of the whole engine with its load", r"\Theta", "kg m2"),
     "crank_ratio": ("crank ratio, crank radius over rod length", r"\lambda", "1"),
     "speed": ("nominal crank speed", "n", "rpm"),
-    "load": ("engine load that names the indicator diagram", "L", "percent"),
+    "load": ("engine load", "L", "percent"),
     "load_exponent": ("exponent of the load torque over speed", r"\alpha", "1"),
     "cylinders": ("number of cylinders", "Z", "1"),
     "start_angle": ("crank angle at the start", r"\varphi_1", "degree"),
