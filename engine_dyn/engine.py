@@ -31,8 +31,8 @@ class Engine:
     family : Family or FamilyGrid
         Indicator diagrams over load, or over load and speed.
     compression_ratio : float, optional
-        Largest over smallest volume of a cylinder [1]; None where the diagrams do not say it, or
-        differ in it.
+        Largest over smallest volume of a cylinder [1]: the geometric one if it is given, else that
+        of the diagrams; None where they do not say it, or differ in it.
     cycles : tuple of ModelledDiagram, optional
         For each diagram of the family, in its order, the cycle by the first law that it is modelled
         by; None where a diagram is not so modelled.

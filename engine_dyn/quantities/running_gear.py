@@ -24,6 +24,20 @@ def _reciprocating_inertia(*, crank_angle: Any, reciprocating_mass: Any, **needs
     return torque.reciprocating_inertia(crank_angle, train_of(needs), reciprocating_mass)
 
 
+def _volume(ratio: str, when: str) -> Node:
+    """Volume of cylinder 1 by one of the two keys of the compression ratio."""
+
+    def make(*, position: Any, double_radius: Any, bore: Any, stroke: Any, **needs: Any) -> Any:
+        travel = 0.5 * double_radius * position
+        return cylinder_volume(travel, torque.piston_area(bore), stroke, needs[ratio])
+
+    return Node(
+        "cylinder_volume", "V", "cm3", "volume of cylinder 1 above the piston",
+        "Heywood (1988), section 2.2", si=CUBIC_CENTIMETRE, kind="curve", when=when,
+        needs=("position", "double_radius", "bore", "stroke", ratio), make=make,
+    )  # fmt: skip
+
+
 NODES: tuple[Node, ...] = (
     Node(
         "rod", "l", "m", "connecting rod length", public=False,
@@ -192,14 +206,8 @@ NODES: tuple[Node, ...] = (
             crank_angle, crank_ratio, offset_ratio
         ),
     ),
-    Node(
-        "cylinder_volume", "V", "cm3", "volume of cylinder 1 above the piston",
-        "Heywood (1988), section 2.2", si=CUBIC_CENTIMETRE, kind="curve",
-        needs=("position", "double_radius", "bore", "stroke", "compression_ratio"),
-        make=lambda position, double_radius, bore, stroke, compression_ratio: cylinder_volume(
-            0.5 * double_radius * position, torque.piston_area(bore), stroke, compression_ratio
-        ),
-    ),
+    _volume("compression_ratio", "volume_of_diagrams"),
+    _volume("geometric_compression_ratio", "volume_given"),
     Node(
         "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
         kind="curve", needs=("crank_angle", "crank_ratio", "offset_ratio"),

@@ -55,6 +55,10 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
     {
+        "volume_of_diagrams": "the compression ratio is that of the diagrams, or the engine's",
+        "volume_given": "the scene gives a geometric compression ratio",
+    },
+    {
         "one_scale": "the diagrams are those of all speeds, or those of each are given",
         "scale_over_speed": "a factor on the engine's diagrams depends on the speed",
     },

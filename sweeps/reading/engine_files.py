@@ -51,6 +51,7 @@ from sweeps.reading.toml_files import parse_toml
 from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = [
+    "GEOMETRIC",
     "PERIODS",
     "RATIO",
     "catalogue",
@@ -62,8 +63,12 @@ __all__ = [
     "the_same",
 ]
 
-RATIO = "compression_ratio"
-"""Key of [[diagram]] tables, those of points too."""
+RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
+"""Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
+"""
+
+CLEARANCE = "clearance_ratio"
+"""Key of the [[diagram]] of compressors: clearance over swept volume."""
 
 # What every engine must say about itself; a scene can give the rest.
 _OWN = ("load", "speed", "cylinders")
@@ -163,7 +168,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         period=period,
         values=values,
         family=family,
-        compression_ratio=the_same(entry.ratio for entry in diagrams),
+        compression_ratio=values.get(GEOMETRIC, the_same(entry.ratio for entry in diagrams)),
         cycles=_cycles(diagrams),
         pressure_scale=scale,
         firing_order=order,
@@ -266,6 +271,9 @@ def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
     SceneError
         For a value that is no compression ratio.
     """
+    if CLEARANCE in table:
+        clearance = number(table[CLEARANCE], f"{where} {CLEARANCE}")
+        return 1.0 + 1.0 / clearance if clearance > 0.0 else None
     if RATIO not in table:
         return None
     node = PARAMETERS[RATIO]

@@ -14,6 +14,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders
 from sweeps.checks import check_structure, plain
 from sweeps.reading.engine_files import (
+    GEOMETRIC,
     PERIODS,
     RATIO,
     compression_ratio_of,
@@ -83,6 +84,7 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
     ratio = _known(the_same(compression_ratio_of(one, f"{name}: {what}") for what, one in tables))
     count = values.get("cylinders", len(given.firing_order or ()))
     own = read_cylinders(given, count, period, name)[1] if count else None
+    ratio |= _known(values.get(GEOMETRIC))
     return EngineMeasures(period, {**ratio, **values}, own)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from sweeps.reading.engine_files import GEOMETRIC
 from sweeps.scene.driven import driven_machine, motor_of_slip
 from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.model import Scene
@@ -31,6 +32,7 @@ def variant_words(scene: Scene) -> tuple[str, ...]:
         diagrams,
         "auxiliaries" if scene.nonzero("auxiliary_torque") else "bare",
         "own_cycles" if scene.cycle_keys else "given_cycles",
+        "volume_given" if scene.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
         *_load_words(scene),
         "characteristic" if scene.characteristic is not None else "given_load",

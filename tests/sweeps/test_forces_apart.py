@@ -150,9 +150,16 @@ def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
     assert str(told.value) == (
         "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (largest over "
         "smallest cylinder volume; in a scene, that of modelled cycles), which engine "
-        "diesel_105x137 does not give; must be in [indicator], or the same in each [[diagram]] of "
-        "an engine file"
+        "diesel_105x137 does not give; must be in [indicator], the same in each [[diagram]] of an "
+        "engine file, or geometric_compression_ratio in [set] or [values]"
     )
+    for engine, settings, ratio in (
+        ("diesel_105x137", {"geometric_compression_ratio": 17.0}, 17.0),
+        ("si_four_87x101", {}, 9.4),
+        ("compressor_79x83", {}, 1.0 + 1.0 / 0.04915),
+    ):
+        volume = run(["cylinder_volume"], engine, set=settings)["cylinder_volume"]
+        assert float(volume.max() / volume.min()) == pytest.approx(ratio, rel=1e-12)
     angle = np.arange(-360.0, 360.0, 2.0)
     pressure = 1.0 + 40.0 * np.exp(-((angle / 30.0) ** 2))
     lines = [f"{a:g},{p:.6f}" for a, p in zip(angle, pressure, strict=True)]

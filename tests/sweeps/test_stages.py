@@ -115,7 +115,8 @@ def test_throws_are_needed_along_the_shaft() -> None:
 
 
 VARIED: tuple[dict[str, Any], ...] = (
-    {"set": {"pin_offset": 0.001, "misfire": 1, "auxiliary_torque": 1.0}},
+    {"set": {"pin_offset": 0.001, "misfire": 1, "auxiliary_torque": 1.0,
+             "geometric_compression_ratio": 17.0}},
     {"set": {"cylinders": 2, "radius_factor_2": 0.9, "friction_boundary": 0.5,
              "ring_pressure": 1.0}},
     {"set": {"load_inertia": 1.0, "gear_ratio": 2.0, "counterweight_mass": 1.0,

@@ -21,7 +21,7 @@ from engine_dyn.quantities.speed import AT_START
 from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.dimensions import ELASTICITY
 from sweeps.errors import SceneError, not_known, shown
-from sweeps.reading.engine_files import RATIO
+from sweeps.reading.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.consistency.cylinders import check_throws
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
@@ -87,7 +87,10 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
-PLACES = {RATIO: "in [indicator], or the same in each [[diagram]] of an engine file"}
+PLACES = {
+    RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
+    f"{GEOMETRIC} in [set] or [values]"
+}
 """Where parameters belong that a scene may not always give in [set], [axes] or [designs]."""
 
 
