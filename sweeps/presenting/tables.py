@@ -11,7 +11,7 @@ from sweeps.errors import counted, one_line
 from sweeps.exploring.rows import Rows
 from sweeps.presenting.readable_units import converted, unit_choices
 
-__all__ = ["number_text", "rows_text"]
+__all__ = ["OF_BANDS", "meaning", "number_cells", "number_text", "rows_text"]
 
 DIGITS = 4
 """Significant digits: a table is for reading; `export` writes all of them."""
@@ -24,6 +24,8 @@ FEW = 3
 
 CHANGED = 3
 """Significant digits of changes in percent."""
+
+OF_BANDS = "in brackets: 95 % of what the uncertain values give"
 
 WIDTH = 100
 """Characters of a line where the output is no terminal."""
@@ -83,7 +85,7 @@ def rows_text(rows: Rows, units: str | None = None, width: int | None = None) ->
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
     if rows.bands:
-        lines.append("in brackets: 95 % of what the uncertain values give")
+        lines.append(OF_BANDS)
     if rows.elasticities:
         lines.append(
             f"a row for each parameter: engine-dyn show --quantities {','.join(rows.elasticities)}"
@@ -113,15 +115,28 @@ def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
     values = rows.table[name].to_numpy()
     if name not in rows.units:
         return _Column(name, "", tuple(one_line(value, 40) for value in values), number=False)
+    cells, unit = number_cells(rows, name, wanted)
+    return _Column(name, unit, cells, number=True)
+
+
+def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, ...], str]:
+    """Numbers of a column as texts, uncertain ones with their band, and the unit they are in."""
     factor, unit = converted(rows.units[name], wanted)
     digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
+    values = rows.table[name].to_numpy()
     cells = [number_text(float(value) * factor, digits, sign) for value in values]
     if name in rows.bands:
         cells = [
             f"{cell} ({number_text(low * factor, digits)} to {number_text(high * factor, digits)})"
             for cell, low, high in zip(cells, *rows.bands[name], strict=True)
         ]
-    return _Column(name, unit, tuple(cells), number=True)
+    return tuple(cells), unit
+
+
+def meaning(rows: Rows, name: str) -> str:
+    """What a column is, and what its uncertainty is mostly due to."""
+    text = rows.texts.get(name, "")
+    return f"{text}; uncertain mostly from {rows.mainly[name]}" if name in rows.mainly else text
 
 
 def _fixed(value: Any) -> str:
@@ -154,10 +169,7 @@ def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
     table.add_column("")
     table.add_column("", overflow="fold")
     for name, column in columns.items():
-        text = rows.texts.get(name, "")
-        if name in rows.mainly:
-            text += f"; uncertain mostly from {rows.mainly[name]}"
-        table.add_row(name, *column.cells, column.unit, text)
+        table.add_row(name, *column.cells, column.unit, meaning(rows, name))
     return _printed(table, width)
 
 

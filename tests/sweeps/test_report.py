@@ -19,6 +19,7 @@ from sweeps.errors import SceneError
 from sweeps.presenting.report.embedding import embedded
 from sweeps.presenting.report.model_limits import model_limits
 from sweeps.presenting.report.page import page
+from sweeps.presenting.tables import number_text
 from tests.support.commands import ok, refused
 from tests.support.reports import SCENE, any_archive, hostile, large
 
@@ -125,6 +126,26 @@ def test_failed_designs_are_told(archive: xr.Dataset, written: str) -> None:
     assert "<td>inertia</td><td>0.05 kg m²</td><td>0.05 kg m² to 5 kg m²</td>" in told
     assert f"<td>0.05 kg m²: {lost} of 3</td>" in told
     assert told.count("<td>stalled</td>") == 1 + lost
+
+
+@pytest.mark.parametrize("inertias", [2, 5], ids=["few", "many"])
+def test_uncertain_numbers_have_their_bands(inertias: int) -> None:
+    archive = sweeps.run(
+        engine="b112",
+        axes={"inertia": np.linspace(0.1, 0.2, inertias)},
+        uncertainty={"number": 16},
+        output={"quantities": ["delta"]},
+    )
+    told = section(page(archive), "results")
+    largest = int(archive.delta_share.mean("inertia").argmax("uncertain_parameter"))
+    mostly = str(archive.uncertain_parameter.values[largest])
+    for row in range(inertias):
+        value, low, high = (
+            number_text(float(archive[name][row])) for name in ("delta", "delta_low", "delta_high")
+        )
+        assert f"{value} ({low} to {high})" in told
+    assert f"mostly from {mostly}" in told and "In brackets: 95 %" in told
+    assert "delta_low" not in told  # the table has it, the extremes leave it out
 
 
 @pytest.mark.parametrize("limit", [1.7e6, 2.5e6])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.dimensions import EXPLAINED, HIGH, LOW, SHARE
 from sweeps.errors import SceneError, one_line
 from sweeps.exploring.columns import columns_of
 from sweeps.exploring.ranges import ranges
@@ -16,7 +17,7 @@ from sweeps.presenting.archives import recorded_cycle_lines
 from sweeps.presenting.readable_units import converted
 from sweeps.presenting.report.html import details, listed, paragraph, table
 from sweeps.presenting.report.wording import FIRST_ROWS, value_text
-from sweeps.presenting.tables import number_text
+from sweeps.presenting.tables import OF_BANDS, meaning, number_cells, number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,29 +69,30 @@ def _rows_table(found: Rows, choices: Choices) -> str:
     names = [n for n in frame.columns if n not in found.units and n in found.given]
     given = [n for n in found.given if n not in names and not (names and n == "design")]
     order = [*names, *given, *(n for n in frame.columns if n not in found.given)]
-    cells: dict[str, list[str]] = {}
+    cells: dict[str, Sequence[str]] = {}
     units: dict[str, str] = {}
     for name in order:
         values = frame[name].to_numpy()
         if name in found.units:
-            factor, units[name] = converted(found.units[name], choices.get(name))
-            cells[name] = [number_text(float(value) * factor) for value in values]
+            cells[name], units[name] = number_cells(found, name, choices.get(name))
         else:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
                            for value in values]  # fmt: skip
     if len(frame) <= UPRIGHT:
-        lines = [(name, *cells[name], units[name], found.texts.get(name, "")) for name in order]
+        lines = [(name, *cells[name], units[name], meaning(found, name)) for name in order]
         numbers = list(range(1, 1 + len(frame)))
-        if len(frame) == 1:
-            return table(("", "", "", ""), lines, numbers)
-        head = [""] + [f"design {i + 1}" for i in range(len(frame))] + ["", ""]
-        return table(head, lines, numbers)
+        head = [f"design {i + 1}" for i in range(len(frame))] if len(frame) > 1 else [""]
+        bands = paragraph(f"{OF_BANDS.capitalize()}.", "note") if found.bands else ""
+        return table(("", *head, "", ""), lines, numbers) + bands
     same = {n: cells[n][0] for n in order if n not in names and len(set(cells[n])) == 1}
     left = [n for n in order if n not in same]
     head = [f"{n} [{units[n]}]" if units[n] else n for n in left]
     numbers = [i for i, n in enumerate(left) if n in found.units]
     body = table(head, zip(*(cells[n] for n in left), strict=True), numbers)
+    if found.bands:
+        mostly = "; ".join(f"{n} mostly from {parameter}" for n, parameter in found.mainly.items())
+        body += paragraph(f"{OF_BANDS.capitalize()}: {mostly}.", "note")
     if len(same) > FEW_SAME:
         lines = [(n, value, units[n], found.texts.get(n, "")) for n, value in same.items()]
         return body + details("The same in all of these rows", table(("", "", "", ""), lines, (1,)))
@@ -103,7 +105,7 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
     for name, data in archive.data_vars.items():
         if name == "status" or data.dtype.kind not in "fiu" or not data.ndim or not data.size:
             continue
-        if set(data.dims) & set(DIMENSIONS):
+        if set(data.dims) & set(DIMENSIONS) or _of_a_band(archive, str(name)):
             continue
         found = _lowest_and_highest(data.variable)
         if found is None:
@@ -118,6 +120,14 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
             number_text(low * factor), _where(archive, data, low_at, choices),
             number_text(high * factor), _where(archive, data, high_at, choices),
         )  # fmt: skip
+
+
+def _of_a_band(archive: xr.Dataset, name: str) -> bool:
+    """Whether it says how uncertain another quantity is, beside which the table has it."""
+    return any(
+        name.endswith(ending) and name.removesuffix(ending) + SHARE in archive
+        for ending in (LOW, HIGH, EXPLAINED)
+    )
 
 
 Place = tuple[int, ...]
