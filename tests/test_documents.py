@@ -29,7 +29,11 @@ from sweeps.scene.reading import built_in_scenes, read_scene
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 VALIDATION = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
-DOCUMENTS = {p.name: p.read_text("utf-8") for p in sorted((ROOT / "docs").glob("*.md"))}
+DOCS = ROOT / "docs"
+DOCUMENTS = {
+    p.relative_to(DOCS).as_posix(): p.read_text("utf-8") for p in sorted(DOCS.rglob("*.md"))
+}
+"""Pages of the site by their path below docs, such as `tutorials/first_scene.md`."""
 PAGES = {"README.md": README, **DOCUMENTS}
 
 # Scripts import each other by their bare names, as when they are run.
@@ -186,6 +190,8 @@ def test_commands_of_the_pages_exist() -> None:
     lines = []
     for page, text in PAGES.items():
         lines += [line for block in blocks("console", page) for line in block.splitlines()]
+        # Cells of tutorials run commands of the shell behind an exclamation mark.
+        lines += re.findall(r"^!((?:engine-dyn|make) .+)$", text, re.MULTILINE)
         lines += re.findall(r"`((?:engine-dyn|make) [a-z][^`]+)`", text)
     assert len(lines) > 8
     for line in lines:
@@ -196,20 +202,18 @@ def test_commands_of_the_pages_exist() -> None:
         assert name in known, line
 
 
-@pytest.mark.parametrize(
-    "path",
-    [ROOT / "README.md", *(ROOT / "docs" / name for name in DOCUMENTS if name != "index.md")],
-    ids=lambda p: p.name,
-)
-def test_links_lead_to_files(path: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)\)", path.read_text(encoding="utf-8"))
+@pytest.mark.parametrize("page", [page for page in PAGES if not page.endswith("index.md")])
+def test_links_lead_to_files(page: str) -> None:
+    folder = ROOT if page == "README.md" else (DOCS / page).parent
+    prose = re.sub(r"^```.*?^```", "", PAGES[page], flags=re.DOTALL | re.MULTILINE)
+    links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", prose)
     assert links
     for link in links:
-        assert (path.parent / link).is_file(), link
+        assert (folder / link).is_file(), link
 
 
 def test_figures_are_small_and_used() -> None:
-    for figure in (ROOT / "docs" / "figures").iterdir():
+    for figure in (DOCS / "figures").iterdir():
         assert figure.suffix == ".png"
         assert figure.stat().st_size < 300_000
         assert f"figures/{figure.name}" in README + "".join(DOCUMENTS.values())
@@ -508,6 +512,6 @@ def test_every_promise_has_tests_that_exist() -> None:
 
 
 def test_the_page_of_reliability_is_made_from_its_parts() -> None:
-    page = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    page = (DOCS / "reliability.md").read_text(encoding="utf-8")
     assert page == reliability.text()
     assert "not measured yet" not in page
