@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import re
 import sys
 from pathlib import Path
@@ -31,11 +32,24 @@ myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.strikethrough"]
 
-# Notebooks are executed while the site is built; a cell that fails ends the build.
+# Notebooks are executed while the site is built, each in a folder of its own that is removed
+# afterwards; a cell or a command that fails ends the build.
 nb_execution_mode = "force"
+nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
+os.environ |= {
+    "COLUMNS": "110",
+    "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
+    "PYTHONSTARTUP": str(HERE / "_extensions" / "failing_commands.py"),
+    "TERM": "dumb",
+}
+
+# Cells are copied as a reader types them: commands without what makes a cell run them.
+copybutton_prompt_text = r"!|%%bash|%%writefile \S+"
+copybutton_prompt_is_regexp = True
+copybutton_only_copy_prompt_lines = False
 
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
