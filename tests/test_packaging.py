@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from collections.abc import Iterator
@@ -113,6 +114,46 @@ def test_wheel_installs_one_command_and_the_licences(wheel: zipfile.ZipFile) -> 
         assert wheel.read(f"{info}/licenses/{name}") == (ROOT / name).read_bytes()
 
 
+@pytest.fixture(scope="module")
+def repository() -> list[str]:
+    """Files of the checkout that git does not ignore."""
+    words = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    if not (ROOT / ".git").exists() or not shutil.which("git"):
+        pytest.skip("not a checkout of the repository")
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+    return [name for name in done.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+@pytest.fixture(scope="module")
+def source_distribution(
+    repository: list[str], tmp_path_factory: pytest.TempPathFactory
+) -> tarfile.TarFile:
+    """A source distribution of this checkout, built from a copy."""
+    folder = tmp_path_factory.mktemp("source")
+    for name in repository:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, folder / name)
+    done = subprocess.run(
+        [sys.executable, "-c", "from setuptools.build_meta import *; build_sdist('dist')"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return tarfile.open(folder / "dist" / f"engine_dyn-{PROJECT['version']}.tar.gz")
+
+
+def test_source_distribution_builds_tests_and_documents(
+    repository: list[str], source_distribution: tarfile.TarFile
+) -> None:
+    packed = {member.name.partition("/")[2] for member in source_distribution if member.isfile()}
+    made = {"PKG-INFO", "setup.cfg"}
+    packed = {name for name in packed - made if not name.startswith("engine_dyn.egg-info/")}
+    # Settings of tools that look at a repository: git, its hooks, CI.
+    kept_out = {name for name in repository if name.startswith(".")}
+    assert packed == set(repository) - kept_out
+
+
 def test_version_is_that_of_pyproject() -> None:
     assert version("engine-dyn") == PROJECT["version"]
     spelled = [
@@ -121,7 +162,26 @@ def test_version_is_that_of_pyproject() -> None:
         for path in (ROOT / package).rglob("*.py")
         if f'"{PROJECT["version"]}"' in path.read_text(encoding="utf-8")
     ]
-    assert not spelled, "the version stands in pyproject.toml only"
+    assert not spelled, "of all code, pyproject.toml alone has the version"
+
+
+def test_citation_and_changelog_have_the_version_and_its_date() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    news = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    unreleased, newest, *_ = re.findall(r"^## \[(.+?)\](?: - (\S+))?$", news, re.MULTILINE)
+    assert unreleased == ("Unreleased", "")
+    versions = re.findall(r"^ *version: (.+)$", citation, re.MULTILINE)
+    dates = re.findall(r'^ *date-released: "(.+)"$', citation, re.MULTILINE)
+    # Once for the software, once in what is preferred to be cited.
+    assert versions == [PROJECT["version"]] * 2
+    assert list(zip(versions, dates, strict=True)) == [newest] * 2
+
+
+def test_the_page_on_installing_names_every_extra() -> None:
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    of_developers = {"test", "docs", "lint", "release", "bench"}
+    rows = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
+    assert sorted(rows) == sorted(set(PROJECT["optional-dependencies"]) - of_developers)
 
 
 def test_engine_dyn_knows_nothing_of_labels_files_and_pictures() -> None:
